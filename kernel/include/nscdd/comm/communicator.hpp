@@ -1,0 +1,78 @@
+// The communicator contract: all that Alg. 1 asks of a machine, in supersteps.
+//
+// A process hosts one or more ranks (all of them in-process, exactly one under MPI). Code written against the
+// contract loops over the ranks it hosts, fills their buffers, and makes one collective call for all of them:
+//
+//   for (std::size_t k = 0; k < comm.ranks().size(); ++k) fill(links[k]);
+//   comm.exchange(links);
+//
+// Every message is a vector of doubles (indices below 2^53 travel exactly). Whatever is received is stored by
+// source rank, never by order of arrival, so that sums taken over it are the same on every machine.
+#pragma once
+
+#include <concepts>
+#include <span>
+#include <vector>
+
+namespace nscdd {
+
+using Buffer = std::vector<double>;
+
+// A persistent two-way channel to `peer`. Both ends size `send` and `recv` before an exchange (peer's send equals
+// our recv); nothing is allocated in the iteration.
+struct Link {
+    int peer;
+    Buffer send, recv;
+};
+using Links = std::vector<Link>;  // of one rank, by ascending peer, at most one per peer
+
+// Counted the same way by every communicator, summed over the ranks this process hosts. A message to oneself is
+// no message. A gather or a scatter counts size-1 messages; an all-gather 2(size-1): up to rank 0 and down again.
+// Bytes are those of the doubles passed in, not of any header.
+struct Traffic {
+    double messages = 0;
+    double bytes = 0;
+};
+
+// Time this process spent inside the communicator [s]: `wait` until the slowest partner has arrived,
+// `transfer` the rest. In-process ranks spend none.
+struct CommSeconds {
+    double wait = 0;
+    double transfer = 0;
+};
+
+// clang-format off
+template <class C>
+concept Communicator = requires(C c, const C cc, std::vector<Links>& links, const std::vector<std::vector<Buffer>>& out,
+                                std::vector<Buffer>& per_rank, const std::vector<Buffer>& const_per_rank, int rank,
+                                double cost) {
+    { cc.size() } -> std::convertible_to<int>;
+    { cc.ranks() } -> std::convertible_to<std::span<const int>>;  // hosted here, ascending
+
+    // links[k] belongs to ranks()[k]. Afterwards each recv holds what the peer put in its send.
+    c.exchange(links);
+    // out[k][d] goes from ranks()[k] to rank d, any sizes. Returns in[k] = all that came, by ascending source.
+    { c.route(out) } -> std::same_as<std::vector<Buffer>>;
+    // mine[k] of every rank to rank 0, where all[r] (size() buffers, sized before) receives rank r's.
+    // On processes that do not host rank 0 `all` is left alone.
+    c.gather(const_per_rank, per_rank);
+    // all[r] at rank 0 to mine[k] (sized before) of every rank.
+    c.scatter(const_per_rank, per_rank);
+    // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call.
+    { c.all_gather(const_per_rank) } -> std::convertible_to<std::span<const double>>;
+
+    { cc.now() } -> std::convertible_to<double>;  // [s], the clock of this machine, real or simulated
+    c.charge(rank, cost);   // hosted rank index k did work worth `cost` contact updates
+    { cc.work() } -> std::convertible_to<std::span<const double>>;  // charged so far, per hosted rank
+    { cc.traffic() } -> std::convertible_to<Traffic>;
+    { cc.seconds() } -> std::convertible_to<CommSeconds>;
+};
+// clang-format on
+
+// Sums entry by entry over the ranks, in rank order: the only way numbers that decide anything are reduced.
+inline void sum_in_rank_order(std::span<const double> all, std::span<double> sum) {
+    for (double& s : sum) s = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) sum[k % sum.size()] += all[k];
+}
+
+}  // namespace nscdd

@@ -1,0 +1,138 @@
+// All ranks in one process and one thread: the same supersteps and the same numbers as over MPI, without MPI.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd {
+
+// Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
+// sender and its receiver disagree on a size, or a link has no counterpart.
+class InProcess {
+public:
+    // Hosts the ranks 0..size-1. Throws std::invalid_argument unless size >= 1.
+    explicit InProcess(int size) {
+        if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
+        ranks_.resize(static_cast<std::size_t>(size));
+        std::iota(ranks_.begin(), ranks_.end(), 0);
+        work_.resize(ranks_.size());
+    }
+
+    int size() const { return static_cast<int>(ranks_.size()); }
+    std::span<const int> ranks() const { return ranks_; }
+
+    void exchange(std::vector<Links>& links) {
+        check_count(links.size(), "exchange");
+        for (int rank : ranks_)
+            for (Link& link : links[rank]) {
+                copy(counterpart(links, link.peer, rank).send, link.recv, "exchange", link.peer, rank);
+                if (link.peer != rank) count(link.send.size());
+            }
+    }
+
+    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) {
+        check_count(out.size(), "route");
+        std::vector<Buffer> in(ranks_.size());
+        for (int source : ranks_) {
+            check_count(out[source].size(), "route");
+            for (int target : ranks_) {
+                const Buffer& message = out[source][target];
+                in[target].insert(in[target].end(), message.begin(), message.end());
+                if (target != source && !message.empty()) count(message.size());
+            }
+        }
+        return in;
+    }
+
+    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) {
+        check_count(mine.size(), "gather");
+        check_count(all.size(), "gather");
+        for (int rank : ranks_) {
+            copy(mine[rank], all[rank], "gather", rank, 0);
+            if (rank != 0) count(mine[rank].size());
+        }
+    }
+
+    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) {
+        check_count(all.size(), "scatter");
+        check_count(mine.size(), "scatter");
+        for (int rank : ranks_) {
+            copy(all[rank], mine[rank], "scatter", 0, rank);
+            if (rank != 0) count(all[rank].size());
+        }
+    }
+
+    std::span<const double> all_gather(const std::vector<Buffer>& mine) {
+        check_count(mine.size(), "all_gather");
+        const std::size_t n = mine[0].size();
+        gathered_.clear();
+        for (int rank : ranks_) {
+            if (mine[rank].size() != n) throw mismatch("all_gather", rank, mine[rank].size(), 0, n);
+            gathered_.insert(gathered_.end(), mine[rank].begin(), mine[rank].end());
+        }
+        for (std::size_t k = 1; k < ranks_.size(); ++k) {
+            count(n);                 // up to rank 0
+            count(ranks_.size() * n);  // and down again
+        }
+        return gathered_;
+    }
+
+    double now() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    }
+    // Throws std::out_of_range for a rank that is not hosted.
+    void charge(int rank, double cost) { work_.at(static_cast<std::size_t>(rank)) += cost; }
+    std::span<const double> work() const { return work_; }
+    Traffic traffic() const { return traffic_; }
+    CommSeconds seconds() const { return {}; }
+
+private:
+    static std::logic_error mismatch(const char* call, int source, std::size_t sent, int target, std::size_t expected) {
+        return std::logic_error(std::string(call) + ": rank " + std::to_string(source) + " sends " +
+                                std::to_string(sent) + " doubles, rank " + std::to_string(target) + " expects " +
+                                std::to_string(expected));
+    }
+
+    static void copy(const Buffer& from, Buffer& to, const char* call, int source, int target) {
+        if (from.size() != to.size()) throw mismatch(call, source, from.size(), target, to.size());
+        std::ranges::copy(from, to.begin());
+    }
+
+    void check_count(std::size_t buffers, const char* call) const {
+        if (buffers != ranks_.size())
+            throw std::logic_error(std::string(call) + ": " + std::to_string(buffers) + " buffers for " +
+                                   std::to_string(ranks_.size()) + " ranks");
+    }
+
+    // The end at `peer` of the link that `rank` has with it.
+    const Link& counterpart(const std::vector<Links>& links, int peer, int rank) const {
+        if (peer >= 0 && peer < size()) {
+            const auto found = std::ranges::lower_bound(links[peer], rank, {}, &Link::peer);
+            if (found != links[peer].end() && found->peer == rank) return *found;
+        }
+        throw std::logic_error("exchange: rank " + std::to_string(rank) + " has a link to rank " +
+                               std::to_string(peer) + ", which has none back");
+    }
+
+    void count(std::size_t doubles) {
+        traffic_.messages += 1;
+        traffic_.bytes += static_cast<double>(doubles * sizeof(double));
+    }
+
+    std::vector<int> ranks_;
+    std::vector<double> work_;
+    Buffer gathered_;
+    Traffic traffic_;
+};
+
+static_assert(Communicator<InProcess>);
+
+}  // namespace nscdd

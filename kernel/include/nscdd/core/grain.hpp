@@ -1,0 +1,41 @@
+// One disk or sphere: what is known of it between two steps.
+#pragma once
+
+#include <numbers>
+
+#include "nscdd/core/model.hpp"
+
+namespace nscdd {
+
+template <class M>
+struct Grain {
+    int id = 0;        // the same in every copy, unique in the scene
+    int material = 0;  // row of Materials
+    double radius = 0;
+    double mass = 0;     // of the whole grain, never split here
+    double inertia = 0;  // about the centre
+    typename M::Vec position = M::Vec::Zero();
+    typename M::Velocity velocity = M::Velocity::Zero();
+    typename M::Velocity load = M::Velocity::Zero();  // constant external force and torque [N, N m]
+
+    double kinetic_energy() const {
+        const double linear = mass * velocity.template head<M::dim>().squaredNorm();
+        return 0.5 * (linear + inertia * velocity.template tail<M::spins>().squaredNorm());
+    }
+};
+
+// A solid disk (density per area) or sphere (per volume) at rest.
+template <class M>
+Grain<M> make_grain(int id, double radius, double density, const typename M::Vec& position, int material = 0) {
+    Grain<M> grain;
+    grain.id = id;
+    grain.material = material;
+    grain.radius = radius;
+    const double r2 = radius * radius;
+    grain.mass = density * std::numbers::pi * r2 * (M::dim == 3 ? 4.0 / 3.0 * radius : 1.0);
+    grain.inertia = grain.mass * r2 * (M::dim == 3 ? 0.4 : 0.5);
+    grain.position = position;
+    return grain;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,33 @@
+// Friction and restitution, per pair of materials.
+#pragma once
+
+#include <stdexcept>
+#include <vector>
+
+namespace nscdd {
+
+struct Pairing {
+    double friction = 0;     // Coulomb's mu
+    double restitution = 0;  // Newton's e, 0 to 1
+};
+
+class Materials {
+  public:
+    explicit Materials(int count = 1) : count_(count), table_(static_cast<std::size_t>(count * count)) {}
+
+    void set(int a, int b, Pairing pairing) {
+        if (!(pairing.friction >= 0) || !(pairing.restitution >= 0 && pairing.restitution <= 1))
+            throw std::invalid_argument("friction must be >= 0 and restitution within [0, 1]");
+        table_.at(index(a, b)) = table_.at(index(b, a)) = pairing;
+    }
+    const Pairing& operator()(int a, int b) const { return table_[index(a, b)]; }
+    int count() const { return count_; }
+
+  private:
+    std::size_t index(int a, int b) const { return static_cast<std::size_t>(a * count_ + b); }
+
+    int count_;
+    std::vector<Pairing> table_;
+};
+
+}  // namespace nscdd

@@ -1,0 +1,57 @@
+// What a scene has, decided at compile time: dimension, contact law, and whether walls may be pushed.
+//
+//   using Model = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
+//   Model::Velocity v;                 // 3 translations, 3 spins
+//
+// Nothing that a model lacks is stored or computed: a frictionless grain has no spin, a frictionless contact
+// one scalar impulse, a kinematic wall no inverse mass.
+#pragma once
+
+#include <type_traits>
+
+#include <Eigen/Core>
+
+namespace nscdd {
+
+struct Frictionless {};    // no tangential impulse, hence no rotation
+struct Coulomb {};         // |r_t| <= mu r_n, sliding against the slip velocity
+struct KinematicWalls {};  // walls rest or move as prescribed: no unknowns
+struct DrivenWalls {};     // some walls are pushed by a force along their normal
+
+template <int Dimension, class ContactLaw, class WallFreedom>
+struct Model {
+    static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
+
+    static constexpr int dim = Dimension;
+    static constexpr bool friction = std::is_same_v<ContactLaw, Coulomb>;
+    static constexpr bool driven_walls = std::is_same_v<WallFreedom, DrivenWalls>;
+    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;
+    static constexpr int dof = dim + spins;  // of one grain
+
+    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;
+    using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;
+    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;          // translations, then spins
+    using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  // world axes, or along n alone
+};
+
+// spin x arm, the velocity of a point at `arm` from the centre [m/s].
+template <class M>
+typename M::Vec spin_cross(const auto& spin, const typename M::Vec& arm) {
+    if constexpr (M::dim == 3)
+        return {spin[1] * arm[2] - spin[2] * arm[1], spin[2] * arm[0] - spin[0] * arm[2],
+                spin[0] * arm[1] - spin[1] * arm[0]};
+    else
+        return {-spin[0] * arm[1], spin[0] * arm[0]};
+}
+
+// arm x impulse, the angular impulse about the centre [N m s]; one component in 2D.
+template <class M>
+typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& impulse) {
+    if constexpr (M::dim == 3)
+        return {arm[1] * impulse[2] - arm[2] * impulse[1], arm[2] * impulse[0] - arm[0] * impulse[2],
+                arm[0] * impulse[1] - arm[1] * impulse[0]};
+    else
+        return typename M::Spin{arm[0] * impulse[1] - arm[1] * impulse[0]};
+}
+
+}  // namespace nscdd

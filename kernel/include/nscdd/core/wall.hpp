@@ -1,0 +1,22 @@
+// A plane that bounds the sample: at rest, moving as prescribed, or pushed by a force along its normal.
+#pragma once
+
+#include "nscdd/core/model.hpp"
+
+namespace nscdd {
+
+template <class M>
+struct Wall {
+    int material = 0;
+    typename M::Vec normal = M::Vec::UnitX();       // unit, into the sample
+    double offset = 0;                              // normal . (any point of the plane)
+    typename M::Vec velocity = M::Vec::Zero();      // prescribed; of a driven wall the tangential part only
+    bool driven = false;                            // needs Model<.., DrivenWalls>
+    double force = 0;                               // driven: along the normal, positive pushes into the sample [N]
+    double mass = 0;                                // driven: > 0
+    double speed = 0;                               // driven: along the normal, an unknown of each step
+
+    double normal_speed() const { return velocity.dot(normal) + speed; }
+};
+
+}  // namespace nscdd

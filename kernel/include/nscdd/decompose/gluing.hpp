@@ -1,0 +1,107 @@
+// The interface problem (7): from the velocities of all copies to velocities on which they agree.
+//
+// Both ways are the same map to round-off (method, section 3). F_Gamma is never stored: it is what the masses say it
+// is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+#include <stdexcept>
+#include <vector>
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd {
+
+// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order. Velocities of all
+// copies are one buffer, `dof` doubles a copy.
+struct Copies {
+    int dof = 1;
+    std::vector<int> begin{0};
+    std::vector<double> inverse_mass;  // of the whole body, bodies x dof
+
+    int bodies() const { return static_cast<int>(begin.size()) - 1; }
+    int count() const { return begin.back(); }
+    void clear(int degrees) {
+        dof = degrees;
+        begin.assign(1, 0);
+        inverse_mass.clear();
+    }
+};
+
+// Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
+struct ClosedForm {
+    static constexpr const char* name = "closed-form";
+    void setup(const Copies&) {}
+    void operator()(const Copies& copies, Buffer& v) const {
+        const auto dof = static_cast<std::size_t>(copies.dof);
+        for (std::size_t b = 0; b + 1 < copies.begin.size(); ++b) {
+            const auto first = static_cast<std::size_t>(copies.begin[b]), last = static_cast<std::size_t>(copies.begin[b + 1]);
+            const double count = static_cast<double>(last - first);
+            for (std::size_t d = 0; d < dof; ++d) {
+                double sum = 0;
+                for (std::size_t c = first; c < last; ++c) sum += v[c * dof + d];
+                for (std::size_t c = first; c < last; ++c) v[c * dof + d] = sum / count;
+            }
+        }
+    }
+};
+
+// A_Gamma: one row per jump between consecutive copies and degree of freedom, +1 on the first and -1 on the second.
+inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
+    std::vector<Eigen::Triplet<double>> entries;
+    int row = 0;
+    for (int b = 0; b < copies.bodies(); ++b)
+        for (int c = copies.begin[static_cast<std::size_t>(b)]; c + 1 < copies.begin[static_cast<std::size_t>(b) + 1]; ++c)
+            for (int d = 0; d < copies.dof; ++d, ++row) {
+                entries.emplace_back(row, c * copies.dof + d, 1.0);
+                entries.emplace_back(row, (c + 1) * copies.dof + d, -1.0);
+            }
+    Eigen::SparseMatrix<double> a(row, copies.count() * copies.dof);
+    a.setFromTriplets(entries.begin(), entries.end());
+    return a;
+}
+
+// Diagonal of M_E^-1 over all copies: multiplicity / whole mass.
+inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
+    Eigen::VectorXd inverse(copies.count() * copies.dof);
+    for (int b = 0; b < copies.bodies(); ++b) {
+        const int first = copies.begin[static_cast<std::size_t>(b)], last = copies.begin[static_cast<std::size_t>(b) + 1];
+        for (int c = first; c < last; ++c)
+            for (int d = 0; d < copies.dof; ++d)
+                inverse[c * copies.dof + d] = (last - first) * copies.inverse_mass[static_cast<std::size_t>(b * copies.dof + d)];
+    }
+    return inverse;
+}
+
+// X = sum_E A M_E^-1 A^T assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's interface:
+// Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
+template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
+class Factorised {
+  public:
+    static constexpr const char* name = "factorised";
+
+    void setup(const Copies& copies) {
+        jumps_ = jump_matrix(copies);
+        correction_ = split_inverse_masses(copies).asDiagonal() * jumps_.transpose();
+        if (jumps_.rows() == 0) return;
+        x_ = jumps_ * correction_;
+        cholesky_.compute(x_);
+        if (cholesky_.info() != Eigen::Success) throw std::runtime_error("interface operator X is not positive definite");
+    }
+
+    void operator()(const Copies&, Buffer& v) const {
+        if (jumps_.rows() == 0) return;
+        Eigen::Map<Eigen::VectorXd> velocity(v.data(), static_cast<Eigen::Index>(v.size()));
+        const Eigen::VectorXd multipliers = cholesky_.solve(jumps_ * velocity);  // Delta F_Gamma
+        velocity -= correction_ * multipliers;
+    }
+
+    const Eigen::SparseMatrix<double>& x() const { return x_; }
+
+  private:
+    Eigen::SparseMatrix<double> jumps_, correction_, x_;
+    Cholesky cholesky_;
+};
+
+}  // namespace nscdd

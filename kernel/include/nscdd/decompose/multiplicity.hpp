@@ -1,0 +1,117 @@
+// Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
+//
+// A copy counts only where the fine detection found it a contact: the "future optimization" of section 3.2. Copies
+// without contact take no part in the iteration and are given the answer when it is over.
+#pragma once
+
+#include <algorithm>
+
+#include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+
+namespace nscdd {
+
+namespace detail {
+
+template <class M>
+void mark_own_activity(Subdomain<M>& part) {
+    std::vector<char> touched(part.grains.size(), 0);
+    for (const auto& c : part.problem.contacts)
+        touched[static_cast<std::size_t>(c.i)] = touched[static_cast<std::size_t>(c.j)] = 1;
+    for (const auto& c : part.problem.wall_contacts) touched[static_cast<std::size_t>(c.i)] = 1;
+    part.active.assign(part.sharers.size(), 0);
+    for (std::size_t g = 0; g < part.grains.size(); ++g)
+        for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
+            if (part.sharers[s] == part.rank) part.active[s] = touched[g];
+    for (std::size_t l = 0; l < part.links.size(); ++l) {
+        part.links[l].send.clear();
+        for (int g : part.linked[l]) part.links[l].send.push_back(touched[static_cast<std::size_t>(g)]);
+        part.links[l].recv.resize(part.links[l].send.size());
+    }
+}
+
+template <class M>
+void read_activity(Subdomain<M>& part) {
+    for (std::size_t l = 0; l < part.links.size(); ++l)
+        for (std::size_t k = 0; k < part.linked[l].size(); ++k) {
+            const auto g = static_cast<std::size_t>(part.linked[l][k]);
+            for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
+                if (part.sharers[s] == part.links[l].peer) part.active[s] = part.links[l].recv[k] != 0;
+        }
+    part.interface.clear();
+    for (std::size_t g = 0; g < part.grains.size(); ++g) {
+        bool here = false;
+        for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
+            here |= part.sharers[s] == part.rank && part.active[s];
+        if (here && part.multiplicity(g) > 1) part.interface.push_back(static_cast<int>(g));
+    }
+    std::sort(part.interface.begin(), part.interface.end(), [&](int a, int b) {
+        return part.grains[static_cast<std::size_t>(a)].id < part.grains[static_cast<std::size_t>(b)].id;
+    });
+}
+
+}  // namespace detail
+
+// Agrees on multiplicities, then sets bodies and walls of each problem: V_free and split inverse masses. Mass,
+// inertia and external impulse are all divided by m, so V_free is that of the whole grain in every copy.
+template <class M, Communicator Comm>
+void split_masses(std::vector<Subdomain<M>>& parts, Comm& comm, std::span<const Wall<M>> walls,
+                  const typename M::Vec& gravity, double h) {
+    std::vector<Links> links(parts.size());
+    std::vector<Buffer> pushed(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        detail::mark_own_activity(parts[k]);
+        links[k].swap(parts[k].links);
+        if constexpr (M::driven_walls) {
+            pushed[k].assign(walls.size(), 0.0);
+            for (const auto& c : parts[k].problem.wall_contacts) pushed[k][static_cast<std::size_t>(c.j)] = 1;
+        }
+    }
+    comm.exchange(links);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        links[k].swap(parts[k].links);
+        detail::read_activity(parts[k]);
+    }
+    const auto size = static_cast<std::size_t>(comm.size());
+    if constexpr (M::driven_walls) {
+        const std::span<const double> all = comm.all_gather(pushed);
+        for (auto& part : parts) {
+            part.wall_active.assign(walls.size() * size, 0);
+            for (std::size_t r = 0; r < size; ++r)
+                for (std::size_t w = 0; w < walls.size(); ++w)
+                    part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
+        }
+    }
+
+    for (Subdomain<M>& part : parts) {
+        ContactProblem<M>& problem = part.problem;
+        problem.bodies.resize(part.grains.size());
+        problem.multiplicity.resize(part.grains.size());
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            const Grain<M>& grain = part.grains[g];
+            Body<M>& body = problem.bodies[g];
+            const int m = problem.multiplicity[g] = part.multiplicity(g);
+            body.inv_mass = m / grain.mass;
+            body.v = grain.velocity;
+            body.linear() += h * (gravity + grain.load.template head<M::dim>() / grain.mass);
+            if constexpr (M::friction) {
+                body.inv_inertia = m / grain.inertia;
+                body.spin() += h / grain.inertia * grain.load.template tail<M::spins>();
+            }
+        }
+        problem.walls.resize(walls.size());
+        problem.wall_multiplicity.assign(walls.size(), 1);
+        for (std::size_t w = 0; w < walls.size(); ++w) {
+            problem.walls[w].prescribed = walls[w].velocity;
+            if constexpr (M::driven_walls) {
+                const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w * size);
+                const int m = std::max(1, static_cast<int>(std::count(begin, begin + static_cast<std::ptrdiff_t>(size), 1)));
+                problem.wall_multiplicity[w] = m;
+                problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
+                problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
+            }
+        }
+    }
+}
+
+}  // namespace nscdd

@@ -1,0 +1,79 @@
+// Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
+#pragma once
+
+#include "nscdd/comm/communicator.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/solve/nlgs.hpp"
+
+namespace nscdd {
+
+// Where the time of a process goes [s], what it spends inside the communicator left out.
+struct PhaseSeconds {
+    double detect = 0, sweep = 0, interface = 0;
+};
+
+// Adds the time since the last lap to a phase.
+template <Communicator Comm>
+class Stopwatch {
+  public:
+    explicit Stopwatch(const Comm& comm) : comm_(comm), last_(reading()) {}
+    void lap(double& phase) {
+        const double now = reading();
+        phase += now - last_;
+        last_ = now;
+    }
+    void skip() { last_ = reading(); }
+
+  private:
+    double reading() const {
+        const CommSeconds inside = comm_.seconds();
+        return comm_.now() - inside.wait - inside.transfer;
+    }
+    const Comm& comm_;
+    double last_;
+};
+
+// The residual of the whole scene, the same bits on every rank.
+template <class M, Communicator Comm>
+ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Comm& comm) {
+    std::vector<Buffer> mine;
+    for (const auto& part : parts) {
+        const auto packed = residual_parts(part.problem).pack();
+        mine.emplace_back(packed.begin(), packed.end());
+    }
+    const std::span<const double> all = comm.all_gather(mine);
+    ResidualParts total;
+    for (std::size_t p = 0; p < all.size(); p += ResidualParts::size)
+        total.add({all[p], all[p + 1], all[p + 2], all[p + 3]});
+    return total;
+}
+
+// In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
+// all active copies. Scheme: Ccs or Dcs. With one subdomain the numbers are those of nlgs(), bit for bit.
+template <class M, Communicator Comm, class Scheme>
+SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Comm& comm, Scheme& scheme, const SolveOptions& options,
+                        PhaseSeconds& seconds) {
+    Stopwatch watch(comm);
+    scheme.setup(parts, comm);
+    scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
+    watch.lap(seconds.interface);
+    SolveReport report;
+    ResidualParts residual;
+    do {
+        for (int k = 0; k < options.check_every; ++k) {
+            for (std::size_t p = 0; p < parts.size(); ++p) {
+                for (int s = 0; s < options.sweeps; ++s) sweep(parts[p].problem);
+                comm.charge(static_cast<int>(p), options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
+            }
+            watch.lap(seconds.sweep);
+            scheme.glue(parts, comm);
+            watch.lap(seconds.interface);
+        }
+        report.iterations += options.check_every;
+        residual = scene_residual(parts, comm);
+        watch.lap(seconds.sweep);
+    } while (!finished(residual, options, parts.front().problem.least_radius, report));
+    return report;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,241 @@
+// Rough detection and the new decomposition of the domain: grains migrate, candidates are found where their
+// midpoint lies, impulses follow their pair, and all holders of a grain agree on who they are.
+//
+// No rank sees the whole scene: a grain is sent to the subdomains that its contacts could fall into. Contacts are
+// dealt by the very point that impulses are forwarded by, so none is lost (warm start).
+#pragma once
+
+#include <map>
+#include <unordered_map>
+
+#include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/grid.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/detect/rough.hpp"
+
+namespace nscdd {
+
+// Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
+template <class M>
+struct PairImpulse {
+    int i, j;
+    typename M::Impulse r;
+};
+
+namespace detail {
+
+constexpr std::uint64_t pair_key(int i, int j) {
+    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32) | static_cast<std::uint32_t>(j);
+}
+
+template <class M>
+struct Wire {  // records as doubles
+    static constexpr std::size_t grain_size = 5 + M::dim + 2 * M::dof;
+    static constexpr std::size_t impulse_size = 2 + M::Impulse::RowsAtCompileTime;
+
+    static void put(const auto& vector, Buffer& out) { out.insert(out.end(), vector.data(), vector.data() + vector.size()); }
+    static void put(const Grain<M>& g, Buffer& out) {
+        out.insert(out.end(), {double(g.id), double(g.material), g.radius, g.mass, g.inertia});
+        put(g.position, out), put(g.velocity, out), put(g.load, out);
+    }
+    static Grain<M> grain(const double* in) {
+        Grain<M> g;
+        g.id = static_cast<int>(in[0]), g.material = static_cast<int>(in[1]);
+        g.radius = in[2], g.mass = in[3], g.inertia = in[4];
+        g.position = Eigen::Map<const typename M::Vec>(in + 5);
+        g.velocity = Eigen::Map<const typename M::Velocity>(in + 5 + M::dim);
+        g.load = Eigen::Map<const typename M::Velocity>(in + 5 + M::dim + M::dof);
+        return g;
+    }
+    static void put(const PairImpulse<M>& p, Buffer& out) {
+        out.insert(out.end(), {double(p.i), double(p.j)});
+        put(p.r, out);
+    }
+    static PairImpulse<M> impulse(const double* in) {
+        return {static_cast<int>(in[0]), static_cast<int>(in[1]), Eigen::Map<const typename M::Impulse>(in + 2)};
+    }
+};
+
+using Outboxes = std::vector<std::vector<Buffer>>;  // [hosted rank][destination]
+
+inline Outboxes outboxes(std::size_t hosted, int size) {
+    return Outboxes(hosted, std::vector<Buffer>(static_cast<std::size_t>(size)));
+}
+
+}  // namespace detail
+
+// Hands the impulses to the candidates they belong to; others are ignored.
+template <class M>
+void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
+    std::unordered_map<std::uint64_t, Candidate<M>*> by_ids;
+    const auto id = [&](int local) { return part.grains[static_cast<std::size_t>(local)].id; };
+    for (auto& c : part.pairs) by_ids[detail::pair_key(id(c.i), id(c.j))] = &c;
+    for (auto& c : part.wall_pairs) by_ids[detail::pair_key(id(c.i), -1 - c.j)] = &c;
+    for (const auto& p : impulses)
+        if (const auto found = by_ids.find(detail::pair_key(p.i, p.j)); found != by_ids.end()) found->second->r = p.r;
+}
+
+// All impulses that are not zero.
+template <class M>
+void visit_impulses(const Subdomain<M>& part, auto&& visit) {
+    for (const auto& c : part.pairs)
+        if (!c.r.isZero(0)) visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id, part.grains[static_cast<std::size_t>(c.j)].id, c.r});
+    for (const auto& c : part.wall_pairs)
+        if (!c.r.isZero(0)) visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id, -1 - c.j, c.r});
+}
+
+namespace detail {
+
+// Tells every holder of a grain who the others are; returns, per hosted rank, id -> ranks (ascending).
+// The rank where the centre lies keeps the list, and keeps the grain itself when nobody has a candidate for it.
+template <class M, Communicator Comm>
+std::vector<std::map<int, std::vector<int>>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
+                                                             const std::vector<std::vector<char>>& used, Comm& comm,
+                                                             const Grid<M>& grid) {
+    Outboxes uses = outboxes(parts.size(), comm.size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+            if (used[k][g]) {
+                const auto home = static_cast<std::size_t>(grid.owner(parts[k].grains[g].position));
+                uses[k][home].insert(uses[k][home].end(), {double(parts[k].grains[g].id), double(parts[k].rank)});
+            }
+    const std::vector<Buffer> at_home = comm.route(uses);
+
+    Outboxes answers = outboxes(parts.size(), comm.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        std::map<int, std::vector<int>> users;  // ranks ascend because route() delivers by source
+        for (const auto& g : parts[k].grains)
+            if (grid.owner(g.position) == parts[k].rank) users[g.id];
+        for (std::size_t p = 0; p < at_home[k].size(); p += 2)
+            users[static_cast<int>(at_home[k][p])].push_back(static_cast<int>(at_home[k][p + 1]));
+        for (auto& [id, ranks] : users) {
+            if (ranks.empty()) ranks.push_back(parts[k].rank);
+            for (int rank : ranks) {
+                Buffer& out = answers[k][static_cast<std::size_t>(rank)];
+                out.insert(out.end(), {double(id), double(ranks.size())});
+                out.insert(out.end(), ranks.begin(), ranks.end());
+            }
+        }
+    }
+    const std::vector<Buffer> told = comm.route(answers);
+    std::vector<std::map<int, std::vector<int>>> sharers(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t p = 0; p < told[k].size();) {
+            std::vector<int>& ranks = sharers[k][static_cast<int>(told[k][p])];
+            const auto count = static_cast<std::size_t>(told[k][p + 1]);
+            for (std::size_t r = 0; r < count; ++r) ranks.push_back(static_cast<int>(told[k][p + 2 + r]));
+            p += 2 + count;
+        }
+    return sharers;
+}
+
+// Drops grains that nobody here needs and sets sharers and links.
+template <class M>
+void keep_shared(Subdomain<M>& part, const std::map<int, std::vector<int>>& sharers) {
+    std::vector<int> renamed(part.grains.size(), -1);
+    std::vector<Grain<M>> kept;
+    part.sharer_begin.assign(1, 0);
+    part.sharers.clear();
+    std::map<int, std::vector<std::pair<int, int>>> shared;  // peer -> (id, local)
+    for (std::size_t g = 0; g < part.grains.size(); ++g) {
+        const auto found = sharers.find(part.grains[g].id);
+        if (found == sharers.end()) continue;
+        const int local = static_cast<int>(kept.size());
+        renamed[g] = local;
+        kept.push_back(part.grains[g]);
+        part.sharers.insert(part.sharers.end(), found->second.begin(), found->second.end());
+        part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
+        for (int rank : found->second)
+            if (rank != part.rank) shared[rank].push_back({kept.back().id, local});
+    }
+    part.grains.swap(kept);
+    for (auto& c : part.pairs) {
+        c.i = renamed[static_cast<std::size_t>(c.i)];
+        c.j = renamed[static_cast<std::size_t>(c.j)];
+    }
+    for (auto& c : part.wall_pairs) c.i = renamed[static_cast<std::size_t>(c.i)];
+
+    part.links.clear();
+    part.linked.clear();
+    for (auto& [peer, grains] : shared) {
+        std::sort(grains.begin(), grains.end());
+        part.links.push_back({peer, {}, {}});
+        part.linked.emplace_back();
+        for (const auto& entry : grains) part.linked.back().push_back(entry.second);
+    }
+}
+
+}  // namespace detail
+
+// In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
+// `grid`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
+template <class M, Communicator Comm>
+void repartition(std::vector<Subdomain<M>>& parts, Comm& comm, const Grid<M>& grid, std::span<const Wall<M>> walls,
+                 double skin, double largest_radius) {
+    using Wire = detail::Wire<M>;
+    detail::Outboxes grains = detail::outboxes(parts.size(), comm.size());
+    detail::Outboxes impulses = grains;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const Subdomain<M>& part = parts[k];
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            if (!part.primary(g)) continue;
+            // the midpoint of a candidate is no farther from the centre than half its length
+            const double reach = 0.5 * (part.grains[g].radius + largest_radius + skin);
+            grid.visit_owners(part.grains[g].position, reach,
+                              [&](int rank) { Wire::put(part.grains[g], grains[k][static_cast<std::size_t>(rank)]); });
+        }
+        visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
+            const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
+            const typename M::Vec midpoint =
+                p.j < 0 ? xi : typename M::Vec(0.5 * (xi + part.grains[static_cast<std::size_t>(c.j)].position));
+            Wire::put(p, impulses[k][static_cast<std::size_t>(grid.owner(midpoint))]);
+        });
+    }
+    const std::vector<Buffer> received = comm.route(grains);
+    const std::vector<Buffer> carried = comm.route(impulses);
+
+    std::vector<std::vector<char>> used(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        part.grains.clear();
+        for (std::size_t p = 0; p < received[k].size(); p += Wire::grain_size)
+            part.grains.push_back(Wire::grain(received[k].data() + p));
+        const Cells<M> cells(part.grains, 2 * largest_radius + skin);
+        sort_in_space(part.grains, cells);
+
+        const auto mine = [&](const Grain<M>& a, const Grain<M>& b) {
+            const Grain<M>&low = a.id < b.id ? a : b, &high = a.id < b.id ? b : a;  // the same sum as above
+            return grid.owner(0.5 * (low.position + high.position)) == part.rank;
+        };
+        part.pairs.clear();
+        part.wall_pairs.clear();
+        used[k].assign(part.grains.size(), 0);
+        for (const GrainPair& pair : close_pairs<M>(part.grains, cells, skin, mine)) {
+            part.pairs.push_back({pair.i, pair.j});
+            used[k][static_cast<std::size_t>(pair.i)] = used[k][static_cast<std::size_t>(pair.j)] = 1;
+        }
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            const Grain<M>& grain = part.grains[g];
+            if (grid.owner(grain.position) != part.rank) continue;
+            for (std::size_t w = 0; w < walls.size(); ++w)
+                if (walls[w].normal.dot(grain.position) - walls[w].offset - grain.radius < skin) {
+                    part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
+                    used[k][g] = 1;
+                }
+        }
+    }
+
+    const auto sharers = detail::agree_on_sharers(parts, used, comm, grid);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        detail::keep_shared(part, sharers[k]);
+        part.rough_position.clear();
+        for (const auto& g : part.grains) part.rough_position.push_back(g.position);
+        std::vector<PairImpulse<M>> own;
+        for (std::size_t p = 0; p < carried[k].size(); p += Wire::impulse_size)
+            own.push_back(Wire::impulse(carried[k].data() + p));
+        set_impulses<M>(part, own);
+    }
+}
+
+}  // namespace nscdd

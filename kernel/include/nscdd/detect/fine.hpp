@@ -1,0 +1,135 @@
+// Fine detection: contacts of this step out of the rough candidates, with gap, normal, levers and bias.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "nscdd/core/materials.hpp"
+#include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/law/kinematics.hpp"
+
+namespace nscdd {
+
+struct Overlap {
+    double ratio = 0;  // overlap over the smaller radius
+    int i = -1, j = -1;  // ids; j < 0: wall -1-j
+};
+
+namespace detail {
+
+// Warm start: last step's impulse, put back inside the cone of the new normal.
+template <class M>
+typename M::Impulse admissible(const typename M::Impulse& r, const typename M::Vec& normal, double mu) {
+    if constexpr (M::friction) {
+        const double rn = r.dot(normal);
+        if (!(rn > 0)) return M::Impulse::Zero();
+        const typename M::Vec rt = r - rn * normal;
+        const double length = rt.norm(), limit = mu * rn;
+        return rn * normal + (length > limit ? limit / length : 1.0) * rt;
+    } else {
+        (void)normal, (void)mu;
+        return typename M::Impulse{std::max(0.0, r[0])};
+    }
+}
+
+// The contact of a candidate, or nothing when it cannot act in this step.
+// e = 0: acts as soon as the step would close it. e > 0: only once touching, else the rebound is lost (Moreau).
+template <class M>
+bool make_contact(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert, double h,
+                  const typename M::Vec& normal, double approach, double lever_i, double lever_j, Contact<M>& c) {
+    const bool impact = pairing.restitution > 0;
+    const bool acts = impact ? gap <= 0 : gap <= alert || candidate.missed;
+    candidate.gap_left_out = impact || acts ? -1 : gap;
+    if (!acts) {
+        candidate.r.setZero();
+        return false;
+    }
+    c.i = candidate.i;
+    c.j = candidate.j;
+    c.normal = normal;
+    c.bias = impact ? pairing.restitution * approach : std::max(gap, 0.0) / h;
+    c.r = admissible<M>(candidate.r, normal, pairing.friction);
+    if constexpr (M::friction) {
+        c.friction_coefficient = pairing.friction;
+        c.lever_i = lever_i;
+        c.lever_j = lever_j;
+    }
+    return true;
+}
+
+}  // namespace detail
+
+// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
+// `alert`: gap up to which a pair is a contact. Returns the worst overlap found.
+template <class M>
+Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials& materials, double h,
+                        double alert) {
+    Overlap worst;
+    const auto note = [&](double gap, double radius, int i, int j) {
+        if (-gap > worst.ratio * radius) worst = {-gap / radius, i, j};
+    };
+    ContactProblem<M>& problem = part.problem;
+    problem.contacts.clear();
+    problem.wall_contacts.clear();
+    part.source.clear();
+    part.wall_source.clear();
+    Contact<M> contact;
+    for (std::size_t k = 0; k < part.pairs.size(); ++k) {
+        Candidate<M>& candidate = part.pairs[k];
+        const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
+        const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
+        typename M::Vec normal = a.position - b.position;
+        const double distance = normal.norm(), gap = distance - a.radius - b.radius;
+        note(gap, std::min(a.radius, b.radius), a.id, b.id);
+        if (!(distance > 0)) continue;  // coincident centres: the overlap is reported, there is no normal
+        normal /= distance;
+        const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
+        if (detail::make_contact(candidate, materials(a.material, b.material), gap, alert, h, normal, v.dot(normal),
+                                 a.radius + 0.5 * gap, b.radius + 0.5 * gap, contact)) {
+            problem.contacts.push_back(contact);
+            part.source.push_back(static_cast<int>(k));
+        }
+    }
+    for (std::size_t k = 0; k < part.wall_pairs.size(); ++k) {
+        Candidate<M>& candidate = part.wall_pairs[k];
+        const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
+        const Wall<M>& wall = walls[static_cast<std::size_t>(candidate.j)];
+        const double gap = wall.normal.dot(a.position) - wall.offset - a.radius;
+        note(gap, a.radius, a.id, -1 - candidate.j);
+        const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
+        if (detail::make_contact(candidate, materials(a.material, wall.material), gap, alert, h, wall.normal, approach,
+                                 a.radius + 0.5 * gap, 0.0, contact)) {
+            problem.wall_contacts.push_back(contact);
+            part.wall_source.push_back(static_cast<int>(k));
+        }
+    }
+    return worst;
+}
+
+// Marks candidates that were left out and that the solved velocities would close within the step; true if any.
+template <class M>
+bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h) {
+    bool any = false;
+    const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
+    const auto check = [&](Candidate<M>& c, double closing) {
+        if (c.gap_left_out >= 0 && c.gap_left_out + h * closing < 0) c.missed = any = true;
+    };
+    for (auto& c : part.pairs) {
+        if (c.gap_left_out < 0) continue;
+        const typename M::Vec normal = (part.grains[static_cast<std::size_t>(c.i)].position -
+                                        part.grains[static_cast<std::size_t>(c.j)].position).normalized();
+        check(c, (velocity(c.i) - velocity(c.j)).dot(normal));
+    }
+    for (auto& c : part.wall_pairs) {
+        if (c.gap_left_out < 0) continue;
+        const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
+        double speed = wall.velocity.dot(wall.normal);
+        if constexpr (M::driven_walls) speed += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
+        check(c, velocity(c.i).dot(wall.normal) - speed);
+    }
+    return any;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,32 @@
+// The exact answer of one contact: Signorini, then Coulomb, in closed form.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "nscdd/core/contact_problem.hpp"
+
+namespace nscdd {
+
+// The impulse r' that satisfies the law at this contact while all others keep theirs.
+//   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
+//   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
+//               disk |r_t| <= mu r_n' (two stages, not the projection on the cone: method, section 1)
+template <class M>
+typename M::Impulse contact_law(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
+    if constexpr (M::friction) {
+        const double vn = v.dot(c.normal);
+        const double rn = c.r.dot(c.normal);
+        const double normal = std::max(0.0, rn - (vn + c.bias) * inv_wn);
+        const typename M::Vec trial = (c.r - rn * c.normal) - inv_wt * (v - vn * c.normal);
+        const double limit = c.friction_coefficient * normal;
+        const double trial2 = trial.squaredNorm();
+        const double scale = trial2 > limit * limit ? limit / std::sqrt(trial2) : 1.0;
+        return normal * c.normal + scale * trial;
+    } else {
+        (void)inv_wt;
+        return typename M::Impulse{std::max(0.0, c.r[0] - (v[0] + c.bias) * inv_wn)};
+    }
+}
+
+}  // namespace nscdd

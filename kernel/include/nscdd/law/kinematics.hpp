@@ -1,0 +1,110 @@
+// H^T V and M^-1 H dr of one contact, without H: v at the contact point, and what an impulse does to the bodies.
+#pragma once
+
+#include "nscdd/core/contact_problem.hpp"
+
+namespace nscdd {
+
+// Which kind of contact a function is compiled for: `j` is a grain, or a wall.
+struct BetweenGrains {};
+struct WithWall {};
+
+// Velocity of i relative to j at the contact point; the normal component alone in a frictionless scene.
+template <class M>
+typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
+    const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
+    const Body<M>& b = problem.bodies[static_cast<std::size_t>(c.j)];
+    const typename M::Vec v = a.linear() - b.linear();
+    if constexpr (M::friction) {
+        const typename M::Spin spin = c.lever_i * a.spin() + c.lever_j * b.spin();
+        return v - spin_cross<M>(spin, c.normal);
+    } else {
+        return typename M::Impulse{v.dot(c.normal)};
+    }
+}
+
+template <class M>
+typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, WithWall) {
+    const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
+    const WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
+    typename M::Vec v = a.linear() - wall.prescribed;
+    if constexpr (M::driven_walls) v -= wall.speed * c.normal;
+    if constexpr (M::friction) {
+        const typename M::Spin spin = c.lever_i * a.spin();
+        return v - spin_cross<M>(spin, c.normal);
+    } else {
+        return typename M::Impulse{v.dot(c.normal)};
+    }
+}
+
+// The impulse as a vector in world axes.
+template <class M>
+typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::Vec& normal) {
+    if constexpr (M::friction)
+        return r;
+    else
+        return r[0] * normal;
+}
+
+// V += M^-1 H dr.
+template <class M>
+void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, BetweenGrains) {
+    Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
+    Body<M>& b = problem.bodies[static_cast<std::size_t>(c.j)];
+    const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
+    a.linear() += a.inv_mass * impulse;
+    b.linear() -= b.inv_mass * impulse;
+    if constexpr (M::friction) {
+        // the arms are -lever_i n and +lever_j n and the impulses opposite: both spins turn the same way
+        const typename M::Spin turn = arm_cross<M>(c.normal, impulse);
+        a.spin() -= (c.lever_i * a.inv_inertia) * turn;
+        b.spin() -= (c.lever_j * b.inv_inertia) * turn;
+    }
+}
+
+template <class M>
+void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, WithWall) {
+    Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
+    const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
+    a.linear() += a.inv_mass * impulse;
+    if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
+    if constexpr (M::driven_walls) {
+        WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
+        wall.speed -= wall.inv_mass * impulse.dot(c.normal);
+    }
+}
+
+// The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
+struct DelassusDiagonal {
+    double normal;
+    double tangential;  // 0 in a frictionless scene
+};
+
+// `split`: with this copy's masses (the sweep), else with whole masses (the residual).
+template <class M>
+DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
+    const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i], sj = split ? 1.0 : 1.0 / problem.multiplicity[j];
+    const Body<M>&a = problem.bodies[i], &b = problem.bodies[j];
+    DelassusDiagonal w{si * a.inv_mass + sj * b.inv_mass, 0};
+    if constexpr (M::friction)
+        w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia + sj * c.lever_j * c.lever_j * b.inv_inertia;
+    return w;
+}
+
+template <class M>
+DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, WithWall) {
+    const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i];
+    const Body<M>& a = problem.bodies[i];
+    DelassusDiagonal w{si * a.inv_mass, 0};
+    // a driven wall gives way along its normal only, so it adds nothing to W_t
+    if constexpr (M::friction) w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia;
+    if constexpr (M::driven_walls) {
+        const double sw = split ? 1.0 : 1.0 / problem.wall_multiplicity[j];
+        w.normal += sw * problem.walls[j].inv_mass;
+    }
+    return w;
+}
+
+}  // namespace nscdd

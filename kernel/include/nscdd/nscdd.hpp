@@ -1,0 +1,10 @@
+// The whole kernel but MPI (add "nscdd/comm/mpi.hpp" for that). See README.md for a first program.
+#pragma once
+
+#include "nscdd/comm/in_process.hpp"
+#include "nscdd/decompose/ccs.hpp"
+#include "nscdd/decompose/dcs.hpp"
+#include "nscdd/solve/nlgs.hpp"
+#include "nscdd/step/gather.hpp"
+#include "nscdd/step/measures.hpp"
+#include "nscdd/step/simulation.hpp"

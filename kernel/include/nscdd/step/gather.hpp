@@ -1,0 +1,80 @@
+// The whole scene on rank 0, for output. Collective.
+#pragma once
+
+#include "nscdd/step/simulation.hpp"
+
+namespace nscdd {
+
+template <class M>
+struct GatheredGrain {
+    Grain<M> grain;
+    int subdomain;     // that speaks for it
+    int multiplicity;  // active copies in the last step
+};
+
+template <class M>
+struct GatheredContact {
+    int i, j;  // ids; j < 0: wall -1-j
+    int subdomain;
+    double gap;  // now
+    typename M::Vec normal, impulse;
+};
+
+// By ascending id on the process that hosts rank 0, empty elsewhere.
+template <class M, Communicator Comm>
+std::vector<GatheredGrain<M>> gather_grains(const Simulation<M, Comm>& simulation) {
+    const auto& parts = simulation.parts();
+    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
+            if (!parts[k].primary(g)) continue;
+            detail::Wire<M>::put(parts[k].grains[g], out[k][0]);
+            const bool stepped = !parts[k].problem.multiplicity.empty();
+            out[k][0].insert(out[k][0].end(), {double(parts[k].rank), stepped ? double(parts[k].problem.multiplicity[g]) : 1.0});
+        }
+    const std::vector<Buffer> in = simulation.comm().route(out);
+    std::vector<GatheredGrain<M>> grains;
+    constexpr std::size_t size = detail::Wire<M>::grain_size + 2;
+    if (parts[0].rank == 0)
+        for (std::size_t p = 0; p < in[0].size(); p += size)
+            grains.push_back({detail::Wire<M>::grain(in[0].data() + p), static_cast<int>(in[0][p + size - 2]),
+                              static_cast<int>(in[0][p + size - 1])});
+    std::sort(grains.begin(), grains.end(), [](const auto& a, const auto& b) { return a.grain.id < b.grain.id; });
+    return grains;
+}
+
+// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
+template <class M, Communicator Comm>
+std::vector<GatheredContact<M>> gather_contacts(const Simulation<M, Comm>& simulation) {
+    constexpr std::size_t size = 4 + 2 * M::dim;
+    const auto& parts = simulation.parts();
+    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
+        const auto put = [&](const Contact<M>& c, int j, double gap) {
+            out[k][0].insert(out[k][0].end(), {double(grain(c.i).id), double(j), double(parts[k].rank), gap});
+            detail::Wire<M>::put(c.normal, out[k][0]);
+            detail::Wire<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
+        };
+        for (const auto& c : parts[k].problem.contacts)
+            put(c, grain(c.j).id, (grain(c.i).position - grain(c.j).position).norm() - grain(c.i).radius - grain(c.j).radius);
+        for (const auto& c : parts[k].problem.wall_contacts) {
+            const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
+            put(c, -1 - c.j, wall.normal.dot(grain(c.i).position) - wall.offset - grain(c.i).radius);
+        }
+    }
+    const std::vector<Buffer> in = simulation.comm().route(out);
+    std::vector<GatheredContact<M>> contacts;
+    if (parts[0].rank == 0)
+        for (std::size_t p = 0; p < in[0].size(); p += size) {
+            const double* record = in[0].data() + p;
+            contacts.push_back({static_cast<int>(record[0]), static_cast<int>(record[1]), static_cast<int>(record[2]),
+                                record[3], Eigen::Map<const typename M::Vec>(record + 4),
+                                Eigen::Map<const typename M::Vec>(record + 4 + M::dim)});
+        }
+    std::sort(contacts.begin(), contacts.end(),
+              [](const auto& a, const auto& b) { return std::pair(a.i, a.j) < std::pair(b.i, b.j); });
+    return contacts;
+}
+
+}  // namespace nscdd

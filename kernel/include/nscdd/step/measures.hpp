@@ -1,0 +1,101 @@
+// What a state weighs: sums over the scene, for checks and reports. Collective.
+#pragma once
+
+#include <array>
+
+#include "nscdd/step/simulation.hpp"
+
+namespace nscdd {
+
+template <class M>
+struct Measures {
+    using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
+    static constexpr int turns = M::dim == 3 ? 3 : 1;
+
+    double kinetic_energy = 0;  // of the grains [J]
+    typename M::Vec momentum = M::Vec::Zero();
+    Eigen::Matrix<double, turns, 1, Eigen::DontAlign> angular_momentum;  // about the origin, spins included
+    Tensor virial = Tensor::Zero();  // sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure
+    double contacts = 0;             // that carry an impulse
+    double wall_contacts = 0;        // of them with walls
+    double grains_volume = 0;
+    double touched = 0;              // grains with at least one such contact
+    double largest_overlap = 0;      // [m], of the contacts of the last step, now
+    double copies = 0;               // active copies of all grains (1 each when nothing is shared)
+};
+
+// After a step.
+template <class M, Communicator Comm>
+Measures<M> measure(const Simulation<M, Comm>& simulation) {
+    constexpr int dim = M::dim, turns = Measures<M>::turns;
+    constexpr std::size_t size = 1 + dim + turns + dim * dim + 5;
+    const double h = simulation.settings().h;
+    std::vector<Buffer> sums, overlaps;
+    for (const auto& part : simulation.parts()) {
+        Measures<M> m;
+        m.angular_momentum.setZero();
+        std::vector<int> carried(part.grains.size(), 0);
+        const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
+        const auto carries = [](const Contact<M>& c) {
+            if constexpr (M::friction)
+                return c.r.dot(c.normal) > 0;
+            else
+                return c.r[0] > 0;
+        };
+        for (const auto& c : part.problem.contacts) {
+            const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
+            m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
+            if (!carries(c)) continue;
+            ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
+            m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
+        }
+        for (const auto& c : part.problem.wall_contacts) {
+            const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
+            const double distance = wall.normal.dot(grain(c.i).position) - wall.offset;
+            m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius - distance);
+            if (!carries(c)) continue;
+            ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
+            m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();
+        }
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            if (!part.primary(g)) continue;
+            const Grain<M>& body = part.grains[g];
+            const typename M::Vec p = body.mass * body.velocity.template head<dim>();
+            m.kinetic_energy += body.kinetic_energy();
+            m.momentum += p;
+            if constexpr (dim == 3) {
+                const Eigen::Vector3d x = body.position, q = p;
+                m.angular_momentum += x.cross(q);
+            } else {
+                m.angular_momentum[0] += body.position[0] * p[1] - body.position[1] * p[0];
+            }
+            if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
+            m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
+            m.copies += part.problem.multiplicity[g];
+        }
+        // grains of the interface are counted in every subdomain where they carry: touched is an upper bound there
+        for (std::size_t g = 0; g < part.grains.size(); ++g)
+            m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
+        Buffer& out = sums.emplace_back(Buffer{m.kinetic_energy});
+        out.insert(out.end(), m.momentum.data(), m.momentum.data() + dim);
+        out.insert(out.end(), m.angular_momentum.data(), m.angular_momentum.data() + turns);
+        out.insert(out.end(), m.virial.data(), m.virial.data() + dim * dim);
+        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched, m.copies});
+        overlaps.push_back({m.largest_overlap});
+    }
+    std::array<double, size> sum;
+    sum_in_rank_order(simulation.comm().all_gather(sums), sum);
+    Measures<M> total;
+    const double* in = sum.data();
+    total.kinetic_energy = *in++;
+    total.momentum = Eigen::Map<const typename M::Vec>(in);
+    total.angular_momentum = Eigen::Map<const Eigen::Matrix<double, turns, 1>>(in + dim);
+    total.virial = Eigen::Map<const Eigen::Matrix<double, dim, dim>>(in + dim + turns);
+    in += dim + turns + dim * dim;
+    total.contacts = in[0], total.wall_contacts = in[1], total.grains_volume = in[2], total.touched = in[3];
+    total.copies = in[4];
+    for (double overlap : simulation.comm().all_gather(overlaps)) total.largest_overlap = std::max(total.largest_overlap, overlap);
+    return total;
+}
+
+}  // namespace nscdd
