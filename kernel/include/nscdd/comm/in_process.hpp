@@ -17,7 +17,7 @@ namespace nscdd {
 // Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
 // sender and its receiver disagree on a size, or a link has no counterpart.
 class InProcess {
-public:
+  public:
     // Hosts the ranks 0..size-1. Throws std::invalid_argument unless size >= 1.
     explicit InProcess(int size) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
@@ -79,7 +79,7 @@ public:
             gathered_.insert(gathered_.end(), mine[rank].begin(), mine[rank].end());
         }
         for (std::size_t k = 1; k < ranks_.size(); ++k) {
-            count(n);                 // up to rank 0
+            count(n);                  // up to rank 0
             count(ranks_.size() * n);  // and down again
         }
         return gathered_;
@@ -94,7 +94,7 @@ public:
     Traffic traffic() const { return traffic_; }
     CommSeconds seconds() const { return {}; }
 
-private:
+  private:
     static std::logic_error mismatch(const char* call, int source, std::size_t sent, int target, std::size_t expected) {
         return std::logic_error(std::string(call) + ": rank " + std::to_string(source) + " sends " +
                                 std::to_string(sent) + " doubles, rank " + std::to_string(target) + " expects " +

@@ -27,7 +27,7 @@ namespace nscdd {
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
 // transfer. The root of a gather waits for its senders; they wait for no one. A scatter is the reverse.
 class Mpi {
-public:
+  public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD) : comm_(comm) {
         check(MPI_Comm_rank(comm_.handle, &rank_), "MPI_Comm_rank");
@@ -70,10 +70,12 @@ public:
             to += n;
             if (link.peer != rank_) count(link.send.size());
         }
-        const int code = MPI_Waitall(narrow(requests_.size()), requests_.data(), statuses_.data());
-        if (code == MPI_ERR_IN_STATUS)
-            for (const MPI_Status& status : statuses_)
-                if (status.MPI_ERROR != MPI_ERR_PENDING) check(status.MPI_ERROR, "exchange");
+        // All of them even after an error, for those under way still use our buffers.
+        int code = MPI_SUCCESS;
+        for (std::size_t k = 0; k < requests_.size(); ++k) {
+            const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
+            if (code == MPI_SUCCESS) code = failed;
+        }
         check(code, "exchange");
 
         double latest = entry;
@@ -121,8 +123,8 @@ public:
             if (d != rank_ && !message.empty()) count(message.size());
         }
         std::vector<Buffer> in(1, Buffer(received));
-        check(MPI_Alltoallv(send_.data(), counts_.data(), offsets_.data(), MPI_DOUBLE, in[0].data(),
-                            recv_counts.data(), recv_offsets.data(), MPI_DOUBLE, comm_.handle),
+        check(MPI_Alltoallv(send_.data(), counts_.data(), offsets_.data(), MPI_DOUBLE, in[0].data(), recv_counts.data(),
+                            recv_offsets.data(), MPI_DOUBLE, comm_.handle),
               "route");
         spent(entry, latest);
         return in;
@@ -207,7 +209,7 @@ public:
     Traffic traffic() const { return traffic_; }
     CommSeconds seconds() const { return seconds_; }
 
-private:
+  private:
     static constexpr int tag = 0;
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();  // where a stamp should arrive
 

@@ -30,15 +30,15 @@ struct Body : BodySpin<M::friction> {
 };
 
 template <bool driven>
-struct WallMotion {
+struct WallPush {
     double speed = 0;     // along the wall's normal, on top of the prescribed velocity
     double inv_mass = 0;  // split; 0 for a wall that is not driven
 };
 template <>
-struct WallMotion<false> {};
+struct WallPush<false> {};
 
 template <class M>
-struct WallBody : WallMotion<M::driven_walls> {
+struct WallBody : WallPush<M::driven_walls> {
     typename M::Vec prescribed = M::Vec::Zero();
 };
 

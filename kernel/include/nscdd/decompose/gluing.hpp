@@ -6,6 +6,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -86,14 +87,14 @@ class Factorised {
         correction_ = split_inverse_masses(copies).asDiagonal() * jumps_.transpose();
         if (jumps_.rows() == 0) return;
         x_ = jumps_ * correction_;
-        cholesky_.compute(x_);
-        if (cholesky_.info() != Eigen::Success) throw std::runtime_error("interface operator X is not positive definite");
+        cholesky_ = std::make_unique<Cholesky>(x_);
+        if (cholesky_->info() != Eigen::Success) throw std::runtime_error("interface operator X is not positive definite");
     }
 
     void operator()(const Copies&, Buffer& v) const {
         if (jumps_.rows() == 0) return;
         Eigen::Map<Eigen::VectorXd> velocity(v.data(), static_cast<Eigen::Index>(v.size()));
-        const Eigen::VectorXd multipliers = cholesky_.solve(jumps_ * velocity);  // Delta F_Gamma
+        const Eigen::VectorXd multipliers = cholesky_->solve(jumps_ * velocity);  // Delta F_Gamma
         velocity -= correction_ * multipliers;
     }
 
@@ -101,7 +102,7 @@ class Factorised {
 
   private:
     Eigen::SparseMatrix<double> jumps_, correction_, x_;
-    Cholesky cholesky_;
+    std::unique_ptr<Cholesky> cholesky_;  // CHOLMOD's wrapper cannot be moved
 };
 
 }  // namespace nscdd

@@ -63,12 +63,11 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
             const typename M::Vec p = body.mass * body.velocity.template head<dim>();
             m.kinetic_energy += body.kinetic_energy();
             m.momentum += p;
-            if constexpr (dim == 3) {
-                const Eigen::Vector3d x = body.position, q = p;
-                m.angular_momentum += x.cross(q);
-            } else {
-                m.angular_momentum[0] += body.position[0] * p[1] - body.position[1] * p[0];
-            }
+            const typename M::Vec& x = body.position;
+            if constexpr (dim == 3)
+                m.angular_momentum += typename M::Vec{x[1] * p[2] - x[2] * p[1], x[2] * p[0] - x[0] * p[2], x[0] * p[1] - x[1] * p[0]};
+            else
+                m.angular_momentum[0] += x[0] * p[1] - x[1] * p[0];
             if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
             m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
             m.copies += part.problem.multiplicity[g];
