@@ -23,8 +23,8 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
 // One pass over all contacts, each solved exactly with the latest velocities [Jean99].
 template <class M>
 void sweep(ContactProblem<M>& problem) {
+    sweep_contacts(problem, problem.wall_contacts, WithWall{});  // first: 1 % fewer iterations than last
     sweep_contacts(problem, problem.contacts, BetweenGrains{});
-    sweep_contacts(problem, problem.wall_contacts, WithWall{});
 }
 
 // Sets inv_wn and inv_wt of every contact from the (split) inverse masses.

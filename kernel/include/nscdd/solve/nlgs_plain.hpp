@@ -77,18 +77,6 @@ void plain_sweep(ContactProblem<M>& problem) {
         if constexpr (M::friction) mu = c.friction_coefficient, lever_i = c.lever_i, lever_j = c.lever_j;
     };
 
-    for (Contact<M>& c : problem.contacts) {
-        read_friction(c);
-        Body<M>&a = problem.bodies[static_cast<std::size_t>(c.i)], &b = problem.bodies[static_cast<std::size_t>(c.j)];
-        const Eigen::MatrixXd axes = contact_axes<M>(c.normal);
-        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal), hb = contact_map<M>(axes, lever_j * c.normal);
-        const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
-        const Eigen::VectorXd r = local(axes, c), v = ha * a.v - hb * b.v;
-        const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
-        a.v += inverse_mass(a) * ha.transpose() * (next - r);
-        b.v -= inverse_mass(b) * hb.transpose() * (next - r);
-        store(axes, next, c);
-    }
     for (Contact<M>& c : problem.wall_contacts) {
         read_friction(c);
         Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -105,6 +93,18 @@ void plain_sweep(ContactProblem<M>& problem) {
         const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         if constexpr (M::driven_walls) wall.speed -= wall.inv_mass * (next[0] - r[0]);
+        store(axes, next, c);
+    }
+    for (Contact<M>& c : problem.contacts) {
+        read_friction(c);
+        Body<M>&a = problem.bodies[static_cast<std::size_t>(c.i)], &b = problem.bodies[static_cast<std::size_t>(c.j)];
+        const Eigen::MatrixXd axes = contact_axes<M>(c.normal);
+        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal), hb = contact_map<M>(axes, lever_j * c.normal);
+        const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
+        const Eigen::VectorXd r = local(axes, c), v = ha * a.v - hb * b.v;
+        const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
+        a.v += inverse_mass(a) * ha.transpose() * (next - r);
+        b.v -= inverse_mass(b) * hb.transpose() * (next - r);
         store(axes, next, c);
     }
 }
