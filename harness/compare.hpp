@@ -1,0 +1,15 @@
+// `nscdd compare`: does a run agree with its reference?
+#pragma once
+
+#include <string>
+
+#include "report_json.hpp"
+
+namespace nscdd {
+
+// Both arguments are JSON files of `nscdd run` whose states were written. Prints a table, writes it as JSON if asked,
+// and returns 0 when every row is within its bound, 2 otherwise.
+int compare(const std::string& reference, const std::string& candidate, const std::string& json,
+            const Provenance& provenance);
+
+}  // namespace nscdd

@@ -1,0 +1,224 @@
+#include "hdf5.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+#include <numeric>
+#include <type_traits>
+
+#include "replace_file.hpp"
+
+namespace nscdd::hdf5 {
+namespace {
+
+template <class T>
+hid_t native_type() {
+    if constexpr (std::is_same_v<T, double>)
+        return H5T_NATIVE_DOUBLE;
+    else if constexpr (std::is_same_v<T, std::int64_t>)
+        return H5T_NATIVE_INT64;
+    else
+        return H5T_NATIVE_INT;
+}
+
+// Reals may come from integers, integers from integers alone.
+template <class T>
+bool converts(hid_t type) {
+    const H5T_class_t kind = H5Tget_class(type);
+    return kind == H5T_INTEGER || (std::is_same_v<T, double> && kind == H5T_FLOAT);
+}
+
+template <class T>
+const char* kind_name() {
+    return std::is_same_v<T, double> ? "numbers" : "integers";
+}
+
+hsize_t count(const Shape& shape) {
+    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>{});
+}
+
+Handle string_type() {
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_cset(type, H5T_CSET_UTF8);
+    return type;
+}
+
+// The library would print its whole error stack; our one line replaces it.
+void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+
+hid_t open_for_reading(const std::string& path) {
+    silence();
+    if (std::filesystem::is_directory(path)) throw InputError(fmt::format("{}: is a folder, not a file", path));
+    std::FILE* probe = std::fopen(path.c_str(), "rb");
+    if (!probe) throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+    std::fclose(probe);
+
+    if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(fmt::format("{}: is not an HDF5 file", path));
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    if (file < 0) throw InputError(fmt::format("{}: is a truncated or damaged HDF5 file", path));
+    return file;
+}
+
+hid_t create_in_memory(const std::string& path) {
+    silence();
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    H5Pset_fapl_core(access, 1 << 20, false);
+    return H5Fcreate((path + ".part").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);  // a name alone, no file
+}
+
+}  // namespace
+
+std::string to_string(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
+
+Reader::Reader(const std::string& path) : path_(path), file_(open_for_reading(path), H5Fclose) {}
+
+InputError Reader::error(const std::string& dataset, const std::string& problem) const {
+    return InputError(fmt::format("{}: dataset '{}': {}", path_, dataset, problem));
+}
+
+InputError Reader::attribute_error(const std::string& name, const std::string& problem) const {
+    return InputError(fmt::format("{}: attribute '{}': {}", path_, name, problem));
+}
+
+Handle Reader::open(const std::string& dataset) const {
+    Handle handle(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+    if (!handle.valid()) throw error(dataset, "is missing");
+    return handle;
+}
+
+Handle Reader::open_attribute(const std::string& name) const {
+    Handle handle(H5Aopen(file_, name.c_str(), H5P_DEFAULT), H5Aclose);
+    if (!handle.valid()) throw attribute_error(name, "is missing");
+    return handle;
+}
+
+Shape Reader::shape(const std::string& dataset) const {
+    const Handle handle = open(dataset);
+    const Handle space(H5Dget_space(handle), H5Sclose);
+    const int rank = H5Sget_simple_extent_ndims(space);
+    if (rank < 0) throw error(dataset, "cannot be read");
+    Shape shape(static_cast<std::size_t>(rank));
+    H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+    return shape;
+}
+
+template <class T>
+std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) const {
+    const Shape found = shape(dataset);
+    if (found != expected)
+        throw error(dataset, fmt::format("must have shape {}, found {}", to_string(expected), to_string(found)));
+
+    const Handle handle = open(dataset);
+    const Handle type(H5Dget_type(handle), H5Tclose);
+    if (!converts<T>(type)) throw error(dataset, fmt::format("must hold {}", kind_name<T>()));
+
+    std::vector<T> values(count(found));
+    if (H5Dread(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+        throw error(dataset, "cannot be read: the file is damaged");
+    if constexpr (std::is_same_v<T, double>) {
+        const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return !std::isfinite(v); });
+        if (bad != values.end()) {
+            const auto row_length = static_cast<std::ptrdiff_t>(found.size() > 1 ? found[1] : 1);
+            throw error(dataset,
+                        fmt::format("row {} is not finite, found {}", (bad - values.begin()) / row_length, *bad));
+        }
+    }
+    return values;
+}
+
+template <class T>
+T Reader::attribute(const std::string& name) const {
+    const Handle handle = open_attribute(name);
+    const Handle type(H5Aget_type(handle), H5Tclose);
+    const Handle space(H5Aget_space(handle), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space) != 1) throw attribute_error(name, "must hold one value");
+
+    if constexpr (std::is_same_v<T, std::string>) {
+        if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
+            throw attribute_error(name, "must hold a variable-length string");
+        char* text = nullptr;
+        const Handle memory_type(H5Tget_native_type(type, H5T_DIR_DEFAULT), H5Tclose);
+        if (H5Aread(handle, memory_type, &text) < 0) throw attribute_error(name, "cannot be read");
+        std::string value = text ? text : "";
+        H5free_memory(text);
+        return value;
+    } else {
+        T value{};
+        if (!converts<T>(type)) throw attribute_error(name, fmt::format("must hold {}", kind_name<T>()));
+        if (H5Aread(handle, native_type<T>(), &value) < 0) throw attribute_error(name, "cannot be read");
+        return value;
+    }
+}
+
+Writer::Writer(std::string path) : path_(std::move(path)), file_(create_in_memory(path_), H5Fclose) {
+    if (!file_.valid()) throw error("the file");
+}
+
+OutputError Writer::error(const std::string& thing) const {
+    return OutputError(fmt::format("{}: cannot write: the HDF5 library refused {}", path_, thing));
+}
+
+template <class T>
+void Writer::write(const std::string& dataset, const std::vector<T>& values, const Shape& shape) {
+    if (values.size() != count(shape))
+        throw OutputError(fmt::format("{}: dataset '{}': {} values do not fill shape {}", path_, dataset, values.size(),
+                                      to_string(shape)));
+    const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+    const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+    H5Pset_create_intermediate_group(links, 1);
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);  // equal data give equal bytes
+    if (values.size() * sizeof(T) >= 65536) {
+        Shape chunk = shape;
+        chunk[0] = std::min<hsize_t>(chunk[0], 16384);
+        H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
+        H5Pset_shuffle(creation);
+        H5Pset_deflate(creation, 4);
+    }
+    const Handle handle(H5Dcreate2(file_, dataset.c_str(), native_type<T>(), space, links, creation, H5P_DEFAULT),
+                        H5Dclose);
+    if (!handle.valid() || H5Dwrite(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+        throw error(fmt::format("dataset '{}'", dataset));
+}
+
+void Writer::write_attribute(const std::string& name, hid_t type, const void* value) {
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle handle(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    if (!handle.valid() || H5Awrite(handle, type, value) < 0) throw error(fmt::format("attribute '{}'", name));
+}
+
+void Writer::attribute(const std::string& name, double value) { write_attribute(name, H5T_NATIVE_DOUBLE, &value); }
+
+void Writer::attribute(const std::string& name, std::int64_t value) { write_attribute(name, H5T_NATIVE_INT64, &value); }
+
+void Writer::attribute(const std::string& name, const std::string& value) {
+    const Handle type = string_type();
+    const char* text = value.c_str();
+    write_attribute(name, type, &text);
+}
+
+void Writer::save() {
+    H5Fflush(file_, H5F_SCOPE_GLOBAL);
+    const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
+    if (size < 0) throw error("the file image");
+    std::string image(static_cast<std::size_t>(size), '\0');
+    if (H5Fget_file_image(file_, image.data(), image.size()) < 0) throw error("the file image");
+    replace_file(path_, image);
+}
+
+template std::vector<double> Reader::read(const std::string&, const Shape&) const;
+template std::vector<int> Reader::read(const std::string&, const Shape&) const;
+template double Reader::attribute(const std::string&) const;
+template std::int64_t Reader::attribute(const std::string&) const;
+template std::string Reader::attribute(const std::string&) const;
+template void Writer::write(const std::string&, const std::vector<double>&, const Shape&);
+template void Writer::write(const std::string&, const std::vector<int>&, const Shape&);
+
+}  // namespace nscdd::hdf5

@@ -1,0 +1,95 @@
+// A thin layer over the HDF5 C library: whole datasets and root attributes, with errors that name file and dataset.
+#pragma once
+
+#include <hdf5.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "error.hpp"
+
+namespace nscdd::hdf5 {
+
+using Shape = std::vector<hsize_t>;
+
+std::string to_string(const Shape& shape);  // "(5000, 3)"
+
+// Owns an HDF5 identifier and closes it with the function that fits its kind.
+class Handle {
+  public:
+    using Close = herr_t (*)(hid_t);
+
+    Handle(hid_t id, Close close) : id_(id), close_(close) {}
+    Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
+    Handle& operator=(Handle&&) = delete;
+    ~Handle() {
+        if (id_ >= 0) close_(id_);
+    }
+
+    operator hid_t() const { return id_; }
+    bool valid() const { return id_ >= 0; }
+
+  private:
+    hid_t id_;
+    Close close_;
+};
+
+class Reader {
+  public:
+    // Throws InputError for a file that is missing, unreadable, not HDF5, damaged or truncated.
+    explicit Reader(const std::string& path);
+
+    // Extents of a dataset. Throws InputError when there is no such dataset.
+    Shape shape(const std::string& dataset) const;
+
+    // Values in C order, T = double (from any real or integer type; must be finite) or int (from integers).
+    // Throws InputError when the dataset is missing, unreadable, or of another type or shape.
+    template <class T>
+    std::vector<T> read(const std::string& dataset, const Shape& expected) const;
+
+    // Root attribute, T = double, std::int64_t or std::string. Throws InputError as `read` does.
+    template <class T>
+    T attribute(const std::string& name) const;
+
+    // "<file>: dataset '<dataset>': <problem>", for checks of the values themselves.
+    InputError error(const std::string& dataset, const std::string& problem) const;
+
+  private:
+    Handle open(const std::string& dataset) const;
+    Handle open_attribute(const std::string& name) const;
+    InputError attribute_error(const std::string& name, const std::string& problem) const;
+
+    std::string path_;
+    Handle file_;
+};
+
+// Builds the file in memory, so that a full disk is met by one plain write (see replace_file) and not half-way
+// through the library.
+class Writer {
+  public:
+    // `path` is where `save` puts the file; nothing is written before.
+    explicit Writer(std::string path);
+
+    // Values in C order, T = double or int; datasets from 64 KiB are chunked and deflated. "group/name" makes the
+    // group.
+    template <class T>
+    void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
+
+    void attribute(const std::string& name, double value);
+    void attribute(const std::string& name, std::int64_t value);
+    void attribute(const std::string& name, const std::string& value);
+
+    // Throws OutputError; an old file is then left as it was.
+    void save();
+
+  private:
+    OutputError error(const std::string& thing) const;
+    void write_attribute(const std::string& name, hid_t type, const void* value);
+
+    std::string path_;
+    Handle file_;
+};
+
+}  // namespace nscdd::hdf5

@@ -1,0 +1,54 @@
+#include "packing.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace nscdd {
+namespace {
+
+void require_positive(const hdf5::Reader& file, const char* dataset, const std::vector<double>& values) {
+    const auto bad = std::find_if(values.begin(), values.end(), [](double v) { return v <= 0; });
+    if (bad != values.end())
+        throw file.error(dataset, fmt::format("row {} must be > 0, found {}", bad - values.begin(), *bad));
+}
+
+}  // namespace
+
+Packing read_packing(const hdf5::Reader& file) {
+    const hdf5::Shape shape = file.shape("x");
+    if (shape.size() != 2 || (shape[1] != 2 && shape[1] != 3))
+        throw file.error("x", "must have shape (n, 2) or (n, 3), found " + hdf5::to_string(shape));
+    const auto [n, dim] = std::pair(shape[0], shape[1]);
+    if (n == 0) throw file.error("x", "is empty: a packing needs at least one grain");
+    if (n > std::numeric_limits<int>::max()) throw file.error("x", fmt::format("holds too many grains, {}", n));
+
+    Packing packing{.dim = static_cast<int>(dim),
+                    .x = file.read<double>("x", {n, dim}),
+                    .radius = file.read<double>("radius", {n}),
+                    .box = file.read<double>("box", {dim})};
+    require_positive(file, "radius", packing.radius);
+    require_positive(file, "box", packing.box);
+    return packing;
+}
+
+void write_packing(hdf5::Writer& file, const Packing& packing) {
+    const auto dim = static_cast<hsize_t>(packing.dim);
+    file.write("x", packing.x, {packing.size(), dim});
+    file.write("radius", packing.radius, {packing.size()});
+    file.write("box", packing.box, {dim});
+    file.attribute("dim", static_cast<std::int64_t>(packing.dim));
+}
+
+Packing read_packing(const std::string& path) { return read_packing(hdf5::Reader(path)); }
+
+void write_packing(const std::string& path, const Packing& packing,
+                   const std::map<std::string, std::string>& attributes) {
+    hdf5::Writer file(path);
+    write_packing(file, packing);
+    for (const auto& [name, value] : attributes) file.attribute(name, value);
+    file.save();
+}
+
+}  // namespace nscdd

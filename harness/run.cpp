@@ -1,0 +1,180 @@
+#include "run.hpp"
+
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <filesystem>
+
+namespace nscdd {
+
+namespace {
+
+// MPI for the time of one run. Ranks that fail alone would leave the others waiting: every risky part goes through
+// together(), after which all go on or all stop.
+class Session {
+  public:
+    Session() {
+        MPI_Init(nullptr, nullptr);
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+        MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    }
+    ~Session() { MPI_Finalize(); }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    int rank() const { return rank_; }
+    int size() const { return size_; }
+
+    // False when any rank threw; the first of them says why, in one line.
+    bool together(auto&& part) const {
+        std::string problem;
+        try {
+            part();
+        } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
+            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
+            MPI_Abort(MPI_COMM_WORLD, 1);
+        } catch (const std::exception& error) {
+            problem = error.what();
+        }
+        const int mine = problem.empty() ? size_ : rank_;
+        int first = size_;
+        MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", problem);
+        return first == size_;
+    }
+
+  private:
+    int rank_ = 0, size_ = 1;
+};
+
+// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well.
+bool launched() {
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_NTASKS"})
+        if (std::getenv(name)) return true;
+    return false;
+}
+
+std::vector<int> read_grid(const std::string& text) {
+    std::vector<int> cells;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t cross = std::min(text.find('x', at), text.size());
+        int cell = 0;
+        const auto [end, error] = std::from_chars(text.data() + at, text.data() + cross, cell);
+        if (error != std::errc{} || end != text.data() + cross || cell < 1)
+            throw InputError(fmt::format("--grid {}: expected cells per axis, such as 2x2x1", text));
+        cells.push_back(cell);
+        at = cross + 1;
+    }
+    return cells;
+}
+
+void check_folder(const std::string& file) {
+    const auto folder = std::filesystem::path(file).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+        throw InputError(fmt::format("{}: the folder {} does not exist", file, folder.string()));
+}
+
+RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi) {
+    RunRequest request;
+    request.provenance = provenance;
+    request.scheme = arguments.scheme;
+    request.interface = arguments.interface;
+    request.over_mpi = over_mpi;
+    request.progress = !arguments.quiet;
+    request.json = arguments.json;
+    request.state = arguments.state;
+    for (const auto& file : {request.json, request.state})
+        if (!file.empty()) check_folder(file);
+    request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
+    if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
+        throw InputError(fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
+    if (!over_mpi && ranks > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
+    if (request.scheme == "nlgs" && request.subdomains > 1)
+        throw InputError("--scheme nlgs is sequential: give ccs or dcs for more than one subdomain");
+    if (!arguments.grid.empty()) {
+        request.grid = read_grid(arguments.grid);
+        int product = 1;
+        for (int cells : request.grid) product *= cells;
+        if (product != request.subdomains)
+            throw InputError(fmt::format("--grid {}: {} cells for {} subdomains", arguments.grid, product, request.subdomains));
+    }
+
+    request.scene = read_scene(arguments.scene);
+    Scene& scene = request.scene;
+    if (arguments.steps > 0) scene.step.count = arguments.steps;
+    if (arguments.check_every > 0) scene.solver.check_every = arguments.check_every;
+    if (arguments.max_iterations > 0) scene.solver.max_iterations = arguments.max_iterations;
+    if (arguments.sweeps > 0) scene.solver.sweeps = arguments.sweeps;
+    if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
+    const auto same_dimension = [&](const Packing& packing, const std::string& file) {
+        if (packing.dim != scene.dimension)
+            throw InputError(fmt::format("{}: {} dimensions, {} has {}", file, packing.dim, scene.file, scene.dimension));
+    };
+    if (!arguments.from.empty()) {
+        request.from = read_state(arguments.from);
+        request.from_file = arguments.from;
+        same_dimension(request.from.packing, arguments.from);
+        for (int material : request.from.material)
+            if (material < 0 || material >= static_cast<int>(scene.materials.size()))
+                throw InputError(fmt::format("{}: material {} is not one of {}", arguments.from, material, scene.file));
+        return request;
+    }
+    const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
+    if (!packing.empty()) {
+        request.packing = read_packing(packing);
+        same_dimension(request.packing, packing);
+    }
+    return request;
+}
+
+}  // namespace
+
+RunFunction choose_model(const Scene& scene) {
+    bool friction = false, driven = false;
+    for (const auto& pair : scene.pairs) friction |= pair.friction > 0;
+    for (const auto& wall : scene.walls) driven |= wall.motion == WallMotion::Force || wall.motion == WallMotion::Pressure;
+    // spins that never change need no model of their own unless something turns
+    for (const auto& grain : scene.grains) friction |= !grain.spin.isZero(0) || !grain.torque.isZero(0);
+    if (scene.dimension == 2)
+        return friction ? (driven ? run_model<2, true, true> : run_model<2, true, false>)
+                        : (driven ? run_model<2, false, true> : run_model<2, false, false>);
+    return friction ? (driven ? run_model<3, true, true> : run_model<3, true, false>)
+                    : (driven ? run_model<3, false, true> : run_model<3, false, false>);
+}
+
+int run(const RunArguments& arguments, const Provenance& provenance) {
+    const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && launched());  // MPI_Init sets them
+    Session session;
+    RunRequest request;
+    RunResult result;
+    if (!session.together([&] { request = prepare(arguments, provenance, session.size(), over_mpi); })) return 1;
+    if (!session.together([&] { result = choose_model(request.scene)(request); })) return 1;
+    const bool written = session.together([&] {
+        if (session.rank() != 0) return;
+        if (!request.state.empty()) {
+            write_state(request.state, result.state);
+            const auto folder = std::filesystem::absolute(request.json).parent_path();
+            result.json["state"] = std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
+        }
+        if (!request.json.empty()) write_json(request.json, result.json);
+    });
+    if (!written) return 1;
+    if (session.rank() == 0) {
+        const auto& json = result.json;
+        double iterations = 0;
+        for (double count : json["iterations"]) iterations += count;
+        if (!arguments.quiet)
+            fmt::print("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
+                       json["grains"].get<int>(), request.scene.step.count, request.scheme, json["subdomains"].get<int>(),
+                       json["subdomains"] == 1 ? "" : "s", iterations, json["seconds"]["total"].get<double>());
+        if (result.unconverged_steps > 0)
+            fmt::print(stderr, "nscdd: {} of {} steps stopped at {} iterations without reaching eta = {:g}\n",
+                       result.unconverged_steps, request.scene.step.count, request.scene.solver.max_iterations,
+                       request.scene.solver.tolerance);
+    }
+    return result.unconverged_steps > 0 ? 3 : 0;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,53 @@
+// `nscdd run`: one scene, stepped by NLGS or by NSCDD, with its results as JSON and HDF5.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "report_json.hpp"
+#include "scene.hpp"
+#include "state.hpp"
+
+namespace nscdd {
+
+struct RunRequest {
+    Scene scene;              // with what the command line changed
+    Packing packing;          // empty if the scene has none
+    State from;               // to go on from; empty (no grain) to start from the packing
+    std::string from_file;
+    std::string scheme = "nlgs";     // nlgs, ccs, dcs
+    std::string interface;           // closed-form, factorised; empty: the scheme's default
+    int subdomains = 1;
+    std::vector<int> grid;    // cells per axis; empty: chosen
+    bool over_mpi = false;
+    bool progress = true;
+    std::string json, state;  // files to write, may be empty
+    Provenance provenance;
+};
+
+// What a run of any model does with its result on the process that hosts rank 0.
+struct RunResult {
+    nlohmann::json json;
+    State state;
+    int unconverged_steps = 0;
+};
+
+// Collective over MPI ranks. One instantiation per model, in run_model.cpp.in.
+using RunFunction = RunResult (*)(const RunRequest&);
+template <int dim, bool friction, bool driven_walls>
+RunResult run_model(const RunRequest& request);
+
+// Chooses the model that the scene needs and no more.
+RunFunction choose_model(const Scene& scene);
+
+// The subcommand: reads, runs, writes. Returns the exit code.
+struct RunArguments {
+    std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";
+    int subdomains = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0;
+    double tolerance = 0;
+    bool quiet = false;
+};
+int run(const RunArguments& arguments, const Provenance& provenance);
+
+}  // namespace nscdd

@@ -1,0 +1,253 @@
+// The run of one model over either communicator. Included by the generated run_model_*.cpp only.
+#pragma once
+
+#include <Eigen/CholmodSupport>
+#include <map>
+
+#include "build_scene.hpp"
+#include "nscdd/comm/mpi.hpp"
+#include "nscdd/nscdd.hpp"
+#include "progress.hpp"
+
+namespace nscdd {
+
+namespace detail {
+
+using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
+
+template <class M, class Comm>
+using Solver = std::function<SolveReport(std::vector<Subdomain<M>>&, Comm&, PhaseSeconds&)>;
+
+template <class M, class Comm, class Scheme>
+Solver<M, Comm> nscdd_solver(const SolveOptions& options, std::string& interface) {
+    interface = Scheme::interface_name;
+    return [scheme = std::make_shared<Scheme>(), options](auto& parts, Comm& comm, PhaseSeconds& seconds) {
+        return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
+    };
+}
+
+template <class M, class Comm>
+Solver<M, Comm> make_solver(const RunRequest& request, const SolveOptions& options, std::string& interface) {
+    interface = "none";
+    if (request.scheme == "nlgs") return by_nlgs<M>(options);
+    const bool factorised = request.interface.empty() ? request.scheme == "ccs" : request.interface == "factorised";
+    if (request.scheme == "ccs")
+        return factorised ? nscdd_solver<M, Comm, Ccs<M, Cholmod>>(options, interface)
+                          : nscdd_solver<M, Comm, Ccs<M, ClosedForm>>(options, interface);
+    Solver<M, Comm> solver = factorised ? nscdd_solver<M, Comm, Dcs<M, Cholmod>>(options, interface)
+                                        : nscdd_solver<M, Comm, Dcs<M, ClosedForm>>(options, interface);
+    if (factorised) interface = "elementary";  // each rank factorises X of its own boundary, (10)
+    return solver;
+}
+
+template <class M>
+std::string model_name() {
+    return std::to_string(M::dim) + (M::friction ? "D Coulomb, " : "D frictionless, ") +
+           (M::driven_walls ? "driven walls" : "kinematic walls");
+}
+
+// Per-process figures, summed or averaged over processes. Each process speaks through its first rank.
+template <class M, class Comm>
+nlohmann::json costs(const Simulation<M, Comm>& simulation, double total, const Traffic& solving, double iterations) {
+    Comm& comm = simulation.comm();
+    const CommSeconds mpi = comm.seconds();
+    const PhaseSeconds& own = simulation.seconds();
+    std::vector<Buffer> mine, totals;
+    for (std::size_t k = 0; k < comm.ranks().size(); ++k) {
+        const double work = comm.work()[k];
+        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+                             : Buffer{work, 1, total, own.detect, own.sweep, own.interface, mpi.wait, mpi.transfer,
+                                      solving.messages, solving.bytes});
+        totals.push_back({total});
+    }
+    const std::span<const double> all = comm.all_gather(mine);
+    std::vector<double> work;
+    std::array<double, 10> sum{};
+    sum_in_rank_order(all, sum);
+    for (std::size_t p = 0; p < all.size(); p += 10) work.push_back(all[p]);
+    double longest = 0;
+    for (double seconds : comm.all_gather(totals)) longest = std::max(longest, seconds);
+    const double processes = sum[1];
+    const double per = iterations > 0 ? 1 / iterations : 0;
+    return {{"work_per_rank", work},
+            {"seconds",
+             {{"total", longest},
+              {"detect", sum[3] / processes},
+              {"sweep", sum[4] / processes},
+              {"interface", sum[5] / processes},
+              {"mpi_wait", sum[6] / processes},
+              {"mpi_transfer", sum[7] / processes}}},
+            {"mpi_fraction", sum[2] > 0 ? (sum[6] + sum[7]) / sum[2] : 0},
+            {"messages", sum[8]},
+            {"bytes", sum[9]},
+            {"messages_per_iteration", sum[8] * per},
+            {"bytes_per_iteration", sum[9] * per}};
+}
+
+template <class M, class Comm>
+nlohmann::json final_measures(const Simulation<M, Comm>& simulation) {
+    const Measures<M> m = measure(simulation);
+    const double volume = box_edges<M>(simulation.walls()).prod();
+    nlohmann::json json = {{"kinetic_energy", m.kinetic_energy},
+                           {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
+                           {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.turns)},
+                           {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
+                           {"coordination", m.touched > 0 ? (2 * m.contacts - m.wall_contacts) / m.touched : 0}};
+    nlohmann::json rows = nlohmann::json::array();
+    for (int i = 0; i < M::dim; ++i) {
+        std::vector<double> row;
+        for (int j = 0; j < M::dim; ++j) row.push_back(volume > 0 ? m.virial(i, j) / volume : m.virial(i, j));
+        rows.push_back(row);
+    }
+    json[volume > 0 ? "stress" : "virial"] = rows;
+    if (volume > 0) json["solid_fraction"] = m.grains_volume / volume;
+    return json;
+}
+
+template <class M, class Comm>
+State gather_state(const Simulation<M, Comm>& simulation, const RunRequest& request) {
+    State state;
+    const auto append = [](std::vector<double>& to, const auto& vector) {
+        to.insert(to.end(), vector.data(), vector.data() + vector.size());
+    };
+    state.packing.dim = M::dim;
+    for (const auto& g : gather_grains(simulation)) {
+        append(state.packing.x, g.grain.position);
+        state.packing.radius.push_back(g.grain.radius);
+        append(state.velocity, typename M::Vec(g.grain.velocity.template head<M::dim>()));
+        if constexpr (M::friction)
+            append(state.spin, typename M::Spin(g.grain.velocity.template tail<M::spins>()));
+        else
+            state.spin.resize(state.spin.size() + (M::dim == 3 ? 3 : 1), 0.0);
+        state.material.push_back(g.grain.material);
+        state.subdomain.push_back(g.subdomain);
+        state.multiplicity.push_back(g.multiplicity);
+    }
+    for (const auto& c : gather_contacts(simulation)) {
+        state.contacts.i.push_back(c.i);
+        state.contacts.j.push_back(c.j);
+        state.contacts.subdomain.push_back(c.subdomain);
+        state.contacts.gap.push_back(c.gap);
+        append(state.contacts.normal, c.normal);
+        append(state.contacts.impulse, c.impulse);
+    }
+    for (const auto& wall : simulation.walls()) {
+        state.walls.offset.push_back(wall.offset);
+        append(state.walls.normal, wall.normal);
+        append(state.walls.velocity, typename M::Vec(wall.velocity + wall.speed * wall.normal));
+    }
+    const auto& start = request.from.packing.size() ? request.from.packing.box : request.packing.box;
+    const typename M::Vec edges = box_edges<M>(simulation.walls());
+    for (int d = 0; d < M::dim; ++d)
+        state.packing.box.push_back(edges[d] > 0 ? edges[d] : start.empty() ? 1.0 : start[static_cast<std::size_t>(d)]);
+    state.time = request.from.time + simulation.steps() * simulation.settings().h;
+    state.step = request.from.step + simulation.steps();
+    state.scene = request.scene.name;
+    return state;
+}
+
+template <class M, class Comm>
+RunResult run_over(const RunRequest& request, Comm& comm) {
+    const Scene& scene = request.scene;
+    BuiltScene<M> built = build_scene<M>(request);
+    SolveOptions options;
+    options.tolerance = scene.solver.tolerance;
+    options.check_every = scene.solver.check_every;
+    options.max_iterations = scene.solver.max_iterations;
+    options.sweeps = scene.solver.sweeps;
+    std::string interface;
+    const Solver<M, Comm> solve = make_solver<M, Comm>(request, options, interface);
+
+    RunResult result;
+    std::vector<int> iterations;
+    std::vector<double> residual, penetration, contacts;
+    double interface_grains = 0, free_norm = 0, total_iterations = 0;
+    Traffic solving;
+    const auto counted = [&](auto& parts, Comm& c, PhaseSeconds& seconds) {
+        const Traffic before = c.traffic();
+        const SolveReport report = solve(parts, c, seconds);
+        solving.messages += c.traffic().messages - before.messages;
+        solving.bytes += c.traffic().bytes - before.bytes;
+        return report;
+    };
+
+    std::vector<double> densities, wall_masses;
+    for (const auto& material : scene.materials) densities.push_back(material.density);
+    for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
+
+    const double began = comm.now();
+    Simulation<M, Comm> simulation(comm, std::move(built.settings), built.grains, built.impulses);
+    const int grains = static_cast<int>(built.grains.size());
+    built = {};
+    Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
+    for (int step = 1; step <= scene.step.count; ++step) {
+        push_walls<M>(scene, simulation.walls());
+        const StepReport report = simulation.step(counted);
+        iterations.push_back(report.solve.iterations);
+        residual.push_back(report.solve.residual);
+        penetration.push_back(report.solve.penetration / simulation.least_radius());
+        contacts.push_back(report.contacts);
+        interface_grains += report.interface_grains;
+        free_norm = report.free_norm;
+        total_iterations += report.solve.iterations;
+        result.unconverged_steps += !report.solve.converged;
+        progress.show(step, fmt::format("{} iterations", report.solve.iterations));
+    }
+    const double total = comm.now() - began;
+
+    nlohmann::json json = request.provenance;
+    json.update(costs(simulation, total, solving, total_iterations));
+    nlohmann::json measures = final_measures(simulation);
+    measures["free_velocity_norm"] = free_norm;
+    result.state = gather_state(simulation, request);
+    std::map<std::string, int> multiplicity;
+    for (int m : result.state.multiplicity) ++multiplicity[std::to_string(m)];
+    json.update({{"schema", "nscdd.run/1"},
+                 {"scene", scene.name},
+                 {"dimension", M::dim},
+                 {"grains", grains},
+                 {"model", model_name<M>()},
+                 {"friction", M::friction},
+                 {"subdomains", comm.size()},
+                 {"scheme", request.scheme},
+                 {"interface", interface},
+                 {"partition", request.scheme == "nlgs" ? "none" : Grid<M>::name(simulation.settings().cells)},
+                 {"transport", request.over_mpi ? "mpi" : request.scheme == "nlgs" ? "sequential" : "in-process"},
+                 {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
+                 {"steps", scene.step.count},
+                 {"h", scene.step.h},
+                 {"tolerance", options.tolerance},
+                 {"check_every", options.check_every},
+                 {"sweeps", options.sweeps},
+                 {"iterations", iterations},
+                 {"residual", residual},
+                 {"penetration", penetration},
+                 {"contacts", contacts},
+                 {"interface_grains", interface_grains / scene.step.count},
+                 {"interface_share", interface_grains / scene.step.count / grains},
+                 {"multiplicity", multiplicity},
+                 {"converged", result.unconverged_steps == 0},
+                 {"unconverged_steps", result.unconverged_steps},
+                 {"densities", densities},
+                 {"wall_masses", wall_masses},
+                 {"final", measures}});
+    if (!request.from_file.empty()) json["from"] = request.from_file;
+    result.json = std::move(json);
+    return result;
+}
+
+}  // namespace detail
+
+template <int dim, bool friction, bool driven>
+RunResult run_model(const RunRequest& request) {
+    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
+                    std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
+    if (request.over_mpi) {
+        Mpi comm;
+        return detail::run_over<M>(request, comm);
+    }
+    InProcess comm(request.subdomains);
+    return detail::run_over<M>(request, comm);
+}
+
+}  // namespace nscdd

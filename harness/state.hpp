@@ -1,0 +1,50 @@
+// The state of a run at the end of a step: enough to go on from, to compare, and to look at.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "packing.hpp"
+
+namespace nscdd {
+
+// n grains, w walls, c contacts; all arrays in C order. It is a packing with more in it: read_packing reads it too.
+struct State {
+    Packing packing;
+    std::vector<double> velocity;   // (n, dim) [m/s]
+    std::vector<double> spin;       // (n, 1) in 2D, (n, 3) in 3D [rad/s]
+    std::vector<int> material;      // (n) index into the scene's materials
+    std::vector<int> subdomain;     // (n)
+    std::vector<int> multiplicity;  // (n) number of subdomains in which the grain has contacts
+
+    struct Walls {
+        std::vector<double> offset;    // (w) normal . x of the plane [m]
+        std::vector<double> normal;    // (w, dim) into the sample
+        std::vector<double> velocity;  // (w, dim) [m/s]
+    } walls;
+
+    struct Contacts {
+        std::vector<int> i;           // (c) grain
+        std::vector<int> j;           // (c) grain, or wall -1-j where j < 0
+        std::vector<double> impulse;  // (c, dim) on i, world axes [N s]
+        std::vector<double> normal;   // (c, dim) from j to i
+        std::vector<double> gap;      // (c) [m], negative where they overlap
+        std::vector<int> subdomain;   // (c)
+    } contacts;
+
+    double time = 0;        // [s]
+    std::int64_t step = 0;  // steps made
+    std::string scene;      // its name
+
+    int spins() const { return packing.dim == 3 ? 3 : 1; }
+};
+
+// Throws InputError naming file and dataset, as read_packing does; contacts must name existing grains and walls.
+State read_state(const std::string& path);
+
+// Writes the HDF5 file and, beside it, the .xdmf file through which ParaView opens it (velocity_x, velocity_y in 2D).
+// Throws OutputError; an old file is then left as it was.
+void write_state(const std::string& path, const State& state);
+
+}  // namespace nscdd

@@ -1,0 +1,167 @@
+#include "toml_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+namespace nscdd {
+namespace {
+
+std::string describe(const toml::node& node) {
+    if (const auto* v = node.as_string()) return fmt::format("'{}'", v->get());
+    if (const auto* v = node.as_floating_point()) return fmt::format("{}", v->get());
+    if (const auto* v = node.as_integer()) return fmt::format("{}", v->get());
+    if (const auto* v = node.as_boolean()) return v->get() ? "true" : "false";
+    if (node.is_array()) return "an array";
+    if (node.is_table()) return "a table";
+    return "a date or time";
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& path) {
+    if (std::filesystem::is_directory(path)) throw InputError(path + ": is a folder, not a scene file");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+    std::stringstream content;
+    content << file.rdbuf();
+    try {
+        return toml::parse(content.str(), path);
+    } catch (const toml::parse_error& error) {
+        throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+    }
+}
+
+void TomlTable::fail_at(const toml::source_region& where, std::string_view key, const std::string& problem) const {
+    std::string line = fmt::format("{}:{}: ", file_, where.begin.line);
+    if (!thing_.empty()) line += thing_ + ": ";
+    line += key.empty() ? problem : fmt::format("{} {}", key, problem);
+    std::replace_if(
+        line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');  // stays one line
+    throw InputError(line);
+}
+
+void TomlTable::fail(std::string_view key, const std::string& problem) const {
+    const toml::node* node = table_.get(key);
+    fail_at(node ? node->source() : table_.source(), key, problem);
+}
+
+const toml::node* TomlTable::find(std::string_view key) {
+    if (std::find(asked_.begin(), asked_.end(), key) == asked_.end()) asked_.emplace_back(key);
+    return table_.get(key);
+}
+
+const toml::node& TomlTable::require(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) fail_at(table_.source(), key, "is missing");
+    return *node;
+}
+
+double TomlTable::number(const toml::node& node, std::string_view what, Bound bound) const {
+    if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
+    const double value = *node.value<double>();
+    if (!std::isfinite(value)) fail_at(node.source(), what, fmt::format("must be finite, found {}", value));
+    if (!bound.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", bound.text, value));
+    return value;
+}
+
+double TomlTable::number(std::string_view key, Bound bound, std::optional<double> fallback) {
+    if (fallback && !has(key)) return *fallback;
+    return number(require(key), key, bound);
+}
+
+int TomlTable::integer(std::string_view key, int lowest, std::optional<int> fallback) {
+    if (fallback && !has(key)) return *fallback;
+    const toml::node& node = require(key);
+    const auto* value = node.as_integer();
+    if (!value) fail(key, fmt::format("must be an integer, found {}", describe(node)));
+    if (value->get() < lowest) fail(key, fmt::format("must be >= {}, found {}", lowest, value->get()));
+    constexpr int highest = std::numeric_limits<int>::max();
+    if (value->get() > highest) fail(key, fmt::format("must be <= {}, found {}", highest, value->get()));
+    return static_cast<int>(value->get());
+}
+
+std::string TomlTable::text(std::string_view key) {
+    const toml::node& node = require(key);
+    if (!node.is_string()) fail(key, fmt::format("must be a string, found {}", describe(node)));
+    if (node.as_string()->get().empty()) fail(key, "must not be empty");
+    return node.as_string()->get();
+}
+
+int TomlTable::choice(std::string_view key, const std::vector<std::string>& names) {
+    const std::string value = text(key);
+    const auto found = std::find(names.begin(), names.end(), value);
+    if (found == names.end()) fail(key, fmt::format("must be one of {}, found '{}'", fmt::join(names, ", "), value));
+    return static_cast<int>(found - names.begin());
+}
+
+Eigen::VectorXd TomlTable::vector(std::string_view key, int size) {
+    const toml::node& node = require(key);
+    Eigen::VectorXd values(size);
+    if (size == 1 && node.is_number()) {
+        values[0] = number(node, key, any_number);
+        return values;
+    }
+    const toml::array* array = node.as_array();
+    const std::string wanted = size == 1 ? "must be 1 number" : fmt::format("must be {} numbers", size);
+    if (!array) fail(key, fmt::format("{}, found {}", wanted, describe(node)));
+    if (array->size() != static_cast<std::size_t>(size)) fail(key, fmt::format("{}, found {}", wanted, array->size()));
+    for (int k = 0; k < size; ++k)
+        values[k] = number((*array)[static_cast<std::size_t>(k)], fmt::format("{}[{}]", key, k), any_number);
+    return values;
+}
+
+Eigen::VectorXd TomlTable::vector(std::string_view key, int size, const Eigen::VectorXd& fallback) {
+    if (!has(key)) return fallback;
+    return vector(key, size);
+}
+
+std::vector<std::string> TomlTable::texts(std::string_view key, int size) {
+    const toml::array* array = require(key).as_array();
+    const bool fits = array && array->size() == static_cast<std::size_t>(size) && array->is_homogeneous<std::string>();
+    if (!fits) fail(key, fmt::format("must be {} strings", size));
+    std::vector<std::string> values;
+    for (const toml::node& node : *array) values.push_back(node.as_string()->get());
+    return values;
+}
+
+std::optional<TomlTable> TomlTable::table(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) return {};
+    if (!node->is_table()) fail(key, fmt::format("must be a table, [{}], found {}", key, describe(*node)));
+    return TomlTable(*node->as_table(), file_, std::string(key));
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) return {};
+    const toml::array* array = node->as_array();
+    if (!array || !std::all_of(array->begin(), array->end(), [](const toml::node& n) { return n.is_table(); }))
+        fail(key, fmt::format("must be tables, [[{}]]", key));
+    std::vector<TomlTable> tables;
+    for (const toml::node& item : *array) {
+        const toml::table& table = *item.as_table();
+        const auto name = table["name"].value<std::string>();
+        const std::string thing =
+            name ? fmt::format("{} '{}'", key, *name) : fmt::format("{} {}", key, tables.size() + 1);
+        tables.emplace_back(table, file_, thing);
+    }
+    return tables;
+}
+
+void TomlTable::finish() const {
+    for (const auto& [key, node] : table_) {
+        if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
+        fail_at(key.source(), "", fmt::format("unknown key '{}' (known here: {})", key.str(), fmt::join(asked_, ", ")));
+    }
+}
+
+}  // namespace nscdd

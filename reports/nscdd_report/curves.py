@@ -1,0 +1,104 @@
+"""Figs. 3 and 4 (speed-up and iterations against subdomains) and the iteration histories."""
+import numpy as np
+
+from .style import DCS, FAINT, NLGS, SCHEMES, plt, subdomain_ticks
+
+
+def speed_ups(results, role):
+    """{scheme: {ranks: T(sequential NLGS) / T(NSCDD over MPI)}}, and the runs used; measured runs only."""
+    values, used = {}, []
+    for scheme in SCHEMES:
+        for n, run in results.timed(role, scheme).items():
+            reference = results.reference(run)
+            if reference and run["seconds"]["total"] > 0:
+                values.setdefault(scheme, {})[n] = reference["seconds"]["total"] / run["seconds"]["total"]
+                used += [run] + [reference] * (reference not in used)
+    return values, used
+
+
+def counts(results, role, mean):
+    """{scheme: {subdomains: total (or mean per step) iterations}}, and the runs used."""
+    values, used = {}, []
+    for scheme in SCHEMES:
+        runs = results.counted(role, scheme)
+        if runs:
+            values[scheme] = {n: run.mean_iterations if mean else run.total_iterations for n, run in runs.items()}
+            used += runs.values()
+    return values, used
+
+
+def draw_schemes(axis, values):
+    """CCS as open squares around the full circles of DCS, as both schemes make the same iterates."""
+    for scheme, (label, colour, marker) in SCHEMES.items():
+        if scheme in values:
+            n, y = zip(*sorted(values[scheme].items()))
+            open_marker = scheme == "ccs"
+            axis.plot(n, y, marker=marker, color=colour, label=label, markersize=9 if open_marker else 5,
+                      markerfacecolor="none" if open_marker else colour, linewidth=2.2 if open_marker else 1.2,
+                      alpha=0.8 if open_marker else 1)
+
+
+def draw_speed_up_and_iterations(results, role, mean):
+    """The figure of one scene, or None if there is nothing to draw."""
+    speed, timed = speed_ups(results, role)
+    iterations, counted = counts(results, role, mean)
+    if not timed and not counted:
+        return None, speed, iterations, timed, counted
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), width_ratios=(1, 1.35))
+
+    ranks = sorted({n for by_rank in speed.values() for n in by_rank})
+    left.set_title("(a) speed-up, measured")
+    if ranks:
+        ideal = np.array([1, max(2, *ranks)])
+        left.plot(ideal, ideal, "--", color=NLGS, linewidth=1, label="ideal")
+        draw_schemes(left, speed)
+        subdomain_ticks(left, sorted({1, 2, *ranks}))
+        left.set_xlim(0.85, 1.18 * ideal[1])
+        left.set_ylim(0, 1.08 * left.dataLim.y1)
+        left.set(xlabel="MPI ranks = subdomains", ylabel="speed-up over sequential NLGS")
+        left.legend(loc="upper left")
+    else:
+        left.text(0.5, 0.5, "not measured", ha="center", transform=left.transAxes, color=NLGS)
+        left.set_axis_off()
+
+    right.set_title(f"(b) {'mean iterations per step' if mean else 'iterations, all steps'}, counted")
+    if iterations:
+        draw_schemes(right, iterations)
+        subdomain_ticks(right, sorted({n for by_n in iterations.values() for n in by_n}))
+        reference = results.reference(counted[0])
+        if reference:
+            count = reference.mean_iterations if mean else reference.total_iterations
+            right.axhline(count, linestyle="--", linewidth=1, color=NLGS, label="sequential NLGS")
+        right.set_ylim(0, 1.08 * right.dataLim.y1)
+        right.set(xlabel="subdomains", ylabel="mean iterations" if mean else "total iterations")
+        right.yaxis.set_major_formatter(lambda y, _: f"{y:,.0f}".replace(",", "\u00a0"))
+        right.legend(loc="lower right")
+    else:
+        right.text(0.5, 0.5, "not counted", ha="center", transform=right.transAxes, color=NLGS)
+        right.set_axis_off()
+    return figure, speed, iterations, timed, counted
+
+
+def draw_histories(results, roles):
+    """Iterations of every step, a panel per scene, a line per number of subdomains; and the runs used."""
+    panels = []
+    for role in roles:
+        runs = results.counted(role, "dcs") or results.counted(role, "ccs") or results.counted(role, "nlgs")
+        if runs and max(run["steps"] for run in runs.values()) > 1:
+            panels.append((role, runs))
+    if not panels:
+        return None, []
+    figure, axes = plt.subplots(1, len(panels), figsize=(3.1 * len(panels) + 0.6, 3.1), squeeze=False)
+    numbers = sorted({n for _, runs in panels for n in runs})
+    shades = plt.get_cmap("viridis_r")(np.linspace(0.08, 0.95, len(numbers))) if len(numbers) > 1 else [DCS]
+    colour = dict(zip(numbers, shades))
+    for axis, (role, runs) in zip(axes[0], panels):
+        for n, run in runs.items():
+            axis.plot(range(1, run["steps"] + 1), run["iterations"], color=colour[n], linewidth=1.1)
+        axis.set_title(role)
+        axis.set(xlabel="step", ylim=(0, None))
+    axes[0][0].set_ylabel("iterations")
+    handles = [plt.Line2D([], [], color=colour[n], label=str(n)) for n in numbers]
+    axes[0][-1].legend(handles=handles, title="subdomains", loc="center left", bbox_to_anchor=(1.0, 0.5),
+                       edgecolor=FAINT)
+    return figure, [run for _, runs in panels for run in runs.values()]

@@ -1,0 +1,61 @@
+"""One look for all figures, and how they are saved."""
+import io
+import os
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
+
+CCS, DCS, NLGS, INK, FAINT = "#b4532a", "#1f5f8b", "#5a5a5a", "#222222", "#d9d9d9"
+SCHEMES = {"ccs": ("CCS", CCS, "s"), "dcs": ("DCS", DCS, "o")}
+# Subdomains: muted, told apart by hue and by lightness; repeated beyond eight.
+SUBDOMAINS = ("#4c78a8", "#e39c37", "#5f9e6e", "#b85450", "#8d6cab", "#8fbfc2", "#c9a66b", "#c97b9d")
+# Multiplicity 0 (no contact), 1, 2, ...: pale for grains inside, dark where many subdomains meet.
+MULTIPLICITY = ("#ffffff", "#dedcd5", "#f2b867", "#dd7a3b", "#b3382f", "#8f2347", "#6d1f57", "#4b1c5c", "#2c1650")
+
+plt.rcParams.update({
+    "font.family": "STIXGeneral", "mathtext.fontset": "stix", "font.size": 11,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7, "axes.edgecolor": INK,
+    "axes.grid": True, "axes.axisbelow": True, "grid.color": "#e8e8e8", "grid.linewidth": 0.7,
+    "axes.titlesize": 11, "axes.titlelocation": "left", "xtick.major.width": 0.7, "ytick.major.width": 0.7,
+    "legend.frameon": False, "legend.fontsize": 10, "lines.linewidth": 1.4,
+    "svg.hashsalt": "nscdd", "savefig.dpi": 200, "savefig.bbox": "tight", "savefig.pad_inches": 0.04,
+    "figure.constrained_layout.use": True,
+})
+
+
+def multiplicity_colour(m):
+    return MULTIPLICITY[min(int(m), len(MULTIPLICITY) - 1)]
+
+
+def subdomain_colour(k):
+    return SUBDOMAINS[int(k) % len(SUBDOMAINS)]
+
+
+def subdomain_ticks(axis, numbers):
+    """A logarithmic axis of base 2 with a tick at each number of subdomains."""
+    axis.set_xscale("log", base=2)
+    axis.set_xticks(numbers, [str(n) for n in numbers])
+    axis.minorticks_off()
+
+
+def write(path, data):
+    """Writes bytes aside, then renames."""
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data)
+    os.replace(part, path)
+
+
+def save(figure, folder, name):
+    """Writes NAME.png and NAME.svg and returns their bytes."""
+    images = {}
+    for kind, metadata in (("png", {}), ("svg", {"Date": None})):
+        stream = io.BytesIO()
+        figure.savefig(stream, format=kind, metadata=metadata)
+        images[kind] = stream.getvalue()
+        write(Path(folder) / f"{name}.{kind}", images[kind])
+    plt.close(figure)
+    return images

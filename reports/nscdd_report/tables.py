@@ -1,0 +1,154 @@
+"""Tables of the page, as HTML; and the same numbers for summary.json."""
+from html import escape
+from pathlib import Path
+
+from .load import row_ok
+from .style import SCHEMES
+
+# [Visseq14] Table 1: share of time in MPI, CCS and DCS, in per cent.
+PAPER_TABLE_1 = {1: (0.0, 0.0), 3: (31.3, 14.0), 4: (35.6, 9.1), 8: (58.3, 18.4)}
+SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
+NONE = "\u2013"
+
+
+def number(value):
+    """Three significant digits; powers of ten written out below a thousandth and from a million on."""
+    if value is None:
+        return "not finite"
+    if value == 0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:.3g}" if abs(value) < 1000 else count(value)
+    mantissa, exponent = f"{value:.2e}".split("e")
+    mantissa = mantissa.rstrip("0").rstrip(".")
+    times = "" if mantissa == "1" else f"{mantissa}\u202f\u00d7\u202f"
+    return f"{times}10{str(int(exponent)).translate(SUPERSCRIPT)}"
+
+
+def count(value):
+    """Whole number with thin spaces between thousands; one decimal below 100 if it has any."""
+    text = f"{value:,.1f}" if value < 100 and value != int(value) else f"{value:,.0f}"
+    return text.replace(",", "\u2009")
+
+
+def percent(value):
+    return f"{100 * value:.1f}"
+
+
+def table(head, rows, label):
+    """head: rows of (text, columns spanned); rows: lists of cells, text or (text, class). Text is HTML."""
+    def cell(content, tag="td"):
+        text, style = content if isinstance(content, tuple) else (content, "")
+        return f'<{tag} class="{style}">{text}</{tag}>' if style else f"<{tag}>{text}</{tag}>"
+    lines = [f'<table aria-label="{escape(label)}">', "<thead>"]
+    for row in head:
+        lines.append("<tr>" + "".join(
+            f'<th colspan="{span}" class="group">{text}</th>' if span > 1 else f"<th>{text}</th>"
+            for text, span in row) + "</tr>")
+    lines += ["</thead>", "<tbody>"]
+    lines += ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
+    return "\n".join([*lines, "</tbody>", "</table>"])
+
+
+def mpi_share(results, role):
+    """Table 1 of the paper: HTML, values for the summary, and the runs used."""
+    timed = {scheme: results.timed(role, scheme) for scheme in SCHEMES}
+    used = [run for runs in timed.values() for run in runs.values()]
+    numbers = sorted({*PAPER_TABLE_1, *(n for runs in timed.values() for n in runs)})
+    rows, values = [], []
+    for n in numbers:
+        row, value = [str(n)], {"subdomains": n}
+        for scheme in SCHEMES:
+            run = timed[scheme].get(n)
+            if run is None:
+                row += [NONE] * 3
+                continue
+            seconds, total = run["seconds"], max(run["seconds"]["total"], 1e-300)
+            shares = run["mpi_fraction"], seconds["mpi_wait"] / total, seconds["mpi_transfer"] / total
+            row += [(percent(shares[0]), "strong"), percent(shares[1]), percent(shares[2])]
+            value[scheme] = dict(zip(("mpi", "wait", "transfer"), shares))
+        paper = PAPER_TABLE_1.get(n)
+        row += [(f"{p:.1f}" if n > 1 else "0", "faint") for p in paper] if paper else [(NONE, "faint")] * 2
+        rows.append(row)
+        if len(value) > 1:
+            values.append(value)
+    head = [[("", 1), ("CCS, measured here", 3), ("DCS, measured here", 3),
+             ("paper<br>(55\u2009000 spheres, 48-core machine)", 2)],
+            [("subdomains", 1)] + [("in MPI %", 1), ("waiting %", 1), ("transferring %", 1)] * 2
+            + [("CCS %", 1), ("DCS %", 1)]]
+    return table(head, rows, "Share of time in MPI"), values, used
+
+
+def counted(results, role):
+    """What the decomposition costs, counted: HTML, values for the summary, and the runs used."""
+    runs = {scheme: results.counted(role, scheme) for scheme in SCHEMES}
+    numbers = sorted({n for by_n in runs.values() for n in by_n})
+    first = runs["dcs"].get(1) or runs["ccs"].get(1)
+    rows, values = [], []
+    for n in numbers:
+        both = [runs[scheme].get(n) for scheme in SCHEMES]
+        any_run = both[1] or both[0]
+        work = any_run["work_per_rank"]
+        share = max(work) / sum(work) if sum(work) else 0.0
+        ratio = any_run.total_iterations / first.total_iterations if first and first.total_iterations else None
+        row = [str(n), escape(any_run["partition"]), count(any_run["interface_grains"]),
+               percent(any_run["interface_share"]), f"{percent(share)} <i>({percent(1 / n)})</i>",
+               count(any_run.mean_iterations), NONE if ratio is None else f"{ratio:.2f}"]
+        for key in ("messages_per_iteration", "bytes_per_iteration"):
+            row += [NONE if run is None else count(run[key]) for run in both]
+        rows.append(row)
+        values.append({"subdomains": n, "interface_share": any_run["interface_share"], "largest_work_share": share,
+                       "iterations": any_run.total_iterations, "ratio_to_one_subdomain": ratio,
+                       **{scheme: {key: run[key] for key in ("messages_per_iteration", "bytes_per_iteration")}
+                          for scheme, run in zip(SCHEMES, both) if run}})
+    head = [[("", 1), ("", 1), ("interface grains", 2), ("largest share", 1), ("iterations per step", 2),
+             ("messages per iteration", 2), ("bytes per iteration", 2)],
+            [("subdomains", 1), ("partition", 1), ("mean", 1), ("% of all", 1), ("of work % <i>(even)</i>", 1),
+             ("mean", 1), ("to 1 subd.", 1), ("CCS", 1), ("DCS", 1), ("CCS", 1), ("DCS", 1)]]
+    used = [run for by_n in runs.values() for run in by_n.values()]
+    return table(head, rows, "Messages and bytes per iteration"), values, used
+
+
+def agreement(compares):
+    """One row per run compared, one column per quantity; the bound in the head if all share it."""
+    quantities = list(dict.fromkeys(row["quantity"] for compare in compares for row in compare["rows"]))
+    bounds = {q: {row["bound"] for c in compares for row in c["rows"] if row["quantity"] == q} for q in quantities}
+    rows = []
+    for compare in compares:
+        by_quantity = {row["quantity"]: row for row in compare["rows"]}
+        cells = [escape(Path(compare["candidate"]).stem), str(compare["subdomains"]), escape(compare["transport"])]
+        for quantity in quantities:
+            row = by_quantity.get(quantity)
+            if row is None:
+                cells.append(NONE)
+                continue
+            text = number(row["value"])
+            if len(bounds[quantity]) > 1:
+                text += f" <i>\u2264\u202f{number(row['bound'])}</i>"
+            cells.append(text if row_ok(row) else (text, "bad"))
+        good = compare["ok"] and all(map(row_ok, compare["rows"]))
+        rows.append([*cells, ("ok", "good") if good else ("fails", "bad")])
+    titles = []
+    for quantity in quantities:
+        name, _, formula = quantity.partition(", ")
+        lines = [escape(name), *([f"<i>{escape(formula)}</i>"] if formula else [])]
+        if len(bounds[quantity]) == 1:
+            lines.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
+        titles.append("<br>".join(lines))
+    head = [[(title, 1) for title in ("run", "subdomains", "transport", *titles, "")]]
+    return table(head, rows, "Agreement with the reference")
+
+
+def all_runs(runs):
+    """Every run with its residual; seconds only where they were measured."""
+    rows = []
+    for run in runs:
+        fine = not list(run.problems())
+        eta = f"{number(run.eta_max)} <i>\u2264\u202f{number(run['tolerance'])}</i>"
+        rows.append([
+            escape(run.name), str(run["subdomains"]), escape(run["transport"]), escape(run["partition"]),
+            escape(run["interface"]), count(max(run["contacts"], default=0)), str(run["steps"]),
+            count(run.total_iterations), str(run["check_every"]), (eta, "" if fine else "bad"),
+            f"{run['seconds']['total']:.2f}" if run.measured else NONE, ("yes", "good") if fine else ("no", "bad")])
+    head = [[(text, 1) for text in (
+        "run", "subd.", "transport", "partition", "interface", "contacts,<br>most", "steps", "iterations",
+        "checked<br>every", "largest \u03b7", "seconds", "converged")]]
+    return table(head, rows, "All runs")

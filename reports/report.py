@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""Report of a folder of results: OUT/index.html, figures as PNG and SVG, summary.json.
+
+    python3 report.py results --out results/report
+
+Exits 1 if a run did not converge, a comparison is out of its bounds or a job failed (the page then says which), and
+if an input is malformed (one line on the terminal, no page).
+"""
+import argparse
+import json
+import sys
+from datetime import datetime, timezone
+from pathlib import Path
+
+from nscdd_report import sections
+from nscdd_report.load import InputError, load
+from nscdd_report.page import commits, machines, page, verdict
+from nscdd_report.style import write
+from nscdd_report.tables import count
+
+PAPER = ("V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distributed Nonsmooth Contact Domain "
+         "Decomposition (NSCDD): Algorithmic Structure and Scalability</i>, DD 21, LNCSE 98, 627\u2013636 (2014), "
+         '<a href="https://doi.org/10.1007/978-3-319-05789-7_60">doi:10.1007/978-3-319-05789-7_60</a>')
+
+
+def make(folder, out):
+    """Writes the report; returns whether it passes."""
+    results = load(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    verdict_html, passes = verdict(results)
+    communication, summary_tables = sections.communication(results)
+    scaling, summary_scaling = sections.scaling(results, out)
+    contents = [("communication", "Communication", communication),
+                ("pictures", "Partition and multiplicity", sections.pictures(results, out)),
+                ("scaling", "Speed-up and iterations", scaling),
+                ("agreement", "Agreement", sections.agreement(results))]
+    runs = results.runs
+    dates = sorted(run["date"] for run in runs)
+    scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
+    systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))
+                                for r in runs}))
+    facts = [("Scenes", scenes), ("Runs", f"{len(runs)}, made {dates[0]} to {dates[-1]}"), ("Machine", machines(runs)),
+             ("System", systems), ("Commit", commits(runs)),
+             ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"))]
+    lead = ("Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
+            "against sequential nonlinear Gauss\u2013Seidel (NLGS). Figures 1 to 4 and Table 1 are those of the paper, "
+            "at the size given in their captions.")
+    html = page("nscdd: report of the main job", lead, facts, verdict_html, contents, "Method: " + PAPER + ".")
+    summary = {"schema": "nscdd.summary/1", "passes": passes, "failures": results.failures(),
+               "unchecked": [run.name for run in results.unchecked()], "runs": len(runs),
+               "compared_rows": sum(len(c["rows"]) for c in results.compares),
+               "largest_residual": {run.name: run.eta_max for run in runs}, "machine": machines(runs),
+               "commit": commits(runs), "dates": [dates[0], dates[-1]], **summary_tables, "scaling": summary_scaling}
+    write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
+    write(out / "index.html", html.encode())
+    for line in results.failures():
+        print(f"report: {line}", file=sys.stderr)
+    print(f"report: {out / 'index.html'}: {len(runs)} runs, " + ("passes" if passes else "FAILS"))
+    return passes
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("results", type=Path, help="folder with run, compare and state files")
+    parser.add_argument("--out", type=Path, required=True, help="folder to write to, made if needed")
+    options = parser.parse_args(arguments)
+    try:
+        return 0 if make(options.results, options.out) else 1
+    except (InputError, OSError) as error:
+        print(f"report: {error}", file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

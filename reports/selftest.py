@@ -1,0 +1,269 @@
+#!/usr/bin/env python3
+"""Tests of the report generator on fabricated results: no value here was ever measured."""
+import contextlib
+import io
+import json
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import report  # noqa: E402  (after the path is set)
+from nscdd_report import curves, packings  # noqa: E402
+from nscdd_report.load import load  # noqa: E402
+
+CORES, STEPS = 2, 3
+
+
+def run(scene, scheme, n, transport, state=None):
+    """A run JSON with made-up numbers."""
+    mpi = transport == "mpi"
+    iterations = [100 + 10 * n - 20 * step for step in range(STEPS)]
+    data = {
+        "schema": "nscdd.run/1", "command": f"nscdd run {scene}.toml --scheme {scheme} --json FABRICATED.json",
+        "machine": {"cpu": "Fabricated CPU", "cores": CORES, "os": "Fabricated OS", "compiler": "g++ 0"},
+        "commit": "fabricated", "date": "2000-01-01T00:00:00Z", "scene": scene,
+        "dimension": 2 if scene in ("biaxial", "network") else 3, "grains": 64, "model": "fabricated", "friction": True,
+        "subdomains": n, "scheme": scheme, "interface": "none" if scheme == "nlgs" else "closed-form",
+        "partition": "none" if scheme == "nlgs" else "grid 2x1" if n == 2 else f"grid {n}x1x1", "transport": transport,
+        "ranks_measured": not mpi or n <= CORES, "steps": STEPS, "tolerance": 1e-4, "check_every": 1, "sweeps": 1,
+        "iterations": iterations, "residual": [9e-5] * STEPS, "contacts": [200] * STEPS,
+        "interface_grains": 4.0 * (n - 1), "interface_share": (n - 1) / 64, "multiplicity": {"1": 60, "2": 4},
+        "seconds": {"total": 8.0 / n, "detect": 1, "sweep": 2, "interface": 1, "mpi_wait": 0.5 * mpi,
+                    "mpi_transfer": 0.25 * mpi},
+        "mpi_fraction": 0.75 * n / 8 * mpi, "messages": 10 * n, "bytes": 1000 * n,
+        "messages_per_iteration": 2.0 * (n - 1), "bytes_per_iteration": 480.0 * (n - 1),
+        "work_per_rank": [100 + rank for rank in range(n)], "converged": True, "unconverged_steps": 0,
+        "final": {"kinetic_energy": 0.0, "max_overlap": 1e-4},
+    }
+    if state:
+        data["state"] = state
+    return data
+
+
+def compare(scene, scheme, n, transport, value=1e-3):
+    return {"schema": "nscdd.compare/1", "command": "nscdd compare FABRICATED", "scene": scene, "scheme": scheme,
+            "reference": f"{scene}-nlgs.json", "candidate": f"{scene}-{scheme}-{transport}-{n}.json", "subdomains": n,
+            "transport": transport, "ok": value <= 1e-2,
+            "rows": [{"quantity": "velocity", "value": value, "bound": 1e-2, "ok": value <= 1e-2},
+                     {"quantity": "stress", "value": 2e-4, "bound": 1e-3, "ok": True}]}
+
+
+def write_state(path, dim):
+    """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
+    side = 8 if dim == 2 else 4
+    index = np.stack(np.meshgrid(*[np.arange(side)] * dim, indexing="ij"), -1).reshape(-1, dim)
+    x = index + 0.5
+    position = {tuple(k): n for n, k in enumerate(index)}
+    pairs = [(position[tuple(k)], position[tuple(k + step)], step) for k in index
+             for step in np.eye(dim, dtype=int) if tuple(k + step) in position]
+    i, j = (np.array([pair[k] for pair in pairs], np.int32) for k in (0, 1))
+    middle = (x[i] + x[j]) / 2 - 0.01
+    cells = np.array([2, 1] if dim == 2 else [2, 2, 2])
+    owner = (np.floor(middle / side * cells).astype(int) @ np.cumprod([1, *cells[:-1]])).astype(np.int32)
+    touched = [set() for _ in x]
+    for a, b, k in zip(i, j, owner):
+        touched[a].add(k)
+        touched[b].add(k)
+    with h5py.File(path, "w") as file:
+        file["x"], file["radius"], file["box"] = x, np.full(len(x), 0.5), np.full(dim, float(side))
+        file["subdomain"] = np.array([min(t) for t in touched], np.int32)
+        file["multiplicity"] = np.array([len(t) for t in touched], np.int32)
+        file["contacts/i"], file["contacts/j"] = i, j
+        file["contacts/normal"] = np.array([-pair[2] for pair in pairs], float)
+        file["contacts/gap"], file["contacts/subdomain"] = np.zeros(len(i)), owner
+
+
+def fabricate(folder, scenes):
+    """A passing set of results for some scenes, with states to draw for the network and the isotropic scene."""
+    def put(name, data):
+        (folder / name).write_text(json.dumps(data))
+
+    if "network" in scenes:
+        write_state(folder / "network-dcs-in-process-2.h5", 2)
+    if "isotropic" in scenes:
+        write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
+    for scene in scenes:
+        put(f"{scene}-nlgs.json", run(scene, "nlgs", 1, "sequential"))
+        for scheme in ("ccs", "dcs"):
+            for transport, numbers in (("in-process", (1, 2, 8)), ("mpi", (1, 2, 4))):
+                for n in numbers:
+                    stem = f"{scene}-{scheme}-{transport}-{n}"
+                    state = f"{stem}.h5" if (folder / f"{stem}.h5").exists() else None
+                    put(f"{stem}.json", run(scene, scheme, n, transport, state))
+                    put(f"{stem}.compare.json", compare(scene, scheme, n, transport))
+
+
+class Case(unittest.TestCase):
+    scenes = ("column",)  # not one of the paper's: nothing is drawn, which is quick
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder, self.out = Path(temporary.name, "results"), Path(temporary.name, "out")
+        self.folder.mkdir()
+        fabricate(self.folder, self.scenes)
+
+    def report(self):
+        """Exit code, and what went to the error stream."""
+        errors = io.StringIO()
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+            code = report.main([str(self.folder), "--out", str(self.out)])
+        return code, errors.getvalue()
+
+    def page(self):
+        return (self.out / "index.html").read_text()
+
+    def summary(self):
+        return json.loads((self.out / "summary.json").read_text())
+
+    def change(self, name, **fields):
+        path = self.folder / name
+        path.write_text(json.dumps({**json.loads(path.read_text()), **fields}))
+
+    def assert_one_line(self, *words):
+        code, errors = self.report()
+        self.assertEqual(code, 1)
+        self.assertEqual(len(errors.strip().splitlines()), 1, errors)
+        for word in words:
+            self.assertIn(word, errors)
+        self.assertFalse((self.out / "index.html").exists())
+
+    def assert_fails_with(self, text):
+        code, errors = self.report()
+        self.assertEqual(code, 1)
+        self.assertIn(text, errors)
+        self.assertIn("verdict bad", self.page())
+        self.assertIn(text, self.page())
+        self.assertFalse(self.summary()["passes"])
+
+
+class Page(Case):
+    scenes = ("network", "biaxial", "isotropic", "triaxial")
+
+    def test_good_results_pass_with_all_captions_in_one_file(self):
+        self.assertEqual(self.report(), (0, ""))
+        page = self.page()
+        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5"):
+            self.assertIn(f"<figcaption><b>{label}.</b>", page)
+        self.assertIn("verdict good", page)
+        self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
+        for caption in page.split("<figcaption>")[1:]:
+            caption = caption.split("</figcaption>")[0]
+            self.assertRegex(caption, r"<b>(\([ab]\) )?(Measured|Counted|Computed)")
+            self.assertIn("Fabricated CPU, 2 cores; commit fabricated.", caption)
+        self.assertNotIn("Not in these results", page)
+        self.assertIn("Left out: 4, 8 subdomains", page)
+        self.assertEqual([row["subdomains"] for row in self.summary()["mpi_share"]], [1, 2])
+
+        self.assertNotRegex(page, r'src="(?!data:)|<link|<script')
+        names = {path.name for path in self.out.iterdir()}
+        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories"):
+            self.assertLessEqual({f"{stem}.png", f"{stem}.svg"}, names)
+        self.assertFalse([name for name in names if name.endswith(".part")])
+
+    def test_damaged_state_is_one_line(self):
+        path = self.folder / "network-dcs-in-process-2.h5"
+        path.write_bytes(path.read_bytes()[:500])
+        self.assert_one_line("network-dcs-in-process-2.h5", "not a state file")
+
+    def test_grid_is_found_in_the_state(self):
+        state = packings.read_state(self.folder / "network-dcs-in-process-2.h5")
+        lines = packings.contact_lines(state)
+        self.assertEqual(list(packings.grid_of("grid 2x1", state, lines)[0]), [2, 1])
+        self.assertIsNone(packings.grid_of("grid 3x3", state, lines))
+
+
+class Verdict(Case):
+    def test_good(self):
+        self.assertEqual(self.report(), (0, ""))
+        self.assertTrue(self.summary()["passes"])
+
+    def test_disagreement_fails(self):
+        self.change("column-dcs-mpi-2.compare.json", **compare("column", "dcs", 2, "mpi", value=0.5))
+        self.assert_fails_with("column-dcs-mpi-2: velocity 0.5 exceeds 0.01")
+
+    def test_row_called_ok_beyond_its_bound_fails(self):
+        rows = [{"quantity": "velocity", "value": None, "bound": 1e-2, "ok": True}]
+        self.change("column-dcs-mpi-2.compare.json", rows=rows)
+        self.assert_fails_with("velocity not finite exceeds 0.01")
+
+    def test_unconverged_run_fails(self):
+        self.change("column-ccs-mpi-1.json", converged=False, unconverged_steps=2)
+        self.assert_fails_with("column-ccs-mpi-1: not converged in 2 of 3 steps")
+
+    def test_residual_above_tolerance_fails(self):
+        self.change("column-ccs-mpi-1.json", residual=[1e-5, 2e-4, 1e-5])
+        self.assert_fails_with("its residual 0.0002 exceeds 0.0001")
+
+    def test_failed_job_fails(self):
+        record = {"schema": "nscdd.job/1", "jobs": [{"title": "isotropic packing", "exit": 3}]}
+        (self.folder / "job.json").write_text(json.dumps(record))
+        self.assert_fails_with("job failed (exit 3): isotropic packing")
+
+    def test_unchecked_runs_are_named(self):
+        (self.folder / "column-dcs-mpi-2.compare.json").unlink()
+        self.assertEqual(self.report()[0], 0)
+        self.assertIn("1 not compared with a reference:</b> column-dcs-mpi-2", self.page())
+
+
+class Input(Case):
+    def test_truncated_json_is_one_line(self):
+        path = self.folder / "column-dcs-mpi-2.json"
+        path.write_text(path.read_text()[:300])
+        self.assert_one_line("column-dcs-mpi-2.json", "not valid JSON")
+
+    def test_wrong_field_is_one_line(self):
+        self.change("column-dcs-mpi-2.json", subdomains="two")
+        self.assert_one_line("column-dcs-mpi-2.json", "subdomains", "'two'")
+
+    def test_wrong_number_of_steps_is_one_line(self):
+        self.change("column-dcs-mpi-2.json", iterations=[1])
+        self.assert_one_line("column-dcs-mpi-2.json", "1 entries for 3 steps")
+
+    def test_damaged_job_record_is_one_line(self):
+        (self.folder / "job.json").write_text('{"schema": "nscdd.job/1"}')
+        self.assert_one_line("job.json", "jobs")
+
+    def test_empty_folder_is_one_line(self):
+        for path in self.folder.iterdir():
+            path.unlink()
+        self.assert_one_line("no run JSON")
+
+    def test_missing_inputs_are_said(self):
+        for path in self.folder.iterdir():
+            if path.name != "column-dcs-in-process-2.json":
+                path.unlink()
+        self.assertEqual(self.report()[0], 0)
+        self.assertEqual(self.page().count("Not in these results"), 8)  # Tables 1 to 3, Figs. 1 to 5
+        self.assertIn("agreement was not checked", self.page())
+
+
+class Measured(Case):
+    def test_times_of_more_ranks_than_cores_are_left_out(self):
+        results = load(self.folder)
+        self.assertTrue(results.select(transport="mpi", subdomains=4))
+        speed, used = curves.speed_ups(results, "column")
+        self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0, 2: 2.0}})
+        self.assertEqual({r["transport"] for r in used}, {"mpi", "sequential"})
+
+    def test_cores_are_checked_even_if_the_run_says_measured(self):
+        self.change("column-dcs-mpi-4.json", ranks_measured=True)
+        self.assertEqual(sorted(load(self.folder).timed("column", "dcs")), [1, 2])
+
+    def test_speed_up_needs_the_same_problem(self):
+        self.change("column-nlgs.json", tolerance=1e-6)
+        self.assertEqual(curves.speed_ups(load(self.folder), "column"), ({}, []))
+
+    def test_counts_keep_to_one_interval_between_checks(self):
+        for n in (1, 2, 4):
+            self.change(f"column-dcs-mpi-{n}.json", check_every=10)
+        self.assertEqual(sorted(load(self.folder).counted("column", "dcs")), [1, 2, 8])
+
+
+if __name__ == "__main__":
+    unittest.main()
