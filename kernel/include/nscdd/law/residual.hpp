@@ -16,7 +16,7 @@ struct ResidualParts {
     double next_energy = 0;  // sum of r'^T W r'
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
 
-    // eta: method, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
+    // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
     double eta() const {
         return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
     }
