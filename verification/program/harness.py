@@ -1,0 +1,67 @@
+"""What the tests of the program share: a scratch folder, small scenes, and a way to run `nscdd`."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
+MPIRUN = os.environ.get("NSCDD_MPIRUN", "mpirun")
+
+SCENE = """name = "pair"
+dimension = 3
+gravity = [0, 0, -10]
+
+[[material]]
+name = "glass"
+density = 1.0
+
+[[pair]]
+materials = ["glass", "glass"]
+friction = 0.3
+
+[[grain]]
+position = [0, 0, 0.5]
+radius = 0.5
+material = "glass"
+
+[[grain]]
+position = [0.3, 0.1, 1.5]
+radius = 0.5
+material = "glass"
+
+[[wall]]
+name = "floor"
+normal = [0, 0, 1]
+through = [0, 0, 0]
+material = "glass"
+motion = "fixed"
+
+[step]
+h = 0.001
+count = 5
+"""
+
+PACKED = SCENE[:SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmaterial = "glass"\n\n' + SCENE[SCENE.index("[[wall]]"):]
+
+
+class ProgramTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def run_program(self, *arguments, ranks=0, timeout=120):
+        """ranks = 0: alone, without mpirun."""
+        launcher = [MPIRUN, "-np", str(ranks)] if ranks else []
+        return subprocess.run([*launcher, NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=timeout)
+
+    def succeeds(self, *arguments, ranks=0):
+        done = self.run_program(*arguments, ranks=ranks)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return done

@@ -1,0 +1,110 @@
+"""The program from end to end: pack, run alone and under mpirun, go on from a state, compare."""
+import json
+import pathlib
+import unittest
+
+import h5py
+import jsonschema
+import numpy as np
+
+from harness import ProgramTest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PACKING = """dimension = 2
+grains = 60
+spread = 0.25
+seed = 4
+"""
+
+
+class Program(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.packing = self.folder / "disks.h5"
+        self.succeeds("pack", self.write("pack.toml", PACKING), "-o", self.packing, "--quiet")
+
+    def run_case(self, name, *arguments, ranks=0):
+        out = self.folder / name
+        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", *arguments,
+                      "--json", f"{out}.json", "--state", f"{out}.h5", ranks=ranks)
+        report = json.loads(pathlib.Path(f"{out}.json").read_text())
+        with h5py.File(f"{out}.h5") as state:
+            arrays = {key: state[key][...] for key in ("x", "velocity", "spin", "multiplicity", "contacts/impulse")}
+        return report, arrays
+
+    def test_packing_is_jammed_and_without_overlap(self):
+        with h5py.File(self.packing) as file:
+            x, radius, box = (file[key][...] for key in ("x", "radius", "box"))
+        distance = np.linalg.norm(x[:, None] - x[None], axis=2) - radius[:, None] - radius[None]
+        np.fill_diagonal(distance, 1)
+        self.assertGreater(distance.min(), -1e-12)
+        self.assertGreater((x - radius[:, None]).min(), -1e-12)
+        self.assertLess((x + radius[:, None] - box).max(), 1e-12)
+        self.assertGreater(np.pi * (radius**2).sum() / box.prod(), 0.75)
+
+    def test_packing_repeats(self):
+        again = self.folder / "again.h5"
+        self.succeeds("pack", self.folder / "pack.toml", "-o", again, "--quiet")
+        with h5py.File(self.packing) as a, h5py.File(again) as b:
+            np.testing.assert_array_equal(a["x"][...], b["x"][...])
+
+    def test_json_follows_its_schema(self):
+        report, _ = self.run_case("nlgs")
+        jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
+
+    def test_mpi_ranks_are_in_process_ranks_to_the_bit(self):
+        for scheme in ("ccs", "dcs"):
+            for ranks in (1, 2, 4):
+                mpi, mpi_state = self.run_case(f"{scheme}-mpi", "--scheme", scheme, ranks=ranks)
+                own, own_state = self.run_case(f"{scheme}", "--scheme", scheme, "--subdomains", ranks)
+                with self.subTest(scheme=scheme, ranks=ranks):
+                    self.assertEqual(mpi["transport"], "mpi")
+                    self.assertEqual(own["transport"], "in-process")
+                    for key in ("iterations", "residual", "contacts", "messages", "bytes", "work_per_rank", "final"):
+                        self.assertEqual(mpi[key], own[key], key)
+                    for key, values in own_state.items():
+                        np.testing.assert_array_equal(mpi_state[key], values, key)
+
+    def test_a_state_goes_on_where_it_stopped(self):
+        whole, whole_state = self.run_case("whole", "--steps", 6)
+        self.run_case("first", "--steps", 5)
+        rest, rest_state = self.run_case("rest", "--from", self.folder / "first.h5", "--steps", 1)
+        # impulses went along: far fewer iterations than from nothing, and the same answer within the tolerance
+        self.assertLess(np.abs(rest_state["x"] - whole_state["x"]).max(), 1e-5)
+        self.assertLess(sum(rest["iterations"]), 3 * whole["iterations"][-1] + 30)
+
+    def test_compare_agrees_and_disagrees(self):
+        self.run_case("start", "--steps", 3)
+        step = ("--from", self.folder / "start.h5", "--steps", 1)
+        self.run_case("nlgs", *step)
+        self.run_case("dcs", *step, "--scheme", "dcs", "--subdomains", 4)
+        out = self.folder / "dcs.compare.json"
+        self.succeeds("compare", self.folder / "nlgs.json", self.folder / "dcs.json", "--json", out)
+        table = json.loads(out.read_text())
+        jsonschema.validate(table, json.loads((ROOT / "reports/compare.schema.json").read_text()))
+        self.assertTrue(table["ok"])
+        with h5py.File(self.folder / "dcs.h5", "r+") as state:
+            state["velocity"][...] *= 2
+        done = self.run_program("compare", self.folder / "nlgs.json", self.folder / "dcs.json")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("DISAGREES", done.stdout)
+
+
+class Iterations(ProgramTest):
+    def test_eight_subdomains_need_few_more_iterations_than_one(self):
+        """4,000 spheres: at most 1.3 times those of NLGS when warm, as the mean over the run."""
+        packing = self.folder / "spheres.h5"
+        self.succeeds("pack", ROOT / "cases/packings/isotropic.toml", "-o", packing, "--quiet")
+        total = {}
+        for scheme, count in (("nlgs", 1), ("dcs", 8)):
+            out = self.folder / f"{scheme}.json"
+            self.succeeds("run", ROOT / "cases/reduced/isotropic.toml", "--packing", packing, "--scheme", scheme,
+                          "--subdomains", count, "--check-every", 1, "--json", out, "--quiet")
+            total[scheme] = sum(json.loads(out.read_text())["iterations"])
+        print(f"iterations over 50 steps: NLGS {total['nlgs']}, NSCDD at 8 subdomains {total['dcs']}")
+        self.assertGreater(total["nlgs"], 1000)
+        self.assertLessEqual(total["dcs"], 1.3 * total["nlgs"])
+
+
+if __name__ == "__main__":
+    unittest.main()
