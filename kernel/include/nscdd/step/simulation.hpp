@@ -93,6 +93,7 @@ class Simulation {
             iterations += report.solve.iterations;
             watch.skip();
             for (auto& part : parts_) keep_impulses(part);
+            share_velocities();
             if (complete(report.attempts)) break;
             watch.lap(seconds_.detect);
         }
@@ -128,12 +129,25 @@ class Simulation {
                                : M::friction && !positive(g.inertia)        ? "inertia"
                                : !g.position.allFinite()                    ? "position"
                                : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity or load"
+                               : g.material < 0 || g.material >= settings_.materials.count() ? "material"
+                               : g.id < 0                                       ? "id"
                                                                             : nullptr;
             if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
         }
-        if (!(settings_.h > 0) || !(settings_.theta >= 0 && settings_.theta <= 1))
+        std::vector<int> ids;
+        for (const auto& g : grains) ids.push_back(g.id);
+        std::sort(ids.begin(), ids.end());
+        if (const auto twice = std::adjacent_find(ids.begin(), ids.end()); twice != ids.end())
+            throw std::invalid_argument("grain " + std::to_string(*twice) + ": there are two of this id");
+        if (!settings_.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
+        if (!(settings_.h > 0 && std::isfinite(settings_.h)) || !(settings_.theta >= 0 && settings_.theta <= 1))
             throw std::invalid_argument("the step must be positive and theta within [0, 1]");
         for (const auto& wall : settings_.walls) {
+            const std::string name = "wall " + std::to_string(&wall - settings_.walls.data()) + ": ";
+            if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
+                throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
+            if (wall.material < 0 || wall.material >= settings_.materials.count())
+                throw std::invalid_argument(name + "material is not valid");
             if (wall.driven && !M::driven_walls)
                 throw std::invalid_argument("a wall is driven by a force: the model needs DrivenWalls");
             if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
@@ -151,33 +165,38 @@ class Simulation {
         for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
     }
 
-    // Largest values over the scene, with one all-gather.
+    // Unlike std::max it keeps a NaN.
+    static double larger(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
+
+    // Largest values over the scene, with one all-gather. Throws std::runtime_error when they are not finite.
     Survey survey(auto&& velocity, double lookahead = 0) {
         std::vector<Buffer> mine;
         for (const auto& part : parts_) {
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 const typename M::Vec v = velocity(part, g).template head<M::dim>();
-                s.speed = std::max(s.speed, v.norm());
-                s.moved = std::max(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
+                s.speed = larger(s.speed, v.norm());
+                s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
             mine.push_back({s.moved, s.speed});
         }
         const std::span<const double> all = comm_.all_gather(mine);
         Survey total;
         for (std::size_t p = 0; p < all.size(); p += 2) {
-            total.moved = std::max(total.moved, all[p]);
-            total.speed = std::max(total.speed, all[p + 1]);
+            total.moved = larger(total.moved, all[p]);
+            total.speed = larger(total.speed, all[p + 1]);
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             double speed = wall.normal_speed();
             if constexpr (M::driven_walls)
                 if (lookahead > 0) speed = wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
-            total.speed = std::max(total.speed, std::abs(speed));
-            total.moved = std::max(total.moved, std::abs(wall.offset + lookahead * speed - rough_offset_[w]));
+            total.speed = larger(total.speed, std::abs(speed));
+            total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - rough_offset_[w]));
         }
         total.speed += settings_.h * settings_.gravity.norm();
+        if (!std::isfinite(total.moved + total.speed))
+            throw std::runtime_error("step " + std::to_string(steps_ + 1) + ": positions or velocities are no longer finite");
         return total;
     }
 
@@ -289,9 +308,9 @@ class Simulation {
         return missed == 0;
     }
 
-    // Velocities of the step into grains and walls. Copies take theirs from the first active holder: those without
-    // a contact had no part in the iteration, and after a factorised gluing copies agree to round-off only.
-    void commit() {
+    // Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
+    // and after a factorised gluing copies agree to round-off only.
+    void share_velocities() {
         std::vector<Links> links(parts_.size());
         for (std::size_t k = 0; k < parts_.size(); ++k) {
             Subdomain<M>& part = parts_[k];
@@ -310,13 +329,19 @@ class Simulation {
         for (std::size_t k = 0; k < parts_.size(); ++k) {
             Subdomain<M>& part = parts_[k];
             links[k].swap(part.links);
-            for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
             for (std::size_t l = 0; l < part.links.size(); ++l)
                 for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
                     const auto g = static_cast<std::size_t>(part.linked[l][s]);
                     if (first_active(part, g) == part.links[l].peer)
-                        part.grains[g].velocity = Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
+                        part.problem.bodies[g].v = Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
                 }
+        }
+    }
+
+    // Velocities of the step into grains and walls.
+    void commit() {
+        for (auto& part : parts_) {
+            for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
             for (auto& c : part.pairs) c.missed = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
