@@ -1,0 +1,112 @@
+// The schemes against one another: sequential NLGS, CCS and DCS, closed form, factorised and elementary.
+#include "../catch.hpp"
+#include "../small_scenes.hpp"
+
+using namespace nscdd;
+using namespace scenes;
+
+namespace {
+
+constexpr SolveOptions every_iteration{.check_every = 1};
+
+template <class M>
+void check_same_bits(const Outcome<M>& a, const Outcome<M>& b) {
+    CHECK(a.iterations() == b.iterations());
+    CHECK(first_difference(a.history(), b.history()) == -1);
+    CHECK(first_difference(a.state(), b.state()) == -1);
+}
+
+// Largest difference of a velocity (spins times radius, and speeds of walls) over the largest velocity.
+template <class M>
+double velocity_difference(const Outcome<M>& a, const Outcome<M>& b) {
+    double difference = 0, largest = 0;
+    for (std::size_t g = 0; g < a.grains.size(); ++g) {
+        typename M::Velocity u = a.grains[g].grain.velocity, v = b.grains[g].grain.velocity;
+        u.template tail<M::spins>() *= a.grains[g].grain.radius;
+        v.template tail<M::spins>() *= a.grains[g].grain.radius;
+        difference = std::max(difference, (u - v).cwiseAbs().maxCoeff());
+        largest = std::max(largest, u.cwiseAbs().maxCoeff());
+    }
+    for (std::size_t w = 0; w < a.walls.size(); ++w)
+        difference = std::max(difference, std::abs(a.walls[w].speed - b.walls[w].speed));
+    return difference / largest;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("NSCDD with one subdomain is NLGS, bit for bit", "", EVERY_MODEL) {
+    for (const auto& scene : dense_scenes<TestType>()) {
+        INFO(scene.name);
+        const auto nlgs = run_nlgs(scene, 5, every_iteration);
+        CHECK(nlgs.last().contacts > 60);
+        check_same_bits(run_nscdd<Ccs, ClosedForm>(scene, 1, 5, every_iteration), nlgs);
+        check_same_bits(run_nscdd<Dcs, ClosedForm>(scene, 1, 5, every_iteration), nlgs);
+    }
+}
+
+TEMPLATE_TEST_CASE("CCS and DCS with the closed form are the same, bit for bit", "", EVERY_MODEL) {
+    for (const auto& scene : dense_scenes<TestType>())
+        for (int ranks : {2, 3, 4, 8}) {
+            INFO(scene.name << ", " << ranks << " subdomains");
+            const auto ccs = run_nscdd<Ccs, ClosedForm>(scene, ranks, 5, every_iteration);
+            CHECK(ccs.last().interface_grains > 0);
+            check_same_bits(ccs, run_nscdd<Dcs, ClosedForm>(scene, ranks, 5, every_iteration));
+        }
+}
+
+TEMPLATE_TEST_CASE("factorised and elementary interface problems give the closed form's iterates", "", EVERY_MODEL) {
+    for (const auto& scene : dense_scenes<TestType>())
+        for (int ranks : {2, 4, 8})
+            for (int k = 1; k <= 5; ++k) {
+                INFO(scene.name << ", " << ranks << " subdomains, iteration " << k);
+                const SolveOptions options{.tolerance = 0, .check_every = k, .max_iterations = k};
+                const auto closed = run_nscdd<Ccs, ClosedForm>(scene, ranks, 1, options);
+                CHECK(closed.iterations() == std::vector{k});
+                CHECK(closed.last().interface_grains > 0);
+                CHECK(velocity_difference(closed, run_nscdd<Ccs, Factorised<>>(scene, ranks, 1, options)) <= 1e-12);
+                CHECK(velocity_difference(closed, run_nscdd<Dcs, Factorised<>>(scene, ranks, 1, options)) <= 1e-12);
+            }
+}
+
+TEMPLATE_TEST_CASE("factorised and elementary interface problems need as many iterations", "", EVERY_MODEL) {
+    for (const auto& scene : dense_scenes<TestType>())
+        for (int ranks : {2, 8}) {
+            INFO(scene.name << ", " << ranks << " subdomains");
+            const auto counts = run_nscdd<Ccs, ClosedForm>(scene, ranks, 4, every_iteration).iterations();
+            CHECK(run_nscdd<Ccs, Factorised<>>(scene, ranks, 4, every_iteration).iterations() == counts);
+            CHECK(run_nscdd<Dcs, Factorised<>>(scene, ranks, 4, every_iteration).iterations() == counts);
+        }
+}
+
+TEMPLATE_TEST_CASE("more sweeps between two gluings converge in fewer iterations", "", EVERY_MODEL) {
+    for (const auto& scene : dense_scenes<TestType>())
+        for (int ranks : {1, 4, 8}) {
+            INFO(scene.name << ", " << ranks << " subdomains");
+            const auto after = [&](int sweeps) {
+                return run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, {.check_every = 1, .sweeps = sweeps}).last().solve;
+            };
+            const SolveReport one = after(1), two = after(2), five = after(5);
+            CHECK((one.converged && two.converged && five.converged));
+            CHECK(two.residual <= 1e-4);
+            CHECK(five.residual <= 1e-4);
+            CHECK(two.iterations <= one.iterations);
+            CHECK(five.iterations <= two.iterations);
+            if (ranks == 1) {  // nothing to glue: sweeps are sweeps
+                CHECK(two.iterations == (one.iterations + 1) / 2);
+                CHECK(five.iterations == (one.iterations + 4) / 5);
+            }
+        }
+}
+
+TEMPLATE_TEST_CASE("warm started, a heap at rest needs one iteration a step on any subdomains", "", DisksDriven) {
+    auto warm = settled(heap<TestType>(), 1000);
+    warm.settings.rough_every = 3;  // impulses are handed on with every new decomposition
+    auto cold = warm;
+    cold.impulses.clear();
+    for (int ranks : {1, 4, 8}) {
+        INFO(ranks << " subdomains");
+        const auto counts = run_nscdd<Dcs, ClosedForm>(warm, ranks, 10, every_iteration).iterations();
+        CHECK(counts == std::vector(10, 1));
+        CHECK(run_nscdd<Dcs, ClosedForm>(cold, ranks, 1, every_iteration).last().solve.iterations > 100);
+    }
+}

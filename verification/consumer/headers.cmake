@@ -1,0 +1,20 @@
+# cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P headers.cmake
+#
+# Every header of the kernel compiles alone and may be included twice. SYSTEM: directories of Eigen and MPI.
+cmake_minimum_required(VERSION 3.25)
+set(flags -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -I${INCLUDE})
+foreach(directory IN LISTS SYSTEM)
+    list(APPEND flags -isystem ${directory})
+endforeach()
+file(GLOB_RECURSE headers RELATIVE ${INCLUDE} ${INCLUDE}/nscdd/*.hpp)
+list(LENGTH headers count)
+if(count LESS 20)
+    message(FATAL_ERROR "only ${count} headers found below ${INCLUDE}")
+endif()
+foreach(header IN LISTS headers)
+    file(WRITE ${WORK}/alone.cpp "#include \"${header}\"\n#include \"${header}\"\n")
+    execute_process(COMMAND ${CXX} ${flags} ${WORK}/alone.cpp RESULT_VARIABLE result ERROR_VARIABLE text)
+    if(NOT result EQUAL 0)
+        message(SEND_ERROR "${header} does not compile alone:\n${text}")
+    endif()
+endforeach()

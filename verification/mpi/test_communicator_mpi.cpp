@@ -1,0 +1,214 @@
+// The communicator contract over MPI, on any number of ranks:  mpirun -np 4 test_communicator_mpi
+#define CATCH_CONFIG_RUNNER
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <iostream>
+#include <limits>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "../catch.hpp"
+#include "../communicator_pattern.hpp"
+#include "nscdd/comm/in_process.hpp"
+#include "nscdd/comm/mpi.hpp"
+
+using nscdd::Buffer;
+using nscdd::InProcess;
+using nscdd::Links;
+using nscdd::Mpi;
+
+static_assert(nscdd::Communicator<Mpi>);
+
+static long allocations = 0;  // by C++; those inside MPI are its own affair
+
+void* operator new(std::size_t n, const std::nothrow_t&) noexcept {
+    ++allocations;
+    return std::malloc(n > 0 ? n : 1);
+}
+void* operator new(std::size_t n) {
+    if (void* p = operator new(n, std::nothrow)) return p;
+    throw std::bad_alloc();
+}
+// Inlined, GCC takes them for a free() of memory from new.
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace {
+
+double total(double mine) {
+    double sum = 0;
+    MPI_Allreduce(&mine, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    return sum;
+}
+
+// The least and the most this rank waited in `call`, of a few tries with `late` entering 50 ms after the others.
+struct Waited {
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+};
+
+template <class Call>
+Waited waited(Mpi& comm, int late, Call call) {
+    Waited waited;
+    for (int attempt = 0; attempt < 4; ++attempt) {
+        MPI_Barrier(MPI_COMM_WORLD);
+        if (comm.ranks()[0] == late) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        const nscdd::CommSeconds before = comm.seconds();
+        const double start = comm.now();
+        call();
+        const double elapsed = comm.now() - start, wait = comm.seconds().wait - before.wait;
+        const double transfer = comm.seconds().transfer - before.transfer;
+        CHECK(wait >= 0);
+        CHECK(transfer >= -1e-9);
+        CHECK(wait + transfer <= elapsed + 1e-9);
+        waited.least = std::min(waited.least, wait);
+        waited.most = std::max(waited.most, wait);
+    }
+    return waited;
+}
+
+}  // namespace
+
+TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
+    Mpi comm;
+    const int size = comm.size(), rank = comm.ranks()[0];
+    InProcess reference(size);
+    for (int round = 0; round < 2; ++round) {
+        const pattern::Received over_mpi = pattern::everything(comm, round);
+        pattern::check_received(over_mpi, comm.ranks(), size, round);
+
+        const pattern::Received in_process = pattern::everything(reference, round);
+        CHECK(over_mpi.exchanged[0] == in_process.exchanged[rank]);
+        CHECK(over_mpi.routed[0] == in_process.routed[rank]);
+        CHECK(over_mpi.scattered[0] == in_process.scattered[rank]);
+        if (rank == 0) CHECK(over_mpi.gathered == in_process.gathered);
+        CHECK(over_mpi.all_gathered == in_process.all_gathered);
+        CHECK(over_mpi.sum == in_process.sum);
+    }
+    CHECK(total(comm.traffic().messages) == reference.traffic().messages);
+    CHECK(total(comm.traffic().bytes) == reference.traffic().bytes);
+}
+
+TEST_CASE("a communicator of MPI works beside others and on a part of the ranks") {
+    Mpi whole;
+    const int rank = whole.ranks()[0];
+    MPI_Comm half = MPI_COMM_NULL;
+    MPI_Comm_split(MPI_COMM_WORLD, rank % 2, -rank, &half);
+    {
+        Mpi part(half);
+        pattern::check_received(pattern::everything(part, 0), part.ranks(), part.size(), 0);
+        pattern::check_received(pattern::everything(whole, 1), whole.ranks(), whole.size(), 1);
+    }
+    MPI_Comm_free(&half);
+}
+
+TEST_CASE("nothing is allocated in the iteration") {
+    Mpi comm;
+    const int rank = comm.ranks()[0], size = comm.size();
+    std::vector<Links> links{pattern::links(rank, size, 0)};
+    const std::vector<Buffer> mine{Buffer(4, rank)};
+    std::vector<Buffer> all(static_cast<std::size_t>(size), Buffer(4)), back{Buffer(4)};
+    const auto iterate = [&] {
+        comm.exchange(links);
+        comm.gather(mine, all);
+        comm.scatter(all, back);
+        comm.all_gather(mine);
+    };
+    iterate();
+    const long before = allocations;
+    for (int k = 0; k < 10; ++k) iterate();
+    CHECK(allocations == before);
+    CHECK(back == mine);
+}
+
+TEST_CASE("time is attributed to waiting where a partner is late") {
+    Mpi comm;
+    const int size = comm.size(), rank = comm.ranks()[0];
+    if (size == 1) return;
+    std::vector<Links> links{pattern::links(rank, size, 0)};
+    const std::vector<std::vector<Buffer>> out{std::vector<Buffer>(static_cast<std::size_t>(size), Buffer(3))};
+    std::vector<Buffer> all(static_cast<std::size_t>(size), Buffer(3)), mine{Buffer(3)};
+
+    const auto waits = [](Waited w) { CHECK(w.most >= 0.04); };
+    const auto waits_not = [](Waited w) { CHECK(w.least <= 0.02); };
+
+    const Waited exchange = waited(comm, 0, [&] { comm.exchange(links); });
+    rank != 0 && pattern::linked(rank, 0) ? waits(exchange) : waits_not(exchange);
+
+    const Waited route = waited(comm, 0, [&] { comm.route(out); });
+    rank != 0 ? waits(route) : waits_not(route);
+
+    const Waited all_gather = waited(comm, 0, [&] { comm.all_gather(mine); });
+    rank != 0 ? waits(all_gather) : waits_not(all_gather);
+
+    const Waited scatter = waited(comm, 0, [&] { comm.scatter(all, mine); });
+    rank != 0 ? waits(scatter) : waits_not(scatter);
+
+    const Waited gather = waited(comm, 1, [&] { comm.gather(mine, all); });
+    rank == 0 ? waits(gather) : waits_not(gather);
+}
+
+TEST_CASE("wrong shapes and disagreeing sizes are errors") {
+    Mpi comm;
+    const int size = comm.size(), rank = comm.ranks()[0];
+    std::vector<Links> none, nobody{{{size, {}, {}}}};
+    CHECK_THROWS_AS(comm.exchange(none), std::logic_error);
+    CHECK_THROWS_AS(comm.exchange(nobody), std::logic_error);
+    CHECK_THROWS_AS(comm.route({{}}), std::logic_error);
+    CHECK_THROWS_AS(comm.charge(1, 1.0), std::out_of_range);
+    comm.charge(0, 3.0);
+    CHECK(comm.work()[0] == 3.0);
+
+    // Everyone to everyone, so that every rank meets the error and none is left waiting.
+    std::vector<Links> shorter(1), longer(1);
+    for (int peer = 0; peer < size; ++peer)
+        if (peer != rank) {
+            shorter[0].push_back({peer, Buffer(2), Buffer(3)});
+            longer[0].push_back({peer, Buffer(3), Buffer(2)});
+        }
+    if (size > 1) {
+        CHECK_THROWS_AS(comm.exchange(shorter), std::logic_error);
+        CHECK_THROWS_AS(comm.exchange(longer), std::runtime_error);
+
+        // The receiver's own message is right, those of the others too short.
+        std::vector<Buffer> all(static_cast<std::size_t>(size), Buffer(2)), one{Buffer(1)}, two{Buffer(2)},
+            three{Buffer(3)};
+        if (rank == 0)
+            CHECK_THROWS_AS(comm.gather(two, all), std::logic_error);
+        else
+            comm.gather(one, all);
+        if (rank == 0)
+            comm.scatter(all, two);
+        else
+            CHECK_THROWS_AS(comm.scatter(all, three), std::logic_error);
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
+}
+
+// The report of rank 0 is printed, and of any rank that fails; a failure ends all ranks at once, as the others may
+// be waiting for this one.
+int main(int argc, char** argv) {
+    MPI_Init(&argc, &argv);
+    int rank = 0;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    std::ostringstream report;
+    std::streambuf* const terminal = std::cout.rdbuf();
+    if (rank != 0) std::cout.rdbuf(report.rdbuf());
+    int failed = 0;
+    {
+        Catch::Session session;
+        session.configData().abortAfter = 1;
+        failed = session.applyCommandLine(argc, argv);
+        if (failed == 0) failed = session.run();
+    }
+    std::cout.rdbuf(terminal);
+    if (failed != 0) {
+        std::cout << "rank " << rank << " failed\n" << report.str() << std::flush;
+        MPI_Abort(MPI_COMM_WORLD, 1);
+    }
+    MPI_Finalize();
+    return 0;
+}

@@ -1,0 +1,76 @@
+// One rank per process against all ranks in one process: the same numbers to the last bit.
+#include "../catch.hpp"
+#include "../small_scenes.hpp"
+#include "nscdd/comm/mpi.hpp"
+
+using namespace nscdd;
+using namespace scenes;
+
+namespace {
+
+template <template <class, class> class Scheme, class Gluing, class M>
+void compare(const Scene<M>& scene) {
+    constexpr SolveOptions options{.check_every = 3};
+    constexpr int steps = 5;  // with a rough detection
+    Mpi comm;
+    Scheme<M, Gluing> scheme;
+    INFO(scene.name << ", " << scheme.name << ", " << scheme.interface_name);
+    const auto ours = run(scene, comm, steps, by_nscdd<M>(scheme, options));
+    const auto theirs = run_nscdd<Scheme, Gluing>(scene, comm.size(), steps, options);
+
+    CHECK(ours.iterations() == theirs.iterations());
+    CHECK(first_difference(ours.history(), theirs.history()) == -1);
+    CHECK(theirs.last().contacts > 60);
+    if (comm.size() > 1) CHECK(theirs.last().interface_grains > 0);
+    if (comm.ranks()[0] == 0)
+        CHECK(first_difference(ours.state(), theirs.state()) == -1);
+    else
+        CHECK(ours.state().empty());
+
+    double sent[] = {ours.traffic.messages, ours.traffic.bytes};
+    MPI_Allreduce(MPI_IN_PLACE, sent, 2, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    CHECK(sent[0] == theirs.traffic.messages);
+    CHECK(sent[1] == theirs.traffic.bytes);
+}
+
+std::string error_of(auto&& call) {
+    try {
+        call();
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+    return "nothing was thrown";
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", SmoothDisks, DisksDriven, SpheresDriven) {
+    for (const auto& scene : dense_scenes<TestType>()) {
+        compare<Ccs, Factorised<>>(scene);
+        compare<Ccs, ClosedForm>(scene);
+        compare<Dcs, ClosedForm>(scene);
+        compare<Dcs, Factorised<>>(scene);
+    }
+}
+
+TEST_CASE("an error in one subdomain is thrown on every rank, with the same words") {
+    auto scene = heap<DisksDriven>();
+    scene.grains[0].position[0] = scene.grains[1].position[0] - 0.8 * scene.grains[1].radius;
+    Mpi comm;
+    Dcs<DisksDriven, ClosedForm> scheme;
+    const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {})); });
+    const std::string theirs = error_of([&] { run_nscdd<Dcs, ClosedForm>(scene, comm.size(), 1, {}); });
+    CHECK(ours == theirs);
+    CHECK(ours.starts_with("step 1: grain 0 and grain 1 overlap by"));
+    MPI_Barrier(MPI_COMM_WORLD);  // nobody was left behind in a call
+}
+
+TEST_CASE("a residual that is not finite is an error on every rank") {
+    auto scene = settled(heap<DisksDriven>(), 200);
+    for (auto& pair : scene.impulses) pair.r *= 1e300;
+    Mpi comm;
+    Dcs<DisksDriven, ClosedForm> scheme;
+    const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {.check_every = 1})); });
+    CHECK(said.starts_with("the residual is not finite"));
+    MPI_Barrier(MPI_COMM_WORLD);
+}

@@ -1,0 +1,234 @@
+// Small scenes that tests share, the same numbers on every machine, and what a run of one leaves behind.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <string>
+#include <type_traits>
+
+#include "nscdd/nscdd.hpp"
+
+namespace scenes {
+
+using nscdd::Buffer;
+using nscdd::Grain;
+using nscdd::Wall;
+
+// Smooth: frictionless. Driven: with walls that a force pushes.
+using SmoothDisks = nscdd::Model<2, nscdd::Frictionless, nscdd::KinematicWalls>;
+using SmoothDisksDriven = nscdd::Model<2, nscdd::Frictionless, nscdd::DrivenWalls>;
+using Disks = nscdd::Model<2, nscdd::Coulomb, nscdd::KinematicWalls>;
+using DisksDriven = nscdd::Model<2, nscdd::Coulomb, nscdd::DrivenWalls>;
+using SmoothSpheres = nscdd::Model<3, nscdd::Frictionless, nscdd::KinematicWalls>;
+using SmoothSpheresDriven = nscdd::Model<3, nscdd::Frictionless, nscdd::DrivenWalls>;
+using Spheres = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
+using SpheresDriven = nscdd::Model<3, nscdd::Coulomb, nscdd::DrivenWalls>;
+
+// For TEMPLATE_TEST_CASE.
+#define EVERY_MODEL \
+    SmoothDisks, SmoothDisksDriven, Disks, DisksDriven, SmoothSpheres, SmoothSpheresDriven, Spheres, SpheresDriven
+
+template <class M>
+struct Scene {
+    std::string name;
+    nscdd::SimulationSettings<M> settings;
+    std::vector<Grain<M>> grains;
+    std::vector<nscdd::PairImpulse<M>> impulses;  // warm start of the first step
+};
+
+constexpr double pitch = 1.05;  // of the lattice
+
+// 64 grains a little apart on a disturbed lattice: 8 x 8 disks or 4 x 4 x 4 spheres. Radii from 0.5/ratio to 0.5.
+template <class M>
+std::vector<Grain<M>> lattice(double ratio) {
+    std::mt19937 random(7);  // its numbers are fixed by the standard, those of distributions are not
+    const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
+    constexpr int edge = M::dim == 2 ? 8 : 4, count = 64;
+    std::vector<Grain<M>> grains;
+    for (int id = 0; id < count; ++id) {
+        typename M::Vec x;
+        for (int d = 0, rest = id; d < M::dim; ++d, rest /= edge) x[d] = pitch * (rest % edge + 0.5) + 0.05 * (uniform() - 0.5);
+        const double radius = 0.5 / (1 + (ratio - 1) * uniform());
+        grains.push_back(nscdd::make_grain<M>(id, radius, 1.0, x));
+    }
+    return grains;
+}
+
+// Walls around the lattice in pairs, low and high, axis by axis; friction 0.3 between all.
+template <class M>
+Scene<M> boxed(const char* name, double ratio) {
+    Scene<M> scene;
+    scene.name = name;
+    scene.grains = lattice<M>(ratio);
+    scene.settings.h = 1e-2;
+    scene.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    const double edge = pitch * (M::dim == 2 ? 8 : 4);
+    for (int d = 0; d < M::dim; ++d)
+        for (double sign : {1.0, -1.0}) {
+            Wall<M> wall;
+            wall.normal = sign * M::Vec::Unit(d);
+            wall.offset = sign > 0 ? 0.0 : -edge;
+            scene.settings.walls.push_back(wall);
+        }
+    return scene;
+}
+
+template <class M>
+void drive(Wall<M>& wall, double force, double mass) {
+    wall.driven = true;
+    wall.force = force;
+    wall.mass = mass;
+}
+
+// Falls on the floor; with driven walls a lid follows and presses.
+template <class M>
+Scene<M> heap(double ratio = 1.2) {
+    Scene<M> scene = boxed<M>("heap", ratio);
+    scene.settings.gravity[M::dim - 1] = -1;
+    if constexpr (M::driven_walls) drive(scene.settings.walls.back(), 5.0, 10.0);
+    return scene;
+}
+
+// No gravity: the high walls close in, by forces or at a prescribed speed; the first wall also slides.
+template <class M>
+Scene<M> squeezed_box(double ratio = 1.5) {
+    Scene<M> scene = boxed<M>("squeezed box", ratio);
+    for (std::size_t w = 1; w < scene.settings.walls.size(); w += 2) {
+        Wall<M>& wall = scene.settings.walls[w];
+        if constexpr (M::driven_walls)
+            drive(wall, 20.0, 30.0);
+        else
+            wall.velocity = -0.07 * wall.offset * wall.normal;
+    }
+    scene.settings.walls[0].velocity[1] = 0.1;
+    return scene;
+}
+
+// What a run leaves; grains and contacts on the process that hosts rank 0 only.
+template <class M>
+struct Outcome {
+    std::vector<nscdd::GatheredGrain<M>> grains;
+    std::vector<nscdd::GatheredContact<M>> contacts;
+    std::vector<Wall<M>> walls;
+    std::vector<nscdd::StepReport> steps;
+    nscdd::Measures<M> measures;  // of the last step
+    nscdd::Traffic traffic;       // of the steps, this process
+
+    std::vector<int> iterations() const {
+        std::vector<int> counts;
+        for (const auto& step : steps) counts.push_back(step.solve.iterations);
+        return counts;
+    }
+    bool converged() const {
+        return std::all_of(steps.begin(), steps.end(), [](const auto& step) { return step.solve.converged; });
+    }
+    const nscdd::StepReport& last() const { return steps.back(); }
+
+    // All numbers that must be the same to the last bit: on every process,
+    Buffer history() const {
+        Buffer numbers;
+        for (const auto& s : steps)
+            numbers.insert(numbers.end(), {double(s.solve.iterations), s.solve.residual, s.solve.penetration,
+                                           double(s.attempts), s.contacts, s.interface_grains, s.free_norm});
+        for (const auto& wall : walls) numbers.insert(numbers.end(), {wall.offset, wall.speed});
+        return numbers;
+    }
+    // and where rank 0 is.
+    Buffer state() const {
+        Buffer numbers;
+        const auto put = [&](const auto& v) { numbers.insert(numbers.end(), v.data(), v.data() + v.size()); };
+        for (const auto& g : grains) {
+            numbers.insert(numbers.end(), {double(g.grain.id), double(g.subdomain), double(g.multiplicity)});
+            put(g.grain.position), put(g.grain.velocity);
+        }
+        for (const auto& c : contacts) {
+            numbers.insert(numbers.end(), {double(c.i), double(c.j), double(c.subdomain), c.gap});
+            put(c.normal), put(c.impulse);
+        }
+        return numbers;
+    }
+};
+
+// by_nlgs() or by_nscdd(), as one type: what a step is made of is then compiled once for all schemes.
+template <class M, class Comm>
+using Solver = std::function<nscdd::SolveReport(std::vector<nscdd::Subdomain<M>>&, Comm&, nscdd::PhaseSeconds&)>;
+
+template <class M, nscdd::Communicator Comm>
+Outcome<M> run(const Scene<M>& scene, Comm& comm, int steps, const std::type_identity_t<Solver<M, Comm>>& solve) {
+    nscdd::Simulation<M, Comm> simulation(comm, scene.settings, scene.grains, scene.impulses);
+    Outcome<M> outcome;
+    for (int k = 0; k < steps; ++k) outcome.steps.push_back(simulation.step(solve));
+    outcome.traffic = comm.traffic();
+    outcome.measures = nscdd::measure(simulation);
+    outcome.grains = nscdd::gather_grains(simulation);
+    outcome.contacts = nscdd::gather_contacts(simulation);
+    outcome.walls = simulation.walls();
+    return outcome;
+}
+
+// The same, in process on any number of ranks, with a fresh scheme.
+template <template <class, class> class Scheme, class Gluing, class M>
+Outcome<M> run_nscdd(const Scene<M>& scene, int ranks, int steps, const nscdd::SolveOptions& options) {
+    nscdd::InProcess comm(ranks);
+    Scheme<M, Gluing> scheme;
+    return run(scene, comm, steps, nscdd::by_nscdd<M>(scheme, options));
+}
+template <class M>
+Outcome<M> run_nlgs(const Scene<M>& scene, int steps, const nscdd::SolveOptions& options) {
+    nscdd::InProcess comm(1);
+    return run(scene, comm, steps, nscdd::by_nlgs<M>(options));
+}
+
+// The scene after some steps of the reference: grains, walls and impulses from which others go on.
+template <class M>
+Scene<M> settled(Scene<M> scene, int steps, const nscdd::SolveOptions& options = {}) {
+    const Outcome<M> outcome = run_nlgs(scene, steps, options);
+    scene.settings.walls = outcome.walls;
+    for (const auto& g : outcome.grains) scene.grains[static_cast<std::size_t>(g.grain.id)] = g.grain;
+    for (const auto& c : outcome.contacts) {
+        if constexpr (M::friction)
+            scene.impulses.push_back({c.i, c.j, c.impulse});
+        else
+            scene.impulses.push_back({c.i, c.j, typename M::Impulse{c.impulse.dot(c.normal)}});
+    }
+    return scene;
+}
+
+// Both scenes when they have become dense: networks of contacts that reach over all subdomains, and still move.
+template <class M>
+std::vector<Scene<M>> dense_scenes() {
+    std::vector<Scene<M>> scenes{settled(heap<M>(), 200), settled(squeezed_box<M>(), 200)};
+    for (auto& scene : scenes) scene.settings.rough_every = 3;  // so that short runs change the decomposition
+    return scenes;
+}
+
+// Compiled once for all programs, in small_scenes_2d.cpp and small_scenes_3d.cpp: it takes long.
+#define SMALL_SCENES_RUNS(prefix, M)                                                                                  \
+    prefix template Outcome<M> run_nlgs(const Scene<M>&, int, const nscdd::SolveOptions&);                            \
+    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::ClosedForm>(const Scene<M>&, int, int,                    \
+                                                                        const nscdd::SolveOptions&);                  \
+    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::ClosedForm>(const Scene<M>&, int, int,                    \
+                                                                        const nscdd::SolveOptions&);                  \
+    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::Factorised<>>(const Scene<M>&, int, int,                  \
+                                                                          const nscdd::SolveOptions&);                \
+    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::Factorised<>>(const Scene<M>&, int, int,                  \
+                                                                          const nscdd::SolveOptions&);
+SMALL_SCENES_RUNS(extern, SmoothDisks)
+SMALL_SCENES_RUNS(extern, SmoothDisksDriven)
+SMALL_SCENES_RUNS(extern, Disks)
+SMALL_SCENES_RUNS(extern, DisksDriven)
+SMALL_SCENES_RUNS(extern, SmoothSpheres)
+SMALL_SCENES_RUNS(extern, SmoothSpheresDriven)
+SMALL_SCENES_RUNS(extern, Spheres)
+SMALL_SCENES_RUNS(extern, SpheresDriven)
+
+// Where two buffers differ first in any bit, or -1 if nowhere.
+inline std::ptrdiff_t first_difference(const Buffer& a, const Buffer& b) {
+    const auto same = [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); };
+    const auto at = std::mismatch(a.begin(), a.end(), b.begin(), b.end(), same);
+    return at.first == a.end() && at.second == b.end() ? -1 : at.first - a.begin();
+}
+
+}  // namespace scenes

@@ -1,0 +1,65 @@
+# Runs of the small scenes, compiled once for all that use them.
+add_library(small_scenes OBJECT small_scenes_2d.cpp small_scenes_3d.cpp)
+target_link_libraries(small_scenes PUBLIC nscdd::kernel PRIVATE nscdd_flags)
+target_compile_options(small_scenes PRIVATE -O1)
+
+nscdd_test(test_communicator quick unit/test_communicator.cpp)
+nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
+nscdd_test(test_partition quick unit/test_partition.cpp)
+nscdd_test(test_gluing quick unit/test_gluing.cpp)
+nscdd_test(test_detection quick unit/test_detection.cpp)
+nscdd_test(test_conservation quick unit/test_conservation.cpp)
+nscdd_test(test_analytic quick unit/test_analytic.cpp)
+nscdd_test(test_schemes quick agreement/test_schemes.cpp)
+nscdd_test(test_reference quick agreement/test_reference.cpp)
+target_link_libraries(test_schemes PRIVATE small_scenes)
+target_link_libraries(test_reference PRIVATE small_scenes)
+
+if(TARGET nscdd_files)
+    nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp)
+    target_link_libraries(test_files PRIVATE nscdd_files)
+endif()
+
+if(MPI_CXX_FOUND)
+    nscdd_mpi_test(test_communicator_mpi "1;2;3;4" mpi/test_communicator_mpi.cpp mpi/mpi_main.cpp)
+    nscdd_mpi_test(test_mpi_bitwise "1;2;4" mpi/test_mpi_bitwise.cpp mpi/mpi_main.cpp)
+    target_link_libraries(test_mpi_bitwise PRIVATE small_scenes)
+endif()
+
+get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
+add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/consumer
+         -DCXX=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)
+add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR} "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
+add_test(NAME "only one header knows MPI" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/mpi_only_there.cmake)
+set_tests_properties(consumer "headers compile alone" "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
+
+if(NSCDD_PROGRAM)
+    find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
+    function(nscdd_program_test name label module)
+        add_test(NAME "program: ${name}" COMMAND ${NSCDD_PYTHON} -m unittest ${module}
+                 WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/program)
+        set_tests_properties("program: ${name}" PROPERTIES LABELS ${label} TIMEOUT 900
+            ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
+    endfunction()
+    nscdd_program_test("bad input" program test_bad_input)
+    nscdd_program_test("pack, run, compare" program test_program.Program)
+    nscdd_program_test("iterations at 8 subdomains" slow test_program.Iterations)
+    add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
+    set_tests_properties("report generator" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endif()
+
+find_package(benchmark)
+if(benchmark_FOUND AND TARGET nscdd_files)
+    add_executable(nscdd_bench benchmark/bench_sweep.cpp)
+    target_link_libraries(nscdd_bench PRIVATE nscdd_files nscdd::kernel nscdd_flags benchmark::benchmark)
+endif()
+
+# Catch2's runner apart from our flags: with sanitizers GCC takes some of std::regex in it for uninitialised.
+if(MPI_CXX_FOUND)
+    add_library(mpi_main OBJECT mpi/mpi_main.cpp)
+    target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
+    target_link_libraries(test_mpi_bitwise PRIVATE mpi_main)
+endif()

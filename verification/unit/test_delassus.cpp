@@ -1,0 +1,113 @@
+// The matrix-free sweep against H, M^-1 and W = H^T M^-1 H written out.
+#include "nscdd/solve/nlgs_plain.hpp"
+#include "small_scenes.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+template <class M>
+Eigen::MatrixXd inverse_mass(const Body<M>& body, double multiplicity) {
+    Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(M::dof, body.inv_mass / multiplicity);
+    if constexpr (M::friction) diagonal.tail(M::spins).setConstant(body.inv_inertia / multiplicity);
+    return diagonal.asDiagonal();
+}
+
+// Compares W with the two numbers that the kernel keeps of it, to 1e-14 of the largest.
+void check_diagonal(const Eigen::MatrixXd& w, const DelassusDiagonal& kernel) {
+    Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(w.rows(), kernel.tangential);
+    diagonal[0] = kernel.normal;
+    const Eigen::MatrixXd difference = w - Eigen::MatrixXd(diagonal.asDiagonal());
+    CHECK(difference.cwiseAbs().maxCoeff() <= 1e-14 * w.cwiseAbs().maxCoeff());
+}
+
+// One contact of two random bodies, or of the first and a wall, with split masses.
+template <class M>
+ContactProblem<M> random_pair(Random& random, bool wall) {
+    ContactProblem<M> problem;
+    problem.bodies.resize(2);
+    problem.walls.resize(1);
+    problem.multiplicity = {1 + static_cast<int>(random() % 8), 1 + static_cast<int>(random() % 8)};
+    problem.wall_multiplicity = {1 + static_cast<int>(random() % 8)};
+    for (Body<M>& body : problem.bodies) {
+        body.inv_mass = std::pow(10, uniform(random, -2, 2));
+        if constexpr (M::friction) body.inv_inertia = std::pow(10, uniform(random, -2, 2));
+    }
+    if constexpr (M::driven_walls) problem.walls[0].inv_mass = std::pow(10, uniform(random, -2, 2));
+    Contact<M> c;
+    c.j = wall ? 0 : 1;
+    c.normal = random_unit<M>(random);
+    if constexpr (M::friction) c.lever_i = uniform(random, 0.1, 2), c.lever_j = wall ? 0 : uniform(random, 0.1, 2);
+    (wall ? problem.wall_contacts : problem.contacts).push_back(c);
+    return problem;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, and the kernel's", "[delassus]", Disks,
+                   FrictionDisks, DrivenDisks, DrivenFrictionDisks, Spheres, FrictionSpheres, DrivenSpheres,
+                   DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(3);
+    for (int k = 0; k < 10000; ++k) {
+        const bool wall = k % 4 == 3;
+        const ContactProblem<M> problem = random_pair<M>(random, wall);
+        const Contact<M>& c = wall ? problem.wall_contacts[0] : problem.contacts[0];
+        double lever_i = 0, lever_j = 0;
+        if constexpr (M::friction) lever_i = c.lever_i, lever_j = c.lever_j;
+        const Eigen::MatrixXd axes = contact_axes<M>(c.normal);
+        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal);
+        const Eigen::MatrixXd hb = contact_map<M>(axes, lever_j * c.normal);
+        for (const bool split : {true, false}) {
+            const auto share = [&](int multiplicity) { return split ? 1.0 : double(multiplicity); };
+            Eigen::MatrixXd w = ha * inverse_mass(problem.bodies[0], share(problem.multiplicity[0])) * ha.transpose();
+            if (!wall) w += hb * inverse_mass(problem.bodies[1], share(problem.multiplicity[1])) * hb.transpose();
+            if constexpr (M::driven_walls)
+                if (wall) w(0, 0) += problem.walls[0].inv_mass / share(problem.wall_multiplicity[0]);
+            check_diagonal(
+                w, wall ? delassus(problem, c, split, WithWall{}) : delassus(problem, c, split, BetweenGrains{}));
+        }
+    }
+}
+
+TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", Disks, FrictionDisks, DrivenDisks, DrivenFrictionDisks,
+                   Spheres, FrictionSpheres, DrivenSpheres, DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(4);
+    const int side = M::dim == 2 ? 7 : 4;
+    Run<M> run(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side));
+    run.step();  // so that contacts bring impulses along
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, InProcess&, PhaseSeconds&) {
+        ContactProblem<M>& fast = parts[0].problem;
+        ContactProblem<M> plain = fast;
+        REQUIRE(fast.contacts.size() > 50);
+        REQUIRE(fast.wall_contacts.size() > 10);
+        for (int s = 0; s < 5; ++s) {
+            sweep(fast);
+            plain_sweep(plain);
+            double largest = 0, difference = 0;
+            for (std::size_t k = 0; k < fast.bodies.size(); ++k) {
+                largest = std::max(largest, plain.bodies[k].v.norm());
+                difference = std::max(difference, (fast.bodies[k].v - plain.bodies[k].v).norm());
+            }
+            if constexpr (M::driven_walls)
+                for (std::size_t w = 0; w < fast.walls.size(); ++w)
+                    difference = std::max(difference, std::abs(fast.walls[w].speed - plain.walls[w].speed));
+            CHECK(difference <= 1e-12 * largest);
+
+            largest = difference = 0;
+            const auto compare = [&](const std::vector<Contact<M>>& a, const std::vector<Contact<M>>& b) {
+                for (std::size_t k = 0; k < a.size(); ++k) {
+                    largest = std::max(largest, b[k].r.norm());
+                    difference = std::max(difference, (a[k].r - b[k].r).norm());
+                }
+            };
+            compare(fast.contacts, plain.contacts);
+            compare(fast.wall_contacts, plain.wall_contacts);
+            CHECK(largest > 0);
+            CHECK(difference <= 1e-12 * largest);
+        }
+        return nlgs(fast, run.options);
+    });
+}

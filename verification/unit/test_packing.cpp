@@ -1,0 +1,257 @@
+// Packings, states and reports on disk: they come back as they went, and damage is named.
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "../catch.hpp"
+#include "packing.hpp"
+#include "replace_file.hpp"
+#include "report_json.hpp"
+#include "scratch.hpp"
+#include "state.hpp"
+
+using namespace nscdd;
+using nscdd::test::complaint;
+using nscdd::test::Scratch;
+
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+Packing two_spheres() { return {.dim = 3, .x = {1, 1, 1, 3, 1, 1}, .radius = {1, 0.5}, .box = {4, 2, 2}}; }
+
+State made_up_state(int dim, int grains) {
+    const auto n = static_cast<std::size_t>(grains), d = static_cast<std::size_t>(dim);
+    const auto ramp = [](std::size_t count, double from) {
+        std::vector<double> values(count);
+        for (std::size_t k = 0; k < count; ++k) values[k] = from + 0.1 * static_cast<double>(k);
+        return values;
+    };
+    State state;
+    state.packing = {.dim = dim, .x = ramp(n * d, 1), .radius = ramp(n, 2), .box = ramp(d, 3)};
+    state.velocity = ramp(n * d, -4);
+    state.spin = ramp(n * (dim == 3 ? 3 : 1), -5);
+    state.material.assign(n, 1);
+    state.subdomain.assign(n, 2);
+    state.multiplicity.assign(n, 3);
+    state.walls = {.offset = ramp(2, 6), .normal = ramp(2 * d, 7), .velocity = ramp(2 * d, 8)};
+    state.contacts = {.i = {0, 1, 1},
+                      .j = {1, -1, -2},
+                      .impulse = ramp(3 * d, 9),
+                      .normal = ramp(3 * d, 10),
+                      .gap = ramp(3, -11),
+                      .subdomain = {0, 1, 0}};
+    state.time = 0.25;
+    state.step = 5'000'000'000;
+    state.scene = "drop & <roll> \xc3\xa9";
+    return state;
+}
+
+void check_equal(const State& a, const State& b) {
+    CHECK(a.packing.dim == b.packing.dim);
+    CHECK(a.packing.x == b.packing.x);
+    CHECK(a.packing.radius == b.packing.radius);
+    CHECK(a.packing.box == b.packing.box);
+    CHECK(a.velocity == b.velocity);
+    CHECK(a.spin == b.spin);
+    CHECK(a.material == b.material);
+    CHECK(a.subdomain == b.subdomain);
+    CHECK(a.multiplicity == b.multiplicity);
+    CHECK(a.walls.offset == b.walls.offset);
+    CHECK(a.walls.normal == b.walls.normal);
+    CHECK(a.walls.velocity == b.walls.velocity);
+    CHECK(a.contacts.i == b.contacts.i);
+    CHECK(a.contacts.j == b.contacts.j);
+    CHECK(a.contacts.impulse == b.contacts.impulse);
+    CHECK(a.contacts.normal == b.contacts.normal);
+    CHECK(a.contacts.gap == b.contacts.gap);
+    CHECK(a.contacts.subdomain == b.contacts.subdomain);
+    CHECK(a.time == b.time);
+    CHECK(a.step == b.step);
+    CHECK(a.scene == b.scene);
+}
+
+// A disk that is full after `bytes`, as far as this process can tell.
+class FullDisk {
+  public:
+    explicit FullDisk(rlim_t bytes) {
+        getrlimit(RLIMIT_FSIZE, &old_);
+        handler_ = std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{bytes, old_.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FullDisk() {
+        setrlimit(RLIMIT_FSIZE, &old_);
+        std::signal(SIGXFSZ, handler_);
+    }
+    FullDisk(const FullDisk&) = delete;
+    FullDisk& operator=(const FullDisk&) = delete;
+
+  private:
+    rlimit old_{};
+    void (*handler_)(int);
+};
+
+}  // namespace
+
+TEST_CASE("a packing comes back as it went", "[packing]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("two.h5");
+    write_packing(path, two_spheres(), {{"source", "by hand"}, {"seed", "7"}});
+    const Packing packing = read_packing(path);
+    CHECK(packing.dim == 3);
+    CHECK(packing.x == two_spheres().x);
+    CHECK(packing.radius == two_spheres().radius);
+    CHECK(packing.box == two_spheres().box);
+
+    const hdf5::Reader file(path);
+    CHECK(file.attribute<std::string>("source") == "by hand");
+    CHECK(file.attribute<std::int64_t>("dim") == 3);
+    CHECK_FALSE(scratch.has("two.h5.part"));
+}
+
+TEST_CASE("a state comes back as it went, small or deflated, in 2D and 3D", "[packing][state]") {
+    const Scratch scratch;
+    const int dim = GENERATE(2, 3);
+    const int grains = GENERATE(2, 20000);
+    const State state = made_up_state(dim, grains);
+    write_state(scratch.path("end.h5"), state);
+    check_equal(read_state(scratch.path("end.h5")), state);
+    CHECK(read_packing(scratch.path("end.h5")).x == state.packing.x);
+
+    const std::string xdmf = scratch.read("end.xdmf");
+    CHECK_THAT(xdmf, Catch::Contains(">end.h5:/x<") && Catch::Contains("drop &amp; &lt;roll> \xc3\xa9"));
+    CHECK_THAT(xdmf, Catch::Contains(dim == 3 ? "Name=\"velocity\" AttributeType=\"Vector\"" : "Name=\"velocity_y\""));
+}
+
+TEST_CASE("a state may have no walls and no contacts", "[packing][state]") {
+    const Scratch scratch;
+    State state = made_up_state(2, 2);
+    state.walls = {};
+    state.contacts = {};
+    write_state(scratch.path("free.h5"), state);
+    check_equal(read_state(scratch.path("free.h5")), state);
+}
+
+TEST_CASE("a bad packing is refused in one line that names the dataset", "[packing][bad-input]") {
+    struct Bad {
+        Packing packing;
+        std::string problem;
+    };
+    const std::vector<Bad> cases{
+        {{3, {0, not_a_number, 0, 1, 1, 1}, {1, 1}, {4, 4, 4}}, "dataset 'x': row 0 is not finite, found nan"},
+        {{3, {0, 0, 0, 1, 1, 1}, {1, 0}, {4, 4, 4}}, "dataset 'radius': row 1 must be > 0, found 0"},
+        {{3, {0, 0, 0}, {1}, {4, -4, 4}}, "dataset 'box': row 1 must be > 0, found -4"},
+        {{3, {}, {}, {4, 4, 4}}, "dataset 'x': is empty: a packing needs at least one grain"},
+        {{4, {0, 0, 0, 0}, {1}, {4, 4, 4, 4}}, "dataset 'x': must have shape (n, 2) or (n, 3), found (1, 4)"},
+    };
+    const Scratch scratch;
+    const std::string path = scratch.path("bad.h5");
+    for (const Bad& bad : cases) {
+        write_packing(path, bad.packing);
+        CHECK(complaint<InputError>([&] { read_packing(path); }) == path + ": " + bad.problem);
+    }
+
+    const auto refused = [&](auto&& fill) {
+        hdf5::Writer file(path);
+        fill(file);
+        file.save();
+        return complaint<InputError>([&] { read_packing(path); }).substr(path.size());
+    };
+    CHECK(refused([](hdf5::Writer&) {}) == ": dataset 'x': is missing");
+    CHECK(refused([](auto& f) { f.write("x/in", std::vector<int>{1}, {1}); }) == ": dataset 'x': is missing");
+    CHECK(refused([](auto& f) {
+              f.write("x", std::vector<double>{1, 2}, {2});
+          }) == ": dataset 'x': must have shape (n, 2) or (n, 3), found (2)");
+    CHECK(refused([](auto& f) {
+              f.write("x", std::vector<double>{1, 2}, {1, 2});
+              f.write("radius", std::vector<double>{1, 2}, {2});
+          }) == ": dataset 'radius': must have shape (1), found (2)");
+}
+
+TEST_CASE("a bad state is refused in one line that names the dataset", "[packing][state][bad-input]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("bad.h5");
+    State state = made_up_state(2, 2);
+    state.contacts.j[1] = -3;
+    write_state(path, state);
+    CHECK_THROWS_WITH(read_state(path), path + ": dataset 'contacts/j': row 1 must lie in [-2, 1], found -3");
+
+    write_packing(path, state.packing);
+    CHECK_THROWS_WITH(read_state(path), path + ": dataset 'velocity': is missing");
+
+    hdf5::Writer file(path);
+    write_packing(file, state.packing);
+    file.write("velocity", state.velocity, {2, 2});
+    file.write("spin", state.spin, {2, 1});
+    file.write("material", std::vector<double>{0, 0.5}, {2});
+    file.save();
+    CHECK_THROWS_WITH(read_state(path), path + ": dataset 'material': must hold integers");
+
+    state.velocity.pop_back();
+    CHECK_THROWS_AS(write_state(path, state), OutputError);
+    CHECK_THROWS_AS(write_state(scratch.path("end.xdmf"), made_up_state(2, 2)), OutputError);
+}
+
+TEST_CASE("a file that is missing, not HDF5 or cut short is named", "[packing][bad-input]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("cut.h5");
+    const auto complaint_about = [](const std::string& file) {
+        return complaint<InputError>([&] { read_packing(file); }).substr(file.size());
+    };
+    CHECK(complaint_about(scratch.path("none.h5")) == ": cannot open: No such file or directory");
+    CHECK(complaint_about(scratch.path("")) == ": is a folder, not a file");
+    CHECK(complaint_about(scratch.write("text.h5", "x y z r\n")) == ": is not an HDF5 file");
+    CHECK(complaint_about(scratch.write("empty.h5", "")) == ": is not an HDF5 file");
+
+    write_state(path, made_up_state(3, 20000));
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+    CHECK(complaint_about(path) == ": is a truncated or damaged HDF5 file");
+    CHECK_THROWS_AS(read_state(path), InputError);
+}
+
+TEST_CASE("an interrupted write leaves the old file and no part of the new one", "[packing]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("end.h5");
+    write_packing(path, two_spheres());
+    const std::string before = scratch.read("end.h5");
+
+    std::string line;
+    {
+        const FullDisk full(4096);
+        line = complaint<OutputError>([&] { write_state(path, made_up_state(3, 20000)); });
+    }
+    CHECK(line == path + ": cannot write: File too large");
+    CHECK(scratch.read("end.h5") == before);
+    CHECK_FALSE(scratch.has("end.h5.part"));
+    CHECK_FALSE(scratch.has("end.xdmf"));
+
+    CHECK_THROWS_WITH(replace_file(scratch.path("no/such/folder"), "text"),
+                      scratch.path("no/such/folder") + ": cannot write: No such file or directory");
+    std::filesystem::create_directory(scratch.path("folder"));
+    CHECK_THROWS_AS(replace_file(scratch.path("folder"), "text"), OutputError);
+    CHECK_FALSE(scratch.has("folder.part"));
+}
+
+TEST_CASE("a report says where it comes from", "[report]") {
+    const Scratch scratch;
+    const std::vector<const char*> arguments{"/some/where/nscdd", "run", "my case.toml", "--note", "it's", ""};
+    const Provenance origin = provenance(static_cast<int>(arguments.size()), arguments.data());
+    CHECK(origin.command == R"(nscdd run 'my case.toml' --note 'it'\''s' '')");
+    CHECK(origin.machine.cores >= 1);
+    CHECK_FALSE(origin.machine.cpu.empty());
+    CHECK(origin.date.size() == std::string("2026-01-31T12:00:00Z").size());
+
+    nlohmann::json report = origin;
+    report["residual"] = {1e-5, not_a_number};
+    write_json(scratch.path("run.json"), report);
+    const auto back = nlohmann::json::parse(scratch.read("run.json"));
+    CHECK(back["machine"]["compiler"] == origin.machine.compiler);
+    CHECK(back["commit"] == origin.commit);
+    CHECK(back["residual"][0] == 1e-5);
+    CHECK(back["residual"][1].is_null());
+}

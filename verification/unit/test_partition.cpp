@@ -1,0 +1,374 @@
+// How contacts are dealt to subdomains, grains copied, masses split, and impulses carried along.
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "small_scenes.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+using Pair = std::pair<int, int>;  // ids, j < 0: wall -1-j
+
+template <class M>
+std::vector<Pair> candidates(const Subdomain<M>& part) {
+    std::vector<Pair> pairs;
+    const auto id = [&](int g) { return part.grains[static_cast<std::size_t>(g)].id; };
+    for (const auto& c : part.pairs) pairs.emplace_back(id(c.i), id(c.j));
+    for (const auto& c : part.wall_pairs) pairs.emplace_back(id(c.i), -1 - c.j);
+    return pairs;
+}
+
+template <class M>
+std::vector<Pair> contacts(const Subdomain<M>& part) {
+    std::vector<Pair> pairs;
+    const auto id = [&](int g) { return part.grains[static_cast<std::size_t>(g)].id; };
+    for (const auto& c : part.problem.contacts) pairs.emplace_back(id(c.i), id(c.j));
+    for (const auto& c : part.problem.wall_contacts) pairs.emplace_back(id(c.i), -1 - c.j);
+    return pairs;
+}
+
+// Of all subdomains, sorted; a pair that is in two of them is there twice.
+template <class M>
+std::vector<Pair> of_all(const std::vector<Subdomain<M>>& parts, auto&& pairs_of) {
+    std::vector<Pair> all;
+    for (const auto& part : parts) {
+        const std::vector<Pair> pairs = pairs_of(part);
+        all.insert(all.end(), pairs.begin(), pairs.end());
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+// All that is closer than the skin, by looking at everything.
+template <class M>
+std::vector<Pair> brute_force(const std::vector<Grain<M>>& grains, const std::vector<Wall<M>>& walls, double skin) {
+    std::vector<Pair> pairs;
+    for (const auto& a : grains) {
+        for (const auto& b : grains)
+            if (a.id < b.id && (a.position - b.position).norm() - a.radius - b.radius < skin)
+                pairs.emplace_back(a.id, b.id);
+        for (std::size_t w = 0; w < walls.size(); ++w)
+            if (walls[w].normal.dot(a.position) - walls[w].offset - a.radius < skin)
+                pairs.emplace_back(a.id, -1 - static_cast<int>(w));
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+// Subdomains as a driver starts with them: the grains dealt out in turn, whatever their place.
+template <class M>
+std::vector<Subdomain<M>> dealt_in_turn(const std::vector<Grain<M>>& grains, int ranks) {
+    std::vector<Subdomain<M>> parts(static_cast<std::size_t>(ranks));
+    for (int r = 0; r < ranks; ++r) parts[static_cast<std::size_t>(r)].rank = r;
+    for (std::size_t k = 0; k < grains.size(); ++k) {
+        Subdomain<M>& part = parts[k % parts.size()];
+        part.grains.push_back(grains[k]);
+        part.sharers.push_back(part.rank);
+        part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
+    }
+    return parts;
+}
+
+template <class M>
+Grid<M> grid_of(int ranks, double edge) {
+    const typename M::Vec extent = M::Vec::Constant(edge);
+    return Grid<M>(choose_cells<M>(ranks, extent), M::Vec::Zero(), extent);
+}
+
+template <class M>
+using Carried = std::vector<std::tuple<int, int, std::vector<double>>>;
+
+template <class M>
+Carried<M> impulses(const std::vector<Subdomain<M>>& parts) {
+    Carried<M> all;
+    for (const auto& part : parts)
+        visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) {
+            all.emplace_back(p.i, p.j, std::vector<double>(p.r.data(), p.r.data() + p.r.size()));
+        });
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+// Grains of very unlike sizes, and clusters of them: 20 to 1.
+template <class M>
+std::vector<Grain<M>> unlike_grains(Random& random, double edge) {
+    auto grains = random_grains<M>(random, 8, edge, 0.9, 1.0);
+    for (auto& g : random_grains<M>(random, 400, edge, 0.05, 0.1)) {
+        g.id = static_cast<int>(grains.size());
+        const auto meets = [&](const Grain<M>& other) {
+            return (other.position - g.position).norm() < other.radius + g.radius;
+        };
+        if (std::none_of(grains.begin(), grains.end(), meets)) grains.push_back(g);
+    }
+    return grains;
+}
+
+}  // namespace
+
+TEST_CASE("as many cells as ranks, near to cubes", "[partition]") {
+    const Eigen::Vector3d cube(1, 1, 1);
+    CHECK(choose_cells<Spheres>(1, cube) == GridCells<3>{1, 1, 1});
+    CHECK(choose_cells<Spheres>(3, cube) == GridCells<3>{3, 1, 1});
+    CHECK(choose_cells<Spheres>(4, cube) == GridCells<3>{2, 2, 1});
+    CHECK(choose_cells<Spheres>(8, cube) == GridCells<3>{2, 2, 2});
+    CHECK(choose_cells<Spheres>(8, Eigen::Vector3d(1, 1, 10)) == GridCells<3>{1, 1, 8});
+    CHECK(choose_cells<Spheres>(12, Eigen::Vector3d(1, 3, 2)) == GridCells<3>{1, 4, 3});
+    CHECK(choose_cells<Disks>(4, Eigen::Vector2d(1, 1)) == GridCells<2>{2, 2});
+    CHECK(choose_cells<Disks>(6, Eigen::Vector2d(2, 3)) == GridCells<2>{2, 3});
+    CHECK(choose_cells<Disks>(5, Eigen::Vector2d(1, 1)) == GridCells<2>{5, 1});
+    CHECK_THROWS_AS(choose_cells<Disks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
+}
+
+TEMPLATE_TEST_CASE("every point has one owner, and those who come near it are visited", "[partition]", Disks, Spheres) {
+    using M = TestType;
+    Random random(11);
+    GridCells<M::dim> cells;
+    cells.fill(2);
+    cells[0] = 3, cells[1] = 4;
+    const int ranks = M::dim == 2 ? 12 : 24;
+    const typename M::Vec low = M::Vec::Constant(-1), high = M::Vec::Constant(2);
+    const Grid<M> grid(cells, low, high);
+    std::set<int> owners;
+    for (int k = 0; k < 5000; ++k) {
+        const typename M::Vec x =
+            M::Vec::Constant(0.5) + random_vector<typename M::Vec>(random, 2.5);  // outside as well
+        const double reach = uniform(random, 0, 0.5);
+        std::set<int> visited;
+        grid.visit_owners(x, reach, [&](int rank) { CHECK(visited.insert(rank).second); });
+        const int owner = grid.owner(x);
+        owners.insert(owner);
+        CHECK(visited.count(owner) == 1);
+        for (int n = 0; n < 10; ++n)
+            CHECK(visited.count(grid.owner(x + random_vector<typename M::Vec>(random, reach))) == 1);
+    }
+    CHECK(static_cast<int>(owners.size()) == ranks);
+    CHECK(*owners.begin() == 0);
+    CHECK(*owners.rbegin() == ranks - 1);
+
+    int visits = 0;  // in the middle of a cell of size 1 x 0.75 x 1.5: none but its owner
+    grid.visit_owners(low + 0.5 * typename M::Vec(M::Vec::Constant(0.75)), 0.1, [&](int rank) { visits += 1 + rank; });
+    CHECK(visits == 1);
+}
+
+TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[partition]", Disks, Spheres) {
+    using M = TestType;
+    Random random(12);
+    const double edge = M::dim == 2 ? 8 : 5, skin = 0.1;
+    const auto grains = unlike_grains<M>(random, edge);
+    const auto walls = box_walls<M>(edge);
+    const std::vector<Pair> expected = brute_force<M>(grains, walls, skin);
+    REQUIRE(expected.size() > 50);
+    for (const int ranks : {1, 2, 5, 16}) {
+        INFO("ranks: " << ranks);
+        InProcess comm(ranks);
+        auto parts = dealt_in_turn<M>(grains, ranks);
+        repartition<M>(parts, comm, grid_of<M>(ranks, edge), walls, skin, 1.0);
+        CHECK(of_all(parts, candidates<M>) == expected);
+    }
+}
+
+TEMPLATE_TEST_CASE("the contacts of all subdomains are those of one", "[partition]", DrivenDisks, FrictionSpheres) {
+    using M = TestType;
+    const int side = M::dim == 2 ? 6 : 4;
+    std::vector<std::vector<Pair>> expected;
+    for (const int ranks : {1, 3, 8}) {
+        INFO("ranks: " << ranks);
+        Random random(13);
+        const Solver solver = ranks == 1 ? nlgs_alone : Solver{Scheme::dcs, ranks};
+        Run<M> run(solver, lattice_settings<M>(side), shaken_lattice<M>(random, side));
+        for (std::size_t step = 0; step < 5; ++step) {
+            run.step();
+            const auto pairs = of_all(run.simulation.parts(), contacts<M>);
+            if (ranks == 1) expected.push_back(pairs);
+            CHECK(pairs == expected[step]);
+        }
+    }
+    CHECK(expected[0].size() > 50);
+}
+
+namespace {
+
+// After a step: who holds a grain, who has a contact with it, and what mass each of them was given.
+template <class M>
+void check_split_masses(const Simulation<M, InProcess>& simulation) {
+    struct Sum {
+        const Grain<M>* grain;
+        std::vector<int> holders, touching;  // ranks
+        std::vector<int> sharers, active;    // as the first holder has them
+        double mass = 0, inertia = 0;
+        int multiplicity = 0;
+    };
+    std::map<int, Sum> sums;
+    for (const auto& part : simulation.parts()) {
+        std::set<int> touched;
+        for (const Pair& pair : contacts(part)) touched.insert({pair.first, pair.second});
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            const auto first = static_cast<std::ptrdiff_t>(part.first_sharer(g)),
+                       last = static_cast<std::ptrdiff_t>(part.last_sharer(g));
+            const std::vector<int> sharers(part.sharers.begin() + first, part.sharers.begin() + last);
+            const std::vector<int> active(part.active.begin() + first, part.active.begin() + last);
+            const Body<M>& body = part.problem.bodies[g];
+            const auto [entry, is_new] = sums.try_emplace(part.grains[g].id);
+            Sum& sum = entry->second;
+            if (is_new) sum.grain = &part.grains[g], sum.sharers = sharers, sum.active = active;
+            CHECK(sharers == sum.sharers);
+            CHECK(active == sum.active);
+            CHECK(part.problem.multiplicity[g] == part.multiplicity(g));
+            sum.holders.push_back(part.rank);
+            sum.multiplicity = part.problem.multiplicity[g];
+            if (!touched.count(part.grains[g].id)) continue;
+            sum.touching.push_back(part.rank);
+            sum.mass += 1 / body.inv_mass;
+            if constexpr (M::friction) sum.inertia += 1 / body.inv_inertia;
+        }
+    }
+    int shared = 0;
+    for (const auto& [id, sum] : sums) {
+        INFO("grain " << id);
+        CHECK(sum.holders == sum.sharers);
+        std::vector<int> active;
+        for (std::size_t s = 0; s < sum.sharers.size(); ++s)
+            if (sum.active[s]) active.push_back(sum.sharers[s]);
+        CHECK(active == sum.touching);
+        CHECK(sum.multiplicity == std::max<int>(1, static_cast<int>(sum.touching.size())));
+        if (sum.touching.empty()) continue;
+        CHECK(sum.mass == Approx(sum.grain->mass).epsilon(1e-14));
+        if (M::friction) CHECK(sum.inertia == Approx(sum.grain->inertia).epsilon(1e-14));
+        shared += sum.multiplicity > 1;
+    }
+    CHECK(shared > 2);
+}
+
+template <class M>
+void check_split_walls(const Simulation<M, InProcess>& simulation) {
+    int shared = 0;
+    for (std::size_t w = 0; w < simulation.walls().size(); ++w) {
+        double mass = 0;
+        int touching = 0;
+        for (const auto& part : simulation.parts()) {
+            const auto& all = part.problem.wall_contacts;
+            if (std::none_of(all.begin(), all.end(), [&](const auto& c) { return c.j == static_cast<int>(w); }))
+                continue;
+            ++touching;
+            if (simulation.walls()[w].driven)
+                mass += 1 / part.problem.walls[w].inv_mass;
+            else
+                CHECK(part.problem.walls[w].inv_mass == 0);
+        }
+        if (!simulation.walls()[w].driven) continue;
+        CHECK(mass == Approx(simulation.walls()[w].mass).epsilon(1e-14));
+        shared += touching > 1;
+    }
+    CHECK(shared > 1);
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("split masses sum to the whole, and all holders agree", "[partition]", Disks, FrictionDisks,
+                   DrivenSpheres, DrivenFrictionSpheres) {
+    using M = TestType;
+    const int ranks = GENERATE(3, 8);
+    INFO("ranks: " << ranks);
+    Random random(14);
+    const int side = M::dim == 2 ? 7 : 4;
+    Run<M> run({Scheme::dcs, ranks}, lattice_settings<M>(side), shaken_lattice<M>(random, side));
+    for (int step = 0; step < 5; ++step) {
+        run.step();
+        check_split_masses(run.simulation);
+        if constexpr (M::driven_walls)
+            if (step == 0) check_split_walls(run.simulation);
+    }
+}
+
+TEMPLATE_TEST_CASE("ranks without contacts, and more ranks than grains", "[partition]", FrictionDisks, DrivenDisks,
+                   DrivenFrictionSpheres) {
+    using M = TestType;
+    SimulationSettings<M> settings;
+    settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    settings.h = 0.05;
+    settings.walls = box_walls<M>(12);
+    std::vector<Grain<M>> grains;  // two and two, that collide far from each other; nothing in between
+    for (int k = 0; k < 4; ++k) {
+        typename M::Vec x = M::Vec::Constant(6);
+        x[0] = k < 2 ? 1 + 1.02 * k : 11 - 1.02 * (k - 2);
+        grains.push_back(make_grain<M>(k, 0.5, 1.0, x));
+        grains.back().velocity[0] = k == 0 ? 1 : k == 2 ? -1 : 0;
+        grains.back().velocity[1] = 0.1 * k;
+    }
+    std::vector<Grain<M>> expected;
+    for (const Solver& solver :
+         {nlgs_alone, Solver{Scheme::dcs, 3}, {Scheme::ccs, 3}, {Scheme::dcs, 9}, {Scheme::ccs, 9}}) {
+        INFO(solver.name());
+        Run<M> run(solver, settings, grains);
+        for (int step = 0; step < 3; ++step) run.step();
+        if (solver.ranks == 1) {
+            expected = run.grains();
+            CHECK(expected[1].velocity[0] > 0.3);  // they did collide
+            CHECK(expected[3].velocity[0] < -0.3);
+            continue;
+        }
+        int idle = 0;
+        for (const auto& part : run.simulation.parts()) idle += part.problem.contact_count() == 0;
+        CHECK(idle > 0);
+        const auto found = run.grains();
+        REQUIRE(found.size() == 4);
+        for (std::size_t k = 0; k < 4; ++k) CHECK((found[k].velocity - expected[k].velocity).norm() < 1e-9);
+    }
+}
+
+TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", Disks, FrictionDisks, DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(15);
+    const int side = M::dim == 2 ? 7 : 4, ranks = 8;
+    const double edge = 1.05 * side, skin = 0.3;
+    Run<M> run({Scheme::dcs, ranks}, lattice_settings<M>(side), shaken_lattice<M>(random, side));
+    for (int step = 0; step < 5; ++step) run.step();
+    const auto& walls = run.simulation.walls();
+    std::vector<Subdomain<M>> parts = run.simulation.parts();
+    const Carried<M> before = impulses<M>(parts);
+    REQUIRE(before.size() > 20);
+
+    GridCells<M::dim> strips;
+    strips.fill(1);
+    strips[1] = ranks;
+    const Grid<M> other(strips, M::Vec::Zero(), M::Vec::Constant(edge));
+    for (const Grid<M>& grid : {grid_of<M>(ranks, edge), other, grid_of<M>(ranks, edge)}) {
+        repartition<M>(parts, run.comm, grid, walls, skin, 0.5);
+        CHECK(impulses<M>(parts) == before);
+    }
+
+    // and they can start another simulation, on as many ranks as one likes
+    std::vector<PairImpulse<M>> start;
+    for (const auto& part : parts)
+        visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) { start.push_back(p); });
+    auto settings = lattice_settings<M>(side);
+    settings.walls = walls;
+    InProcess comm(3);
+    const Simulation<M, InProcess> again(comm, settings, run.grains(), start);
+    CHECK(impulses<M>(again.parts()) == before);
+}
+
+TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every step", "[partition]", Disks,
+                   FrictionSpheres) {
+    using M = TestType;
+    SimulationSettings<M> settings;
+    settings.walls = box_walls<M>(20);
+    settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    settings.gravity[M::dim - 1] = -1;
+    settings.rough_every = 0;
+    std::vector<Grain<M>> grains;
+    for (int k = 0; k < 8; ++k) {
+        typename M::Vec x = M::Vec::Constant(10);
+        x[M::dim - 1] = 0.5 + k;
+        grains.push_back(make_grain<M>(k, 0.5, 1.0, x));
+    }
+    for (const Solver& solver : {nlgs_alone, Solver{Scheme::ccs, 3}, Solver{Scheme::dcs, 4}}) {
+        INFO(solver.name());
+        Run<M> run(solver, settings, grains);
+        const int cold = run.step().solve.iterations;
+        for (int step = 0; step < 5; ++step) CHECK(5 * run.step().solve.iterations < cold);
+    }
+}

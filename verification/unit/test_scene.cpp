@@ -1,0 +1,241 @@
+// Scenes as TOML: everything a good one says arrives, everything wrong in a bad one is named with its line.
+#include <string>
+#include <vector>
+
+#include "../catch.hpp"
+#include "scene.hpp"
+#include "scratch.hpp"
+
+using namespace nscdd;
+using nscdd::test::complaint;
+using nscdd::test::Scratch;
+
+namespace {
+
+// Line numbers of the bad cases below count in this text.
+const std::string good = R"(name = "triaxial"
+dimension = 3
+gravity = [0, 0, -9.81]
+[packing]
+file = "spheres.h5"
+material = "glass"
+[[grain]]
+position = [1, 2, 3]
+radius = 0.5
+material = "glass"
+[[material]]
+name = "glass"
+density = 2500.0
+[[material]]
+name = "plate"
+density = 7800
+[[pair]]
+materials = ["plate", "glass"]
+friction = 0.3
+restitution = 0.1
+[[wall]]
+name = "left"
+side = "x-"
+material = "plate"
+motion = "fixed"
+[[wall]]
+name = "slope"
+normal = [0.6, 0, 0.8]
+through = [0, 0, 1]
+material = "plate"
+motion = "force"
+force = 10
+mass = 2
+velocity = [0, 1, 0]
+[step]
+h = 1e-3
+count = 50
+[solver]
+tolerance = 1e-6
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    REQUIRE(at != std::string::npos);
+    return text.replace(at, from.size(), to);
+}
+
+// The complaint about `text`, without the folder.
+std::string complaint_about(const Scratch& scratch, const std::string& text) {
+    const std::string path = scratch.write("bad.toml", text);
+    const std::string line = complaint<InputError>([&] { read_scene(path); });
+    const auto folder = path.size() - std::string("bad.toml").size();
+    return line.starts_with(path) ? line.substr(folder) : line;
+}
+
+}  // namespace
+
+TEST_CASE("a scene is read whole", "[scene]") {
+    const Scratch scratch;
+    const Scene scene = read_scene(scratch.write("good.toml", good));
+
+    CHECK(scene.name == "triaxial");
+    CHECK(scene.dimension == 3);
+    CHECK(scene.gravity == Eigen::Vector3d(0, 0, -9.81));
+    CHECK(scene.packing_file == scratch.path("spheres.h5"));
+    CHECK(scene.packing_material == 0);
+
+    REQUIRE(scene.materials.size() == 2);
+    CHECK(scene.materials[1].name == "plate");
+    CHECK(scene.materials[1].density == 7800);
+    REQUIRE(scene.pairs.size() == 1);
+    CHECK(scene.pairs[0].a == 0);
+    CHECK(scene.pairs[0].b == 1);
+    CHECK(scene.pairs[0].friction == 0.3);
+    CHECK(scene.pairs[0].restitution == 0.1);
+
+    REQUIRE(scene.grains.size() == 1);
+    CHECK(scene.grains[0].position == Eigen::Vector3d(1, 2, 3));
+    CHECK(scene.grains[0].spin == Eigen::Vector3d::Zero());
+    CHECK(scene.grains[0].radius == 0.5);
+
+    REQUIRE(scene.walls.size() == 2);
+    const SceneWall &left = scene.walls[0], &slope = scene.walls[1];
+    CHECK(left.normal == Eigen::Vector3d(1, 0, 0));
+    CHECK(left.motion == WallMotion::Fixed);
+    CHECK(wall_point(scene, left, {2, 2, 2}) == Eigen::Vector3d::Zero());
+    CHECK(slope.motion == WallMotion::Force);
+    CHECK(slope.force == 10);
+    CHECK(slope.mass == 2.0);
+    CHECK(slope.velocity == Eigen::Vector3d(0, 1, 0));
+    CHECK(wall_point(scene, slope, {}) == Eigen::Vector3d(0, 0, 1));
+
+    CHECK(scene.step.h == 1e-3);
+    CHECK(scene.step.count == 50);
+    CHECK(scene.step.theta == 0.5);
+    CHECK(scene.step.rough_every == 10);
+    CHECK(scene.solver.tolerance == 1e-6);
+    CHECK(scene.solver.check_every == 10);
+    CHECK(scene.solver.max_iterations == 20000);
+    CHECK(scene.solver.sweeps == 1);
+}
+
+TEST_CASE("a 2D scene has one spin, given bare or as an array", "[scene]") {
+    const Scratch scratch;
+    const std::string text = R"(name = "disk"
+dimension = 2
+material = [{name = "a", density = 1}]
+step = {h = 0.1, count = 1}
+[[grain]]
+position = [0, 0]
+radius = 1
+spin = 3
+torque = [4]
+material = "a"
+[[wall]]
+name = "top"
+side = "y+"
+material = "a"
+motion = "velocity"
+velocity = [0, -1]
+)";
+    const Scene scene = read_scene(scratch.write("disk.toml", text));
+    CHECK(scene.packing_file.empty());
+    CHECK(scene.grains[0].spin == Eigen::VectorXd::Constant(1, 3));
+    CHECK(scene.grains[0].torque == Eigen::VectorXd::Constant(1, 4));
+    CHECK(scene.walls[0].normal == Eigen::Vector2d(0, -1));
+    CHECK(wall_point(scene, scene.walls[0], {2, 5}) == Eigen::Vector2d(0, 5));
+    CHECK_THROWS_WITH(wall_point(scene, scene.walls[0], {}),
+                      Catch::Contains("wall 'top': side 'y+' needs a 2D packing, found none"));
+}
+
+TEST_CASE("a bad scene is refused in one line that names the place", "[scene][bad-input]") {
+    struct Bad {
+        std::string from, to, line;
+    };
+    const std::vector<Bad> cases{
+        // syntax
+        {"name = \"triaxial\"", "name = ", "bad.toml:1: Error while parsing"},
+        {"radius = 0.5", "radius = 0.5\nradius = 0.6", "bad.toml:10: Error while parsing"},
+        // the whole file
+        {"name = \"triaxial\"\n", "", "bad.toml:1: name is missing"},
+        {"\"triaxial\"", "\"\"", "bad.toml:1: name must not be empty"},
+        {"dimension = 3", "dimension = 4", "bad.toml:2: dimension must be 2 or 3, found 4"},
+        {"dimension = 3", "dimension = 1", "bad.toml:2: dimension must be >= 2, found 1"},
+        {"dimension = 3", "dimension = 3.0", "bad.toml:2: dimension must be an integer, found 3"},
+        {"gravity = [0, 0, -9.81]", "gravity = [0, -9.81]", "bad.toml:3: gravity must be 3 numbers, found 2"},
+        {"-9.81]", "nan]", "bad.toml:3: gravity[2] must be finite, found nan"},
+        {"-9.81]", "'x']", "bad.toml:3: gravity[2] must be a number, found 'x'"},
+        {"gravity", "gravitiy", "bad.toml:3: unknown key 'gravitiy' (known here: name, dimension, gravity, "},
+        {"[step]\nh = 1e-3\ncount = 50", "", "bad.toml:1: no [step]"},
+        {"[step]", "[[step]]", "bad.toml:35: step must be a table, [step], found an array"},
+        {"[[grain]]", "[grain]", "bad.toml:7: grain must be tables, [[grain]]"},
+        // packing and grains
+        {"file = \"spheres.h5\"\n", "", "bad.toml:4: packing: file is missing"},
+        {"material = \"glass\"", "material = \"gold\"", "bad.toml:6: packing: material 'gold' is not a [[material]]"},
+        {"radius = 0.5", "radius = -0.5", "bad.toml:9: grain 1: radius must be > 0, found -0.5"},
+        {"radius = 0.5", "radius = inf", "bad.toml:9: grain 1: radius must be finite, found inf"},
+        {"radius = 0.5", "radius = true", "bad.toml:9: grain 1: radius must be a number, found true"},
+        {"radius = 0.5", "raduis = 0.5", "bad.toml:7: grain 1: radius is missing"},
+        {"radius = 0.5", "radius = 1\nspin = 1", "bad.toml:10: grain 1: spin must be 3 numbers, found 1"},
+        {"radius = 0.5", "radius = 1\ncolor = 1", "bad.toml:10: grain 1: unknown key 'color' (known here: position, "},
+        // materials and pairs
+        {"density = 2500.0", "density = 0", "bad.toml:13: material 'glass': density must be > 0, found 0"},
+        {"name = \"plate\"", "name = \"glass\"", "bad.toml:15: material 'glass': name is given twice"},
+        {"name = \"plate\"", "name = 3", "bad.toml:15: material 2: name must be a string, found 3"},
+        {"friction = 0.3", "friction = -0.3", "bad.toml:19: pair 'plate'-'glass': friction must be >= 0, found -0.3"},
+        {"restitution = 0.1", "restitution = 1.1",
+         "bad.toml:20: pair 'plate'-'glass': restitution must be in [0, 1], found 1.1"},
+        {"[\"plate\", \"glass\"]", "[\"plate\"]", "bad.toml:18: pair 1: materials must be 2 strings"},
+        {"[\"plate\", \"glass\"]", "[\"plate\", \"a\\nb\"]",
+         "bad.toml:18: pair 'plate'-'a?b': materials 'a?b' is not a [[material]]"},
+        {"[[wall]]", "[[pair]]\nmaterials = [\"glass\", \"plate\"]\n[[wall]]",
+         "bad.toml:21: pair 'glass'-'plate': is given twice"},
+        // walls
+        {"side = \"x-\"\n", "", "bad.toml:21: wall 'left': needs side, or normal and through"},
+        {"side = \"x-\"", "side = \"w\"",
+         "bad.toml:23: wall 'left': side must be one of x-, x+, y-, y+, z-, z+, found 'w'"},
+        {"motion = \"fixed\"", "motion = \"free\"",
+         "bad.toml:25: wall 'left': motion must be one of fixed, velocity, "},
+        {"motion = \"fixed\"", "motion = \"velocity\"", "bad.toml:21: wall 'left': velocity is missing"},
+        {"motion = \"fixed\"", "motion = \"fixed\"\nforce = 1",
+         "bad.toml:26: wall 'left': unknown key 'force' (known here: name, side, material, motion)"},
+        {"motion = \"fixed\"", "motion = \"pressure\"\npressure = 1",
+         "bad.toml:21: wall 'left': pressure needs a wall on every side of the box, found none on 'x+'"},
+        {"name = \"slope\"", "name = \"left\"", "bad.toml:27: wall 'left': name is given twice"},
+        {"normal = [0.6, 0, 0.8]\nthrough = [0, 0, 1]", "side = \"x-\"",
+         "bad.toml:28: wall 'slope': side 'x-' is taken by wall 'left'"},
+        {"[0.6, 0, 0.8]", "[0.6, 0, 0.81]", "bad.toml:28: wall 'slope': normal must have length 1, found 1.00"},
+        {"through = [0, 0, 1]\n", "", "bad.toml:26: wall 'slope': through is missing"},
+        {"mass = 2", "mass = 0", "bad.toml:33: wall 'slope': mass must be > 0, found 0"},
+        {"velocity = [0, 1, 0]", "velocity = [1, 0, 0]", "bad.toml:34: wall 'slope': velocity must be tangential"},
+        // step and solver
+        {"h = 1e-3", "h = -1e-3", "bad.toml:36: step: h must be > 0, found -0.001"},
+        {"count = 50", "count = 0", "bad.toml:37: step: count must be >= 1, found 0"},
+        {"count = 50", "count = 3000000000", "bad.toml:37: step: count must be <= 2147483647, found 3000000000"},
+        {"count = 50", "count = 50\ntheta = 1.5", "bad.toml:38: step: theta must be in [0, 1], found 1.5"},
+        {"tolerance = 1e-6", "tolerance = 0", "bad.toml:39: solver: tolerance must be > 0, found 0"},
+        {"tolerance = 1e-6", "check_every = 0", "bad.toml:39: solver: check_every must be >= 1, found 0"},
+        {"tolerance = 1e-6", "sweep = 2",
+         "bad.toml:39: solver: unknown key 'sweep' (known here: tolerance, check_every, "},
+    };
+    const Scratch scratch;
+    for (const Bad& bad : cases) {
+        const std::string line = complaint_about(scratch, replaced(good, bad.from, bad.to));
+        CAPTURE(bad.from, bad.to);
+        CHECK_THAT(line, Catch::StartsWith(bad.line));
+        CHECK(line.find('\n') == std::string::npos);
+    }
+}
+
+TEST_CASE("a scene needs a material, and a wall one plane", "[scene][bad-input]") {
+    const Scratch scratch;
+    const std::string head = "name = 'a'\ndimension = 2\nstep = {h = 1, count = 1}\n";
+    CHECK(complaint_about(scratch, head) == "bad.toml:1: no [[material]]");
+
+    const std::string wall = "[[wall]]\nname = 'a'\nside = 'x-'\nnormal = [1, 0]\nmaterial = 'm'\nmotion = 'fixed'\n";
+    CHECK(complaint_about(scratch, head + "material = [{name = 'm', density = 1}]\n" + wall) ==
+          "bad.toml:8: wall 'a': unknown key 'normal' (known here: name, side, material, motion)");
+}
+
+TEST_CASE("a scene file that is not there, or is a folder, is named", "[scene][bad-input]") {
+    const Scratch scratch;
+    CHECK_THROWS_WITH(read_scene(scratch.path("none.toml")),
+                      scratch.path("none.toml") + ": cannot open: No such file or directory");
+    CHECK_THROWS_WITH(read_scene(scratch.path("")), Catch::Contains("is a folder"));
+}
