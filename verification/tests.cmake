@@ -21,9 +21,12 @@ if(TARGET nscdd_files)
 endif()
 
 if(MPI_CXX_FOUND)
-    nscdd_mpi_test(test_communicator_mpi "1;2;3;4" mpi/test_communicator_mpi.cpp mpi/mpi_main.cpp)
-    nscdd_mpi_test(test_mpi_bitwise "1;2;4" mpi/test_mpi_bitwise.cpp mpi/mpi_main.cpp)
-    target_link_libraries(test_mpi_bitwise PRIVATE small_scenes)
+    nscdd_mpi_test(test_communicator_mpi "1;2;3;4" mpi/test_communicator_mpi.cpp)
+    nscdd_mpi_test(test_mpi_bitwise "1;2;4" mpi/test_mpi_bitwise.cpp)
+    # Catch2's runner apart from our flags: with sanitizers GCC takes some of std::regex in it for uninitialised
+    add_library(mpi_main OBJECT mpi/mpi_main.cpp)
+    target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
+    target_link_libraries(test_mpi_bitwise PRIVATE small_scenes mpi_main)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
@@ -55,11 +58,4 @@ find_package(benchmark)
 if(benchmark_FOUND AND TARGET nscdd_files)
     add_executable(nscdd_bench benchmark/bench_sweep.cpp)
     target_link_libraries(nscdd_bench PRIVATE nscdd_files nscdd::kernel nscdd_flags benchmark::benchmark)
-endif()
-
-# Catch2's runner apart from our flags: with sanitizers GCC takes some of std::regex in it for uninitialised.
-if(MPI_CXX_FOUND)
-    add_library(mpi_main OBJECT mpi/mpi_main.cpp)
-    target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
-    target_link_libraries(test_mpi_bitwise PRIVATE mpi_main)
 endif()

@@ -61,6 +61,7 @@ TEST_CASE("an error in one subdomain is thrown on every rank, with the same word
     const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {})); });
     const std::string theirs = error_of([&] { run_nscdd<Dcs, ClosedForm>(scene, comm.size(), 1, {}); });
     CHECK(ours == theirs);
+    INFO(ours);
     CHECK(ours.starts_with("step 1: grain 0 and grain 1 overlap by"));
     MPI_Barrier(MPI_COMM_WORLD);  // nobody was left behind in a call
 }
@@ -71,6 +72,7 @@ TEST_CASE("a residual that is not finite is an error on every rank") {
     Mpi comm;
     Dcs<DisksDriven, ClosedForm> scheme;
     const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {.check_every = 1})); });
+    INFO(said);
     CHECK(said.starts_with("the residual is not finite"));
     MPI_Barrier(MPI_COMM_WORLD);
 }

@@ -44,7 +44,7 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Comm& comm)
     const std::span<const double> all = comm.all_gather(mine);
     ResidualParts total;
     for (std::size_t p = 0; p < all.size(); p += ResidualParts::size)
-        total.add({all[p], all[p + 1], all[p + 2], all[p + 3]});
+        total.add({all[p], all[p + 1], all[p + 2], all[p + 3], all[p + 4]});
     return total;
 }
 

@@ -14,20 +14,23 @@ struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r)
     double energy = 0;       // sum of r^T W r
     double next_energy = 0;  // sum of r'^T W r'
+    double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
 
     // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
     double eta() const {
+        if (change < 1e-28 * round_off) return 0;
         return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
     }
     void add(const ResidualParts& o) {
         change += o.change;
         energy += o.energy;
         next_energy += o.next_energy;
+        round_off += o.round_off;
         penetration = std::max(penetration, o.penetration);
     }
-    static constexpr std::size_t size = 4;
-    std::array<double, size> pack() const { return {change, energy, next_energy, penetration}; }
+    static constexpr std::size_t size = 5;
+    std::array<double, size> pack() const { return {change, energy, next_energy, round_off, penetration}; }
 };
 
 template <class M>
@@ -51,6 +54,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         parts.change += energy(next - c.r);
         parts.energy += energy(c.r);
         parts.next_energy += energy(next);
+        parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
     }
 }
