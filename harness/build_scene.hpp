@@ -34,12 +34,15 @@ std::vector<Grain<M>> scene_grains(const RunRequest& request) {
         if (!restart) continue;
         grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(from.velocity.data() + g * M::dim);
         if constexpr (M::friction)
-            grain.velocity.template tail<M::spins>() = Eigen::Map<const typename M::Spin>(from.spin.data() + g * M::spins);
+            grain.velocity.template tail<M::spins>() =
+                Eigen::Map<const typename M::Spin>(from.spin.data() + g * M::spins);
     }
-    const std::size_t before = from.packing.size() ? grains.size() - std::min(grains.size(), scene.grains.size()) : grains.size();
+    const std::size_t before =
+        from.packing.size() ? grains.size() - std::min(grains.size(), scene.grains.size()) : grains.size();
     for (std::size_t k = 0; k < scene.grains.size(); ++k) {  // a state has them already, but for their loads
         const SceneGrain& single = scene.grains[k];
-        Grain<M>& grain = from.packing.size() ? grains.at(before + k) : add(single.radius, single.material, single.position);
+        Grain<M>& grain =
+            from.packing.size() ? grains.at(before + k) : add(single.radius, single.material, single.position);
         grain.load.template head<M::dim>() = single.force;
         if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
         if (from.packing.size()) continue;
@@ -56,7 +59,8 @@ template <class M>
 BuiltScene<M> build_scene(const RunRequest& request) {
     const Scene& scene = request.scene;
     BuiltScene<M> built{detail::scene_grains<M>(request), {}, {}};
-    if (built.grains.empty()) throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
+    if (built.grains.empty())
+        throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
     double mass = 0;
     for (const auto& g : built.grains) mass += g.mass;
 
@@ -73,8 +77,8 @@ BuiltScene<M> build_scene(const RunRequest& request) {
     }
     const State& from = request.from;
     if (from.packing.size() && from.walls.offset.size() != scene.walls.size())
-        throw InputError("the state has " + std::to_string(from.walls.offset.size()) + " walls, " + scene.file + " has " +
-                         std::to_string(scene.walls.size()));
+        throw InputError("the state has " + std::to_string(from.walls.offset.size()) + " walls, " + scene.file +
+                         " has " + std::to_string(scene.walls.size()));
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];
         Wall<M>& wall = settings.walls.emplace_back();
@@ -89,7 +93,9 @@ BuiltScene<M> build_scene(const RunRequest& request) {
         }
         if (from.packing.size()) {
             wall.offset = from.walls.offset[w];
-            if (wall.driven) wall.speed = Eigen::Map<const typename M::Vec>(from.walls.velocity.data() + w * M::dim).dot(wall.normal);
+            if (wall.driven)
+                wall.speed =
+                    Eigen::Map<const typename M::Vec>(from.walls.velocity.data() + w * M::dim).dot(wall.normal);
         } else {
             wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.packing.box)));
         }
@@ -100,7 +106,8 @@ BuiltScene<M> build_scene(const RunRequest& request) {
         if constexpr (M::friction)
             built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], impulse});
         else
-            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], typename M::Impulse{impulse.dot(normal)}});
+            built.impulses.push_back(
+                {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{impulse.dot(normal)}});
     }
     return built;
 }

@@ -39,11 +39,13 @@ Run read_run(const std::string& path) {
 
 // sqrt(sum of dV^T M dV) over grains, spins and driven walls.
 double velocity_distance(const Run& a, const Run& b) {
-    const std::size_t dim = static_cast<std::size_t>(a.state.packing.dim), spins = static_cast<std::size_t>(a.state.spins());
+    const std::size_t dim = static_cast<std::size_t>(a.state.packing.dim),
+                      spins = static_cast<std::size_t>(a.state.spins());
     const auto densities = a.report.at("densities").get<std::vector<double>>();
     const auto wall_masses = a.report.at("wall_masses").get<std::vector<double>>();
     double sum = 0;
-    const auto square = [](const std::vector<double>& x, const std::vector<double>& y, std::size_t begin, std::size_t count) {
+    const auto square = [](const std::vector<double>& x, const std::vector<double>& y, std::size_t begin,
+                           std::size_t count) {
         double total = 0;
         for (std::size_t k = begin; k < begin + count; ++k) total += (x[k] - y[k]) * (x[k] - y[k]);
         return total;
@@ -93,14 +95,16 @@ int compare(const std::string& reference_file, const std::string& candidate_file
     const json &a = reference.report, &b = candidate.report;
     for (const char* key : {"scene", "grains", "steps", "dimension"})
         if (a.at(key) != b.at(key))
-            throw InputError(fmt::format("{}: {} is {}, but {} in {}", candidate_file, key, b.at(key).dump(), a.at(key).dump(), reference_file));
+            throw InputError(fmt::format("{}: {} is {}, but {} in {}", candidate_file, key, b.at(key).dump(),
+                                         a.at(key).dump(), reference_file));
 
     // One step from one state tells solvers apart. After many, packings that are free to rearrange have drifted
     // apart within the tolerance; what is left to agree are the scene's averages.
     const bool one_step = a.at("steps") == 1;
     const double free_norm = a.at("final").at("free_velocity_norm");
     const double energy_scale = 0.5 * free_norm * free_norm;
-    const double energy = std::abs(a["final"]["kinetic_energy"].get<double>() - b["final"]["kinetic_energy"].get<double>());
+    const double energy =
+        std::abs(a["final"]["kinetic_energy"].get<double>() - b["final"]["kinetic_energy"].get<double>());
     double eta = 0;
     for (const auto& value : b.at("residual")) eta = value.is_number() ? std::max(eta, value.get<double>()) : NAN;
 
@@ -115,15 +119,24 @@ int compare(const std::string& reference_file, const std::string& candidate_file
     row("largest residual eta", eta, b.at("tolerance"));
     row("steps without convergence", b.at("unconverged_steps"), 0);
     const double ratio = free_norm > 0 ? 1 / free_norm : 0;
-    row("velocities, |V - V_ref|_M / |V_free|_M", velocity_distance(reference, candidate) * ratio, one_step ? 0.03 : 0.05);
-    row("kinetic energy, difference / (|V_free|_M^2 / 2)", energy > 0 ? energy / energy_scale : 0, one_step ? 0.03 : 0.01);
+    row("velocities, |V - V_ref|_M / |V_free|_M", velocity_distance(reference, candidate) * ratio,
+        one_step ? 0.03 : 0.05);
+    row("kinetic energy, difference / (|V_free|_M^2 / 2)", energy > 0 ? energy / energy_scale : 0,
+        one_step ? 0.03 : 0.01);
     row("stress, |s - s_ref| / |s_ref|", stress_distance(a["final"], b["final"]), one_step ? 0.01 : 0.1);
     row("positions, farthest / least radius", farthest(reference, candidate), one_step ? 1e-5 : 1e-3);
 
     json result = provenance;
-    result.update({{"schema", "nscdd.compare/1"}, {"reference", reference_file}, {"candidate", candidate_file},
-                   {"scene", a["scene"]}, {"scheme", b["scheme"]}, {"subdomains", b["subdomains"]},
-                   {"transport", b["transport"]}, {"steps", a["steps"]}, {"rows", rows}, {"ok", all}});
+    result.update({{"schema", "nscdd.compare/1"},
+                   {"reference", reference_file},
+                   {"candidate", candidate_file},
+                   {"scene", a["scene"]},
+                   {"scheme", b["scheme"]},
+                   {"subdomains", b["subdomains"]},
+                   {"transport", b["transport"]},
+                   {"steps", a["steps"]},
+                   {"rows", rows},
+                   {"ok", all}});
     if (!json_file.empty()) write_json(json_file, result);
     return all ? 0 : 2;
 }

@@ -16,7 +16,8 @@ int report(const std::string& results, const std::string& out) {
     const std::string python = chosen ? chosen : "/usr/bin/python3";  // Debian's, which has its h5py and matplotlib
     const std::string script = NSCDD_REPORTS "/report.py";
     execlp(python.c_str(), python.c_str(), script.c_str(), results.c_str(), "--out", out.c_str(), nullptr);
-    throw nscdd::InputError(fmt::format("{}: cannot be started; set NSCDD_PYTHON to a Python with h5py and matplotlib", python));
+    throw nscdd::InputError(
+        fmt::format("{}: cannot be started; set NSCDD_PYTHON to a Python with h5py and matplotlib", python));
 }
 
 }  // namespace
@@ -32,31 +33,42 @@ int main(int argc, char** argv) {
   nscdd compare nlgs.json dcs.json
   nscdd report results --out page
 
-Exit codes: 0 done; 1 bad input or a file that cannot be written; 2 compare or report found a disagreement;
-3 the run is complete, but steps hit the cap of iterations.)");
+Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
+disagreement; 3 the run is complete, but steps hit the cap of iterations.)");
 
     nscdd::PackArguments pack;
-    auto* pack_command = app.add_subcommand("pack", "Generate a packing: thrown at random, pressed by frictionless walls");
-    pack_command->add_option("specification", pack.specification, "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction")->required();
+    auto* pack_command =
+        app.add_subcommand("pack", "Generate a packing: thrown at random, pressed by frictionless walls");
+    pack_command
+        ->add_option("specification", pack.specification,
+                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction")
+        ->required();
     pack_command->add_option("-o,--output", pack.output, "HDF5 file to write (x, radius, box)")->required();
     pack_command->add_flag("--quiet", pack.quiet, "No progress");
 
     nscdd::RunArguments run;
-    auto* run_command = app.add_subcommand("run", "Step a scene by sequential NLGS, or by NSCDD in-process or under mpirun");
+    auto* run_command =
+        app.add_subcommand("run", "Step a scene by sequential NLGS, or by NSCDD in-process or under mpirun");
     run_command->add_option("scene", run.scene, "Scene (TOML)")->required();
     run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
     run_command->add_option("--from", run.from, "Go on from a state that --state wrote, with its impulses");
     run_command->add_option("--scheme", run.scheme, "nlgs: sequential reference; ccs, dcs: NSCDD")
-        ->check(CLI::IsMember({"nlgs", "ccs", "dcs"}))->capture_default_str();
-    run_command->add_option("--interface", run.interface, "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
+        ->check(CLI::IsMember({"nlgs", "ccs", "dcs"}))
+        ->capture_default_str();
+    run_command
+        ->add_option("--interface", run.interface,
+                     "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
         ->check(CLI::IsMember({"closed-form", "factorised"}));
-    run_command->add_option("-n,--subdomains", run.subdomains, "In-process subdomains (under mpirun: one per rank)")->check(CLI::PositiveNumber);
+    run_command->add_option("-n,--subdomains", run.subdomains, "In-process subdomains (under mpirun: one per rank)")
+        ->check(CLI::PositiveNumber);
     run_command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     run_command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
-        ->check(CLI::IsMember({"auto", "in-process", "mpi"}))->capture_default_str();
+        ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
+        ->capture_default_str();
     run_command->add_option("--steps", run.steps, "Instead of the scene's")->check(CLI::PositiveNumber);
     run_command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")->check(CLI::PositiveNumber);
-    run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")->check(CLI::PositiveNumber);
+    run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
+        ->check(CLI::PositiveNumber);
     run_command->add_option("--max-iterations", run.max_iterations, "Cap per step")->check(CLI::PositiveNumber);
     run_command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
     run_command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
@@ -70,7 +82,8 @@ Exit codes: 0 done; 1 bad input or a file that cannot be written; 2 compare or r
     compare_command->add_option("--json", compare_json, "Table to write, see reports/compare.schema.json");
 
     std::string results, page = "report";
-    auto* report_command = app.add_subcommand("report", "One HTML page with tables and figures from a folder of results");
+    auto* report_command =
+        app.add_subcommand("report", "One HTML page with tables and figures from a folder of results");
     report_command->add_option("results", results, "Folder with JSON files of run and compare")->required();
     report_command->add_option("--out", page, "Folder of the page")->capture_default_str();
 

@@ -18,11 +18,11 @@ namespace {
 
 struct PackSpecification {
     int dimension = 3, grains = 0, seed = 1;
-    double radius = 0.5;         // mean
-    double spread = 0;           // radii are uniform in radius (1 -+ spread)
-    Eigen::VectorXd aspect;      // edges of the box at the start, relative
-    double loose_fraction = 0;   // solid fraction at the start
-    double solid_fraction = 0;   // to stop at; 0: go on until jammed
+    double radius = 0.5;        // mean
+    double spread = 0;          // radii are uniform in radius (1 -+ spread)
+    Eigen::VectorXd aspect;     // edges of the box at the start, relative
+    double loose_fraction = 0;  // solid fraction at the start
+    double solid_fraction = 0;  // to stop at; 0: go on until jammed
     double step_limit = 5000;
 };
 
@@ -88,7 +88,8 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
     const std::vector<Grain<M>> grains = throw_grains<M>(spec, box);
     double mass = 0, largest = 0;
     for (const auto& g : grains) mass += g.mass, largest = std::max(largest, g.radius);
-    if (box.minCoeff() < 4 * largest) throw InputError(fmt::format("{}: too few grains for a box of this aspect", arguments.specification));
+    if (box.minCoeff() < 4 * largest)
+        throw InputError(fmt::format("{}: too few grains for a box of this aspect", arguments.specification));
 
     // Unit density and pressure. The walls weigh as much as the sample; a step is a small part of the time in which
     // the pressure moves a grain by its size.
@@ -128,17 +129,18 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
         quiet_steps = h * fastest < 2e-5 * spec.radius ? quiet_steps + 1 : 0;
         done = spec.solid_fraction > 0 ? fraction >= spec.solid_fraction : quiet_steps >= 20;
         if (spec.solid_fraction > 0 && quiet_steps >= 20)
-            throw InputError(fmt::format("{}: jammed at solid fraction {:.4f}, below the {} asked for", arguments.specification,
-                                         fraction, spec.solid_fraction));
-        progress.show(step, fmt::format("{} iterations, solid fraction {:.4f}, walls at {:.1e} r a step", report.solve.iterations,
-                                        fraction, h * fastest / spec.radius));
+            throw InputError(fmt::format("{}: jammed at solid fraction {:.4f}, below the {} asked for",
+                                         arguments.specification, fraction, spec.solid_fraction));
+        progress.show(step, fmt::format("{} iterations, solid fraction {:.4f}, walls at {:.1e} r a step",
+                                        report.solve.iterations, fraction, h * fastest / spec.radius));
     }
     if (!done) throw InputError(fmt::format("{}: not jammed after {} steps", arguments.specification, step));
 
     // Overlaps left by finite accuracy go by one common shrink of the radii.
     double shrink = 1;
     for (const auto& c : gather_contacts(simulation)) {
-        const double sum = grains[static_cast<std::size_t>(c.i)].radius + (c.j >= 0 ? grains[static_cast<std::size_t>(c.j)].radius : 0.0);
+        const double sum = grains[static_cast<std::size_t>(c.i)].radius +
+                           (c.j >= 0 ? grains[static_cast<std::size_t>(c.j)].radius : 0.0);
         shrink = std::min(shrink, 1 + c.gap / sum);
     }
     const Measures<M> measures = measure(simulation);
@@ -155,13 +157,19 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
         packing.x.insert(packing.x.end(), x.data(), x.data() + M::dim);
         packing.radius.push_back(g.grain.radius * shrink);
     }
-    const double coordination = measures.touched > 0 ? (2 * measures.contacts - measures.wall_contacts) / measures.touched : 0;
+    const double coordination =
+        measures.touched > 0 ? (2 * measures.contacts - measures.wall_contacts) / measures.touched : 0;
     write_packing(arguments.output, packing,
-                  {{"source", "nscdd pack"}, {"command", provenance.command}, {"commit", provenance.commit},
-                   {"solid_fraction", fmt::format("{:.6f}", fraction)}, {"coordination", fmt::format("{:.4f}", coordination)}});
-    fmt::print("{}: {} grains, solid fraction {:.4f}, coordination {:.3f} without rattlers ({:.1f} %), radii shrunk by {:.1e}, {} steps\n",
-               arguments.output, packing.size(), fraction, coordination,
-               100 * (1 - measures.touched / static_cast<double>(packing.size())), 1 - shrink, step);
+                  {{"source", "nscdd pack"},
+                   {"command", provenance.command},
+                   {"commit", provenance.commit},
+                   {"solid_fraction", fmt::format("{:.6f}", fraction)},
+                   {"coordination", fmt::format("{:.4f}", coordination)}});
+    fmt::print(
+        "{}: {} grains, solid fraction {:.4f}, coordination {:.3f} without rattlers ({:.1f} %), radii shrunk by "
+        "{:.1e}, {} steps\n",
+        arguments.output, packing.size(), fraction, coordination,
+        100 * (1 - measures.touched / static_cast<double>(packing.size())), 1 - shrink, step);
     return 0;
 }
 

@@ -89,7 +89,8 @@ RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, 
         if (!file.empty()) check_folder(file);
     request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
     if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
-        throw InputError(fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
+        throw InputError(
+            fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
     if (!over_mpi && ranks > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
     if (request.scheme == "nlgs" && request.subdomains > 1)
         throw InputError("--scheme nlgs is sequential: give ccs or dcs for more than one subdomain");
@@ -98,7 +99,8 @@ RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, 
         int product = 1;
         for (int cells : request.grid) product *= cells;
         if (product != request.subdomains)
-            throw InputError(fmt::format("--grid {}: {} cells for {} subdomains", arguments.grid, product, request.subdomains));
+            throw InputError(
+                fmt::format("--grid {}: {} cells for {} subdomains", arguments.grid, product, request.subdomains));
     }
 
     request.scene = read_scene(arguments.scene);
@@ -110,7 +112,8 @@ RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, 
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     const auto same_dimension = [&](const Packing& packing, const std::string& file) {
         if (packing.dim != scene.dimension)
-            throw InputError(fmt::format("{}: {} dimensions, {} has {}", file, packing.dim, scene.file, scene.dimension));
+            throw InputError(
+                fmt::format("{}: {} dimensions, {} has {}", file, packing.dim, scene.file, scene.dimension));
     };
     if (!arguments.from.empty()) {
         request.from = read_state(arguments.from);
@@ -134,7 +137,8 @@ RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, 
 RunFunction choose_model(const Scene& scene) {
     bool friction = false, driven = false;
     for (const auto& pair : scene.pairs) friction |= pair.friction > 0;
-    for (const auto& wall : scene.walls) driven |= wall.motion == WallMotion::Force || wall.motion == WallMotion::Pressure;
+    for (const auto& wall : scene.walls)
+        driven |= wall.motion == WallMotion::Force || wall.motion == WallMotion::Pressure;
     // spins that never change need no model of their own unless something turns
     for (const auto& grain : scene.grains) friction |= !grain.spin.isZero(0) || !grain.torque.isZero(0);
     if (scene.dimension == 2)
@@ -145,7 +149,8 @@ RunFunction choose_model(const Scene& scene) {
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {
-    const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && launched());  // MPI_Init sets them
+    const bool over_mpi =
+        arguments.transport == "mpi" || (arguments.transport == "auto" && launched());  // MPI_Init sets them
     Session session;
     RunRequest request;
     RunResult result;
@@ -156,7 +161,8 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         if (!request.state.empty()) {
             write_state(request.state, result.state);
             const auto folder = std::filesystem::absolute(request.json).parent_path();
-            result.json["state"] = std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
+            result.json["state"] =
+                std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
         }
         if (!request.json.empty()) write_json(request.json, result.json);
     });
@@ -166,9 +172,10 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         double iterations = 0;
         for (double count : json["iterations"]) iterations += count;
         if (!arguments.quiet)
-            fmt::print("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
-                       json["grains"].get<int>(), request.scene.step.count, request.scheme, json["subdomains"].get<int>(),
-                       json["subdomains"] == 1 ? "" : "s", iterations, json["seconds"]["total"].get<double>());
+            fmt::print("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n",
+                       request.scene.name, json["grains"].get<int>(), request.scene.step.count, request.scheme,
+                       json["subdomains"].get<int>(), json["subdomains"] == 1 ? "" : "s", iterations,
+                       json["seconds"]["total"].get<double>());
         if (result.unconverged_steps > 0)
             fmt::print(stderr, "nscdd: {} of {} steps stopped at {} iterations without reaching eta = {:g}\n",
                        result.unconverged_steps, request.scene.step.count, request.scene.solver.max_iterations,

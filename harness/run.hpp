@@ -12,14 +12,14 @@
 namespace nscdd {
 
 struct RunRequest {
-    Scene scene;              // with what the command line changed
-    Packing packing;          // empty if the scene has none
-    State from;               // to go on from; empty (no grain) to start from the packing
+    Scene scene;      // with what the command line changed
+    Packing packing;  // empty if the scene has none
+    State from;       // to go on from; empty (no grain) to start from the packing
     std::string from_file;
-    std::string scheme = "nlgs";     // nlgs, ccs, dcs
-    std::string interface;           // closed-form, factorised; empty: the scheme's default
+    std::string scheme = "nlgs";  // nlgs, ccs, dcs
+    std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1;
-    std::vector<int> grid;    // cells per axis; empty: chosen
+    std::vector<int> grid;  // cells per axis; empty: chosen
     bool over_mpi = false;
     bool progress = true;
     std::string json, state;  // files to write, may be empty

@@ -88,11 +88,12 @@ template <class M, class Comm>
 nlohmann::json final_measures(const Simulation<M, Comm>& simulation) {
     const Measures<M> m = measure(simulation);
     const double volume = box_edges<M>(simulation.walls()).prod();
-    nlohmann::json json = {{"kinetic_energy", m.kinetic_energy},
-                           {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
-                           {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.turns)},
-                           {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
-                           {"coordination", m.touched > 0 ? (2 * m.contacts - m.wall_contacts) / m.touched : 0}};
+    nlohmann::json json = {
+        {"kinetic_energy", m.kinetic_energy},
+        {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
+        {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.turns)},
+        {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
+        {"coordination", m.touched > 0 ? (2 * m.contacts - m.wall_contacts) / m.touched : 0}};
     nlohmann::json rows = nlohmann::json::array();
     for (int i = 0; i < M::dim; ++i) {
         std::vector<double> row;
@@ -202,35 +203,38 @@ RunResult run_over(const RunRequest& request, Comm& comm) {
     result.state = gather_state(simulation, request);
     std::map<std::string, int> multiplicity;
     for (int m : result.state.multiplicity) ++multiplicity[std::to_string(m)];
-    json.update({{"schema", "nscdd.run/1"},
-                 {"scene", scene.name},
-                 {"dimension", M::dim},
-                 {"grains", grains},
-                 {"model", model_name<M>()},
-                 {"friction", M::friction},
-                 {"subdomains", comm.size()},
-                 {"scheme", request.scheme},
-                 {"interface", interface},
-                 {"partition", request.scheme == "nlgs" ? "none" : Grid<M>::name(simulation.settings().cells)},
-                 {"transport", request.over_mpi ? "mpi" : request.scheme == "nlgs" ? "sequential" : "in-process"},
-                 {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
-                 {"steps", scene.step.count},
-                 {"h", scene.step.h},
-                 {"tolerance", options.tolerance},
-                 {"check_every", options.check_every},
-                 {"sweeps", options.sweeps},
-                 {"iterations", iterations},
-                 {"residual", residual},
-                 {"penetration", penetration},
-                 {"contacts", contacts},
-                 {"interface_grains", interface_grains / scene.step.count},
-                 {"interface_share", interface_grains / scene.step.count / grains},
-                 {"multiplicity", multiplicity},
-                 {"converged", result.unconverged_steps == 0},
-                 {"unconverged_steps", result.unconverged_steps},
-                 {"densities", densities},
-                 {"wall_masses", wall_masses},
-                 {"final", measures}});
+    json.update(
+        {{"schema", "nscdd.run/1"},
+         {"scene", scene.name},
+         {"dimension", M::dim},
+         {"grains", grains},
+         {"model", model_name<M>()},
+         {"friction", M::friction},
+         {"subdomains", comm.size()},
+         {"scheme", request.scheme},
+         {"interface", interface},
+         {"partition", request.scheme == "nlgs" ? "none" : Grid<M>::name(simulation.settings().cells)},
+         {"transport", request.over_mpi           ? "mpi"
+                       : request.scheme == "nlgs" ? "sequential"
+                                                  : "in-process"},
+         {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
+         {"steps", scene.step.count},
+         {"h", scene.step.h},
+         {"tolerance", options.tolerance},
+         {"check_every", options.check_every},
+         {"sweeps", options.sweeps},
+         {"iterations", iterations},
+         {"residual", residual},
+         {"penetration", penetration},
+         {"contacts", contacts},
+         {"interface_grains", interface_grains / scene.step.count},
+         {"interface_share", interface_grains / scene.step.count / grains},
+         {"multiplicity", multiplicity},
+         {"converged", result.unconverged_steps == 0},
+         {"unconverged_steps", result.unconverged_steps},
+         {"densities", densities},
+         {"wall_masses", wall_masses},
+         {"final", measures}});
     if (!request.from_file.empty()) json["from"] = request.from_file;
     result.json = std::move(json);
     return result;

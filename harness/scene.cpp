@@ -29,7 +29,9 @@ std::string side_name(const WallSide& side) {
 
 class SceneReader {
   public:
-    explicit SceneReader(const std::string& path) : root_(parse_toml(path)), top_(root_, path, "") { scene_.file = path; }
+    explicit SceneReader(const std::string& path) : root_(parse_toml(path)), top_(root_, path, "") {
+        scene_.file = path;
+    }
 
     Scene read() {
         scene_.name = top_.text("name");

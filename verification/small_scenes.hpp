@@ -49,7 +49,8 @@ std::vector<Grain<M>> lattice(double ratio) {
     std::vector<Grain<M>> grains;
     for (int id = 0; id < count; ++id) {
         typename M::Vec x;
-        for (int d = 0, rest = id; d < M::dim; ++d, rest /= edge) x[d] = pitch * (rest % edge + 0.5) + 0.05 * (uniform() - 0.5);
+        for (int d = 0, rest = id; d < M::dim; ++d, rest /= edge)
+            x[d] = pitch * (rest % edge + 0.5) + 0.05 * (uniform() - 0.5);
         const double radius = 0.5 / (1 + (ratio - 1) * uniform());
         grains.push_back(nscdd::make_grain<M>(id, radius, 1.0, x));
     }
@@ -205,15 +206,15 @@ std::vector<Scene<M>> dense_scenes() {
 }
 
 // Compiled once for all programs, in small_scenes_2d.cpp and small_scenes_3d.cpp: it takes long.
-#define SMALL_SCENES_RUNS(prefix, M)                                                                                  \
-    prefix template Outcome<M> run_nlgs(const Scene<M>&, int, const nscdd::SolveOptions&);                            \
-    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::ClosedForm>(const Scene<M>&, int, int,                    \
-                                                                        const nscdd::SolveOptions&);                  \
-    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::ClosedForm>(const Scene<M>&, int, int,                    \
-                                                                        const nscdd::SolveOptions&);                  \
-    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::Factorised<>>(const Scene<M>&, int, int,                  \
-                                                                          const nscdd::SolveOptions&);                \
-    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::Factorised<>>(const Scene<M>&, int, int,                  \
+#define SMALL_SCENES_RUNS(prefix, M)                                                                   \
+    prefix template Outcome<M> run_nlgs(const Scene<M>&, int, const nscdd::SolveOptions&);             \
+    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::ClosedForm>(const Scene<M>&, int, int,     \
+                                                                        const nscdd::SolveOptions&);   \
+    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::ClosedForm>(const Scene<M>&, int, int,     \
+                                                                        const nscdd::SolveOptions&);   \
+    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::Factorised<>>(const Scene<M>&, int, int,   \
+                                                                          const nscdd::SolveOptions&); \
+    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::Factorised<>>(const Scene<M>&, int, int,   \
                                                                           const nscdd::SolveOptions&);
 SMALL_SCENES_RUNS(extern, SmoothDisks)
 SMALL_SCENES_RUNS(extern, SmoothDisksDriven)
@@ -226,7 +227,9 @@ SMALL_SCENES_RUNS(extern, SpheresDriven)
 
 // Where two buffers differ first in any bit, or -1 if nowhere.
 inline std::ptrdiff_t first_difference(const Buffer& a, const Buffer& b) {
-    const auto same = [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); };
+    const auto same = [](double x, double y) {
+        return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+    };
     const auto at = std::mismatch(a.begin(), a.end(), b.begin(), b.end(), same);
     return at.first == a.end() && at.second == b.end() ? -1 : at.first - a.begin();
 }

@@ -26,6 +26,7 @@ if(MPI_CXX_FOUND)
     # Catch2's runner apart from our flags: with sanitizers GCC takes some of std::regex in it for uninitialised
     add_library(mpi_main OBJECT mpi/mpi_main.cpp)
     target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
+    target_link_libraries(test_communicator_mpi PRIVATE mpi_main)
     target_link_libraries(test_mpi_bitwise PRIVATE small_scenes mpi_main)
 endif()
 

@@ -19,7 +19,8 @@ double velocity_difference(const Outcome<M>& a, const Outcome<M>& b) {
         difference.velocity -= b.grains[g].grain.velocity;
         sum += 2 * difference.kinetic_energy();
     }
-    for (std::size_t w = 0; w < a.walls.size(); ++w) sum += a.walls[w].mass * std::pow(a.walls[w].speed - b.walls[w].speed, 2);
+    for (std::size_t w = 0; w < a.walls.size(); ++w)
+        sum += a.walls[w].mass * std::pow(a.walls[w].speed - b.walls[w].speed, 2);
     return std::sqrt(sum) / b.last().free_norm;
 }
 
@@ -120,8 +121,8 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
 }  // namespace
 
 // Bounds. A linear iteration that needs N iterations to 1e-8 shrinks its error by about exp(-18/N) in each, so what is
-// left is about N/18 times the last change, eta |r|_W. With N <= 3000 and |r|_W <= |V_free|_M here, two solutions differ
-// by at most 3.3e-6 of |V_free|_M. Seen: 1.1e-7 in the velocities, 6.5e-7 in stress and energy; at 1e-4 2.5e-3.
+// left is about N/18 times the last change, eta |r|_W. With N <= 3000 and |r|_W <= |V_free|_M here, two solutions
+// differ by at most 3.3e-6 of |V_free|_M. Seen: 1.1e-7 in the velocities, 6.5e-7 in stress and energy; at 1e-4 2.5e-3.
 TEMPLATE_TEST_CASE("NSCDD agrees with the reference after one step from one state", "", EVERY_MODEL) {
     constexpr SolveOptions fine{.tolerance = 1e-8, .check_every = 1}, coarse{.tolerance = 1e-4, .check_every = 1};
     for (const auto& scene : dense_scenes<TestType>()) {
@@ -153,7 +154,8 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
         for (int ranks : {1, 2, 3, 8, 16})
             for (double tolerance : {1e-2, 1e-4}) {
                 INFO(scene.name << ", " << ranks << " subdomains");
-                const auto outcome = run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, {.tolerance = tolerance, .check_every = 1});
+                const auto outcome =
+                    run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, {.tolerance = tolerance, .check_every = 1});
                 const double reported = outcome.last().solve.residual;
                 CHECK(reported > 0);
                 CHECK(eta_of(scene, outcome.contacts) == Approx(reported).epsilon(1e-6));

@@ -31,7 +31,8 @@ std::vector<Grain<M>> lattice(typename M::Vec& box) {
                 else
                     at = {x + 0.5 * (y % 2), y * 0.8661};
                 const double radius = 0.5 - 0.002 * static_cast<double>(random() % 10);
-                grains.push_back(make_grain<M>(static_cast<int>(grains.size()), radius, 1.0, at + M::Vec::Constant(0.51)));
+                grains.push_back(
+                    make_grain<M>(static_cast<int>(grains.size()), radius, 1.0, at + M::Vec::Constant(0.51)));
             }
     box.setZero();
     for (const auto& g : grains) box = box.cwiseMax(g.position + M::Vec::Constant(0.51));

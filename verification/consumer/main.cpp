@@ -64,7 +64,8 @@ bool two_subdomains() {
     double on_floor = 0;
     for (const auto& contact : nscdd::gather_contacts(simulation))
         if (contact.j < 0) on_floor += contact.impulse[1];
-    return report.solve.converged && report.interface_grains == 1 && is("impulse under the column", on_floor, 4 * mass * gravity * h);
+    return report.solve.converged && report.interface_grains == 1 &&
+           is("impulse under the column", on_floor, 4 * mass * gravity * h);
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
 // The communicator contract over MPI, on any number of ranks:  mpirun -np 4 test_communicator_mpi
-#define CATCH_CONFIG_RUNNER
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -186,29 +185,4 @@ TEST_CASE("wrong shapes and disagreeing sizes are errors") {
             CHECK_THROWS_AS(comm.scatter(all, three), std::logic_error);
     }
     MPI_Barrier(MPI_COMM_WORLD);
-}
-
-// The report of rank 0 is printed, and of any rank that fails; a failure ends all ranks at once, as the others may
-// be waiting for this one.
-int main(int argc, char** argv) {
-    MPI_Init(&argc, &argv);
-    int rank = 0;
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    std::ostringstream report;
-    std::streambuf* const terminal = std::cout.rdbuf();
-    if (rank != 0) std::cout.rdbuf(report.rdbuf());
-    int failed = 0;
-    {
-        Catch::Session session;
-        session.configData().abortAfter = 1;
-        failed = session.applyCommandLine(argc, argv);
-        if (failed == 0) failed = session.run();
-    }
-    std::cout.rdbuf(terminal);
-    if (failed != 0) {
-        std::cout << "rank " << rank << " failed\n" << report.str() << std::flush;
-        MPI_Abort(MPI_COMM_WORLD, 1);
-    }
-    MPI_Finalize();
-    return 0;
 }

@@ -44,7 +44,7 @@ struct WallBody : WallPush<M::driven_walls> {
 
 template <bool friction>
 struct ContactFriction {
-    double inv_wt = 0;    // 1/W_t of the split masses
+    double inv_wt = 0;  // 1/W_t of the split masses
     double friction_coefficient = 0;
     double lever_i = 0;  // r + g/2: contact point in the middle of the gap, so pairs exchange no angular momentum
     double lever_j = 0;

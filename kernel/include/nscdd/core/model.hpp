@@ -30,7 +30,7 @@ struct Model {
 
     using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;
     using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;
-    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;          // translations, then spins
+    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;                // translations, then spins
     using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  // world axes, or along n alone
 };
 

@@ -8,13 +8,13 @@ namespace nscdd {
 template <class M>
 struct Wall {
     int material = 0;
-    typename M::Vec normal = M::Vec::UnitX();       // unit, into the sample
-    double offset = 0;                              // normal . (any point of the plane)
-    typename M::Vec velocity = M::Vec::Zero();      // prescribed; of a driven wall the tangential part only
-    bool driven = false;                            // needs Model<.., DrivenWalls>
-    double force = 0;                               // driven: along the normal, positive pushes into the sample [N]
-    double mass = 0;                                // driven: > 0
-    double speed = 0;                               // driven: along the normal, an unknown of each step
+    typename M::Vec normal = M::Vec::UnitX();   // unit, into the sample
+    double offset = 0;                          // normal . (any point of the plane)
+    typename M::Vec velocity = M::Vec::Zero();  // prescribed; of a driven wall the tangential part only
+    bool driven = false;                        // needs Model<.., DrivenWalls>
+    double force = 0;                           // driven: along the normal, positive pushes into the sample [N]
+    double mass = 0;                            // driven: > 0
+    double speed = 0;                           // driven: along the normal, an unknown of each step
 
     double normal_speed() const { return velocity.dot(normal) + speed; }
 };

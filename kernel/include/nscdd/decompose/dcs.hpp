@@ -92,7 +92,8 @@ class Dcs {
             }
             front.copies.begin.push_back(static_cast<int>(copy));
             for (std::size_t d = 0; d < dof; ++d)
-                front.copies.inverse_mass.push_back(1 / (d < M::dim ? part.grains[grain].mass : part.grains[grain].inertia));
+                front.copies.inverse_mass.push_back(
+                    1 / (d < M::dim ? part.grains[grain].mass : part.grains[grain].inertia));
         }
         front.velocities.resize(copy * dof);
         front.gluing.setup(front.copies);

@@ -37,7 +37,8 @@ struct ClosedForm {
     void operator()(const Copies& copies, Buffer& v) const {
         const auto dof = static_cast<std::size_t>(copies.dof);
         for (std::size_t b = 0; b + 1 < copies.begin.size(); ++b) {
-            const auto first = static_cast<std::size_t>(copies.begin[b]), last = static_cast<std::size_t>(copies.begin[b + 1]);
+            const auto first = static_cast<std::size_t>(copies.begin[b]),
+                       last = static_cast<std::size_t>(copies.begin[b + 1]);
             const double count = static_cast<double>(last - first);
             for (std::size_t d = 0; d < dof; ++d) {
                 double sum = 0;
@@ -53,7 +54,8 @@ inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     std::vector<Eigen::Triplet<double>> entries;
     int row = 0;
     for (int b = 0; b < copies.bodies(); ++b)
-        for (int c = copies.begin[static_cast<std::size_t>(b)]; c + 1 < copies.begin[static_cast<std::size_t>(b) + 1]; ++c)
+        for (int c = copies.begin[static_cast<std::size_t>(b)]; c + 1 < copies.begin[static_cast<std::size_t>(b) + 1];
+             ++c)
             for (int d = 0; d < copies.dof; ++d, ++row) {
                 entries.emplace_back(row, c * copies.dof + d, 1.0);
                 entries.emplace_back(row, (c + 1) * copies.dof + d, -1.0);
@@ -67,10 +69,12 @@ inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
 inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     Eigen::VectorXd inverse(copies.count() * copies.dof);
     for (int b = 0; b < copies.bodies(); ++b) {
-        const int first = copies.begin[static_cast<std::size_t>(b)], last = copies.begin[static_cast<std::size_t>(b) + 1];
+        const int first = copies.begin[static_cast<std::size_t>(b)],
+                  last = copies.begin[static_cast<std::size_t>(b) + 1];
         for (int c = first; c < last; ++c)
             for (int d = 0; d < copies.dof; ++d)
-                inverse[c * copies.dof + d] = (last - first) * copies.inverse_mass[static_cast<std::size_t>(b * copies.dof + d)];
+                inverse[c * copies.dof + d] =
+                    (last - first) * copies.inverse_mass[static_cast<std::size_t>(b * copies.dof + d)];
     }
     return inverse;
 }
@@ -88,7 +92,8 @@ class Factorised {
         if (jumps_.rows() == 0) return;
         x_ = jumps_ * correction_;
         cholesky_ = std::make_unique<Cholesky>(x_);
-        if (cholesky_->info() != Eigen::Success) throw std::runtime_error("interface operator X is not positive definite");
+        if (cholesky_->info() != Eigen::Success)
+            throw std::runtime_error("interface operator X is not positive definite");
     }
 
     void operator()(const Copies&, Buffer& v) const {

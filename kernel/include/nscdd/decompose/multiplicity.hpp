@@ -79,8 +79,9 @@ void read_activity(Subdomain<M>& part) {
 
 }  // namespace detail
 
-// Agrees on multiplicities, puts the contacts into the order of the sweep, then sets bodies and walls of each problem: V_free and split inverse masses. Mass,
-// inertia and external impulse are all divided by m, so V_free is that of the whole grain in every copy.
+// Agrees on multiplicities, puts the contacts into the order of the sweep, then sets bodies and walls of each problem:
+// V_free and split inverse masses. Mass, inertia and external impulse are all divided by m, so V_free is that of the
+// whole grain in every copy.
 template <class M, Communicator Comm>
 void split_masses(std::vector<Subdomain<M>>& parts, Comm& comm, std::span<const Wall<M>> walls,
                   const typename M::Vec& gravity, double h) {
@@ -133,7 +134,8 @@ void split_masses(std::vector<Subdomain<M>>& parts, Comm& comm, std::span<const 
             problem.walls[w].prescribed = walls[w].velocity;
             if constexpr (M::driven_walls) {
                 const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w * size);
-                const int m = std::max(1, static_cast<int>(std::count(begin, begin + static_cast<std::ptrdiff_t>(size), 1)));
+                const int m =
+                    std::max(1, static_cast<int>(std::count(begin, begin + static_cast<std::ptrdiff_t>(size), 1)));
                 problem.wall_multiplicity[w] = m;
                 problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
                 problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;

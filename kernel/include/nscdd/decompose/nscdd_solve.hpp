@@ -63,7 +63,8 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Comm& comm, Scheme& sc
         for (int k = 0; k < options.check_every; ++k) {
             for (std::size_t p = 0; p < parts.size(); ++p) {
                 for (int s = 0; s < options.sweeps; ++s) sweep(parts[p].problem);
-                comm.charge(static_cast<int>(p), options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
+                comm.charge(static_cast<int>(p),
+                            options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
             }
             watch.lap(seconds.sweep);
             scheme.glue(parts, comm);

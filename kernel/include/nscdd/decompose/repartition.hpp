@@ -33,7 +33,9 @@ struct Wire {  // records as doubles
     static constexpr std::size_t grain_size = 5 + M::dim + 2 * M::dof;
     static constexpr std::size_t impulse_size = 2 + M::Impulse::RowsAtCompileTime;
 
-    static void put(const auto& vector, Buffer& out) { out.insert(out.end(), vector.data(), vector.data() + vector.size()); }
+    static void put(const auto& vector, Buffer& out) {
+        out.insert(out.end(), vector.data(), vector.data() + vector.size());
+    }
     static void put(const Grain<M>& g, Buffer& out) {
         out.insert(out.end(), {double(g.id), double(g.material), g.radius, g.mass, g.inertia});
         put(g.position, out), put(g.velocity, out), put(g.load, out);
@@ -79,7 +81,9 @@ void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) 
 template <class M>
 void visit_impulses(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.pairs)
-        if (!c.r.isZero(0)) visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id, part.grains[static_cast<std::size_t>(c.j)].id, c.r});
+        if (!c.r.isZero(0))
+            visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id,
+                                    part.grains[static_cast<std::size_t>(c.j)].id, c.r});
     for (const auto& c : part.wall_pairs)
         if (!c.r.isZero(0)) visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id, -1 - c.j, c.r});
 }
@@ -90,8 +94,8 @@ namespace detail {
 // The rank where the centre lies keeps the list, and keeps the grain itself when nobody has a candidate for it.
 template <class M, Communicator Comm>
 std::vector<std::map<int, std::vector<int>>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
-                                                             const std::vector<std::vector<char>>& used, Comm& comm,
-                                                             const Grid<M>& grid) {
+                                                              const std::vector<std::vector<char>>& used, Comm& comm,
+                                                              const Grid<M>& grid) {
     Outboxes uses = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g)

@@ -24,12 +24,12 @@ struct Subdomain {
     int rank = 0;
 
     // Set by the rough detection (repartition.hpp).
-    std::vector<Grain<M>> grains;                   // in spatial order
-    std::vector<typename M::Vec> rough_position;    // of the grains, when the candidates were found
+    std::vector<Grain<M>> grains;                 // in spatial order
+    std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found
     std::vector<Candidate<M>> pairs, wall_pairs;
-    std::vector<int> sharer_begin{0}, sharers;      // ranks with a copy of each grain, ascending, this one included
-    Links links;                                    // to every rank that shares a grain
-    std::vector<std::vector<int>> linked;           // per link: the grains shared, by ascending id
+    std::vector<int> sharer_begin{0}, sharers;  // ranks with a copy of each grain, ascending, this one included
+    Links links;                                // to every rank that shares a grain
+    std::vector<std::vector<int>> linked;       // per link: the grains shared, by ascending id
 
     // Set by the fine detection of each step (fine.hpp, multiplicity.hpp).
     ContactProblem<M> problem;

@@ -13,7 +13,7 @@
 namespace nscdd {
 
 struct Overlap {
-    double ratio = 0;  // overlap over the smaller radius
+    double ratio = 0;    // overlap over the smaller radius
     int i = -1, j = -1;  // ids; j < 0: wall -1-j
 };
 
@@ -118,8 +118,9 @@ bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h) {
     };
     for (auto& c : part.pairs) {
         if (c.gap_left_out < 0) continue;
-        const typename M::Vec normal = (part.grains[static_cast<std::size_t>(c.i)].position -
-                                        part.grains[static_cast<std::size_t>(c.j)].position).normalized();
+        const typename M::Vec normal =
+            (part.grains[static_cast<std::size_t>(c.i)].position - part.grains[static_cast<std::size_t>(c.j)].position)
+                .normalized();
         check(c, (velocity(c.i) - velocity(c.j)).dot(normal));
     }
     for (auto& c : part.wall_pairs) {

@@ -41,7 +41,8 @@ class Cells {
         std::uint64_t code = 0;
         for (int bit = 0; bit < bits; ++bit)
             for (int d = 0; d < M::dim; ++d)
-                code |= ((static_cast<std::uint64_t>(c[static_cast<std::size_t>(d)]) >> bit) & 1u) << (bit * M::dim + d);
+                code |= ((static_cast<std::uint64_t>(c[static_cast<std::size_t>(d)]) >> bit) & 1u)
+                        << (bit * M::dim + d);
         return code;
     }
 

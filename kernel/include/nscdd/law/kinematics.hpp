@@ -88,7 +88,8 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     const Body<M>&a = problem.bodies[i], &b = problem.bodies[j];
     DelassusDiagonal w{si * a.inv_mass + sj * b.inv_mass, 0};
     if constexpr (M::friction)
-        w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia + sj * c.lever_j * c.lever_j * b.inv_inertia;
+        w.tangential =
+            w.normal + si * c.lever_i * c.lever_i * a.inv_inertia + sj * c.lever_j * c.lever_j * b.inv_inertia;
     return w;
 }
 

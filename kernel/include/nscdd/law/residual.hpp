@@ -9,7 +9,7 @@
 
 namespace nscdd {
 
-// Sums of one subdomain; over subdomains they add (the first three) or take the largest (the last).
+// Sums of one subdomain; over subdomains they add (the first four) or take the largest (the last).
 struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r)
     double energy = 0;       // sum of r^T W r

@@ -99,7 +99,8 @@ void plain_sweep(ContactProblem<M>& problem) {
         read_friction(c);
         Body<M>&a = problem.bodies[static_cast<std::size_t>(c.i)], &b = problem.bodies[static_cast<std::size_t>(c.j)];
         const Eigen::MatrixXd axes = contact_axes<M>(c.normal);
-        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal), hb = contact_map<M>(axes, lever_j * c.normal);
+        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal),
+                              hb = contact_map<M>(axes, lever_j * c.normal);
         const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
         const Eigen::VectorXd r = local(axes, c), v = ha * a.v - hb * b.v;
         const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);

@@ -9,11 +9,11 @@
 namespace nscdd {
 
 struct SolveOptions {
-    double tolerance = 1e-4;       // on eta
-    double penetration = 1e-3;     // on the penetration of the step over the least radius
-    int check_every = 10;          // iterations between two tests
-    int max_iterations = 20000;    // reported when hit, never silent
-    int sweeps = 1;                // n_GS of Alg. 1: sweeps between two gluings
+    double tolerance = 1e-4;     // on eta
+    double penetration = 1e-3;   // on the penetration of the step over the least radius
+    int check_every = 10;        // iterations between two tests
+    int max_iterations = 20000;  // reported when hit, never silent
+    int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
 };
 
 struct SolveReport {
@@ -28,9 +28,9 @@ inline bool finished(const ResidualParts& parts, const SolveOptions& options, do
                      SolveReport& report) {
     report.residual = parts.eta();
     report.penetration = parts.penetration;
-    if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged =
-        report.residual <= options.tolerance && report.penetration <= options.penetration * least_radius;
+    if (!std::isfinite(report.residual))
+        throw std::runtime_error("the residual is not finite: check masses and velocities");
+    report.converged = report.residual <= options.tolerance && report.penetration <= options.penetration * least_radius;
     return report.converged || report.iterations >= options.max_iterations;
 }
 

@@ -30,7 +30,8 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M, Comm>& simulatio
             if (!parts[k].primary(g)) continue;
             detail::Wire<M>::put(parts[k].grains[g], out[k][0]);
             const bool stepped = !parts[k].problem.multiplicity.empty();
-            out[k][0].insert(out[k][0].end(), {double(parts[k].rank), stepped ? double(parts[k].problem.multiplicity[g]) : 1.0});
+            out[k][0].insert(out[k][0].end(),
+                             {double(parts[k].rank), stepped ? double(parts[k].problem.multiplicity[g]) : 1.0});
         }
     const std::vector<Buffer> in = simulation.comm().route(out);
     std::vector<GatheredGrain<M>> grains;
@@ -57,7 +58,8 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M, Comm>& simul
             detail::Wire<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
         };
         for (const auto& c : parts[k].problem.contacts)
-            put(c, grain(c.j).id, (grain(c.i).position - grain(c.j).position).norm() - grain(c.i).radius - grain(c.j).radius);
+            put(c, grain(c.j).id,
+                (grain(c.i).position - grain(c.j).position).norm() - grain(c.i).radius - grain(c.j).radius);
         for (const auto& c : parts[k].problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
             put(c, -1 - c.j, wall.normal.dot(grain(c.i).position) - wall.offset - grain(c.i).radius);

@@ -19,9 +19,9 @@ struct Measures {
     double contacts = 0;             // that carry an impulse
     double wall_contacts = 0;        // of them with walls
     double grains_volume = 0;
-    double touched = 0;              // grains with at least one such contact
-    double largest_overlap = 0;      // [m], of the contacts of the last step, now
-    double copies = 0;               // active copies of all grains (1 each when nothing is shared)
+    double touched = 0;          // grains with at least one such contact
+    double largest_overlap = 0;  // [m], of the contacts of the last step, now
+    double copies = 0;           // active copies of all grains (1 each when nothing is shared)
 };
 
 // After a step.
@@ -65,7 +65,8 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
             m.momentum += p;
             const typename M::Vec& x = body.position;
             if constexpr (dim == 3)
-                m.angular_momentum += typename M::Vec{x[1] * p[2] - x[2] * p[1], x[2] * p[0] - x[0] * p[2], x[0] * p[1] - x[1] * p[0]};
+                m.angular_momentum +=
+                    typename M::Vec{x[1] * p[2] - x[2] * p[1], x[2] * p[0] - x[0] * p[2], x[0] * p[1] - x[1] * p[0]};
             else
                 m.angular_momentum[0] += x[0] * p[1] - x[1] * p[0];
             if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
@@ -93,7 +94,8 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
     in += dim + turns + dim * dim;
     total.contacts = in[0], total.wall_contacts = in[1], total.grains_volume = in[2], total.touched = in[3];
     total.copies = in[4];
-    for (double overlap : simulation.comm().all_gather(overlaps)) total.largest_overlap = std::max(total.largest_overlap, overlap);
+    for (double overlap : simulation.comm().all_gather(overlaps))
+        total.largest_overlap = std::max(total.largest_overlap, overlap);
     return total;
 }
 

@@ -24,19 +24,19 @@ struct SimulationSettings {
     std::vector<Wall<M>> walls;
     Materials materials{1};
     typename M::Vec gravity = M::Vec::Zero();
-    double h = 1e-3;      // [s]
-    double theta = 0.5;   // of the Moreau-Jean scheme, 0.5 to 1 in use
-    int rough_every = 10; // steps between rough detections; sooner when grains have moved too far
-    GridCells<M::dim> cells{};  // subdomains per axis; zeros: chosen from the number of ranks
+    double h = 1e-3;               // [s]
+    double theta = 0.5;            // of the Moreau-Jean scheme, 0.5 to 1 in use
+    int rough_every = 10;          // steps between rough detections; sooner when grains have moved too far
+    GridCells<M::dim> cells{};     // subdomains per axis; zeros: chosen from the number of ranks
     double largest_overlap = 0.1;  // of a radius; more is an error
 };
 
 struct StepReport {
     SolveReport solve;
-    int attempts = 1;        // more than one when the answer closed a pair that was no contact
-    double contacts = 0;     // of the whole scene
+    int attempts = 1;     // more than one when the answer closed a pair that was no contact
+    double contacts = 0;  // of the whole scene
     double interface_grains = 0;
-    double free_norm = 0;    // sqrt(sum of V_free^T M V_free), driven walls included
+    double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
 };
 
 template <class M, Communicator Comm>
@@ -124,14 +124,14 @@ class Simulation {
         if (grains.empty()) throw std::invalid_argument("the scene has no grains");
         for (const auto& g : grains) {
             const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-            const char* what = !positive(g.radius)                          ? "radius"
-                               : !positive(g.mass)                          ? "mass"
-                               : M::friction && !positive(g.inertia)        ? "inertia"
-                               : !g.position.allFinite()                    ? "position"
-                               : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity or load"
+            const char* what = !positive(g.radius)                                           ? "radius"
+                               : !positive(g.mass)                                           ? "mass"
+                               : M::friction && !positive(g.inertia)                         ? "inertia"
+                               : !g.position.allFinite()                                     ? "position"
+                               : !g.velocity.allFinite() || !g.load.allFinite()              ? "velocity or load"
                                : g.material < 0 || g.material >= settings_.materials.count() ? "material"
-                               : g.id < 0                                       ? "id"
-                                                                            : nullptr;
+                               : g.id < 0                                                    ? "id"
+                                                                                             : nullptr;
             if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
         }
         std::vector<int> ids;
@@ -151,7 +151,8 @@ class Simulation {
             if (wall.driven && !M::driven_walls)
                 throw std::invalid_argument("a wall is driven by a force: the model needs DrivenWalls");
             if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
-            if (!(std::abs(wall.normal.norm() - 1) < 1e-9)) throw std::invalid_argument("a wall's normal must be a unit vector");
+            if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
+                throw std::invalid_argument("a wall's normal must be a unit vector");
         }
         int product = 1;
         for (int cells : settings_.cells) product *= cells;
@@ -196,7 +197,8 @@ class Simulation {
         }
         total.speed += settings_.h * settings_.gravity.norm();
         if (!std::isfinite(total.moved + total.speed))
-            throw std::runtime_error("step " + std::to_string(steps_ + 1) + ": positions or velocities are no longer finite");
+            throw std::runtime_error("step " + std::to_string(steps_ + 1) +
+                                     ": positions or velocities are no longer finite");
         return total;
     }
 
@@ -226,7 +228,8 @@ class Simulation {
         }
         for (const auto& wall : settings_.walls) speed = std::max(speed, std::abs(wall.normal_speed()));
         const double step_reach = settings_.h * speed;
-        const double wanted = std::clamp(2.2 * settings_.rough_every * step_reach, 0.05 * least_radius_, 0.5 * least_radius_);
+        const double wanted =
+            std::clamp(2.2 * settings_.rough_every * step_reach, 0.05 * least_radius_, 0.5 * least_radius_);
         skin_ = std::max({wanted, 4.4 * step_reach, needed});
         repartition<M>(parts_, comm_, Grid<M>(settings_.cells, low, high), settings_.walls, skin_, largest_radius_);
         rough_offset_.clear();
@@ -246,7 +249,8 @@ class Simulation {
         const std::span<const double> all = comm_.all_gather(mine);
         for (std::size_t p = 0; p < all.size(); p += 4) {
             report.contacts += all[p];
-            if (all[p + 1] > worst.ratio) worst = {all[p + 1], static_cast<int>(all[p + 2]), static_cast<int>(all[p + 3])};
+            if (all[p + 1] > worst.ratio)
+                worst = {all[p + 1], static_cast<int>(all[p + 2]), static_cast<int>(all[p + 3])};
         }
         if (worst.ratio > settings_.largest_overlap) throw std::runtime_error(overlap_message(worst));
         split_masses<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
@@ -258,7 +262,8 @@ class Simulation {
     }
 
     std::string overlap_message(const Overlap& worst) const {
-        const std::string other = worst.j < 0 ? "wall " + std::to_string(-1 - worst.j) : "grain " + std::to_string(worst.j);
+        const std::string other =
+            worst.j < 0 ? "wall " + std::to_string(-1 - worst.j) : "grain " + std::to_string(worst.j);
         return "step " + std::to_string(steps_ + 1) + ": grain " + std::to_string(worst.i) + " and " + other +
                " overlap by " + std::to_string(100 * worst.ratio) + " % of a radius (at most " +
                std::to_string(100 * settings_.largest_overlap) + " %)";
@@ -295,12 +300,15 @@ class Simulation {
 
     // Could the velocities found close a pair that was no contact? Then look again, wider, and say no.
     bool complete(int attempt) {
-        if (attempt > 50) throw std::runtime_error("step " + std::to_string(steps_ + 1) + ": detection does not settle, take a smaller step");
+        if (attempt > 50)
+            throw std::runtime_error("step " + std::to_string(steps_ + 1) +
+                                     ": detection does not settle, take a smaller step");
         std::vector<Buffer> mine;
         for (auto& part : parts_) mine.push_back({double(find_missed<M>(part, settings_.walls, settings_.h))});
         double missed = 0;
         for (double flag : comm_.all_gather(mine)) missed += flag;
-        const Survey after = survey([](const Subdomain<M>& part, std::size_t g) { return part.problem.bodies[g].v; }, settings_.h);
+        const Survey after =
+            survey([](const Subdomain<M>& part, std::size_t g) { return part.problem.bodies[g].v; }, settings_.h);
         if (2 * after.moved > skin_) {
             rough(2.2 * settings_.h * after.speed);
             return false;
@@ -333,7 +341,8 @@ class Simulation {
                 for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
                     const auto g = static_cast<std::size_t>(part.linked[l][s]);
                     if (first_active(part, g) == part.links[l].peer)
-                        part.problem.bodies[g].v = Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
+                        part.problem.bodies[g].v =
+                            Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
                 }
         }
     }
