@@ -121,8 +121,9 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
 }  // namespace
 
 // Bounds. A linear iteration that needs N iterations to 1e-8 shrinks its error by about exp(-18/N) in each, so what is
-// left is about N/18 times the last change, eta |r|_W. With N <= 3000 and |r|_W <= |V_free|_M here, two solutions
-// differ by at most 3.3e-6 of |V_free|_M. Seen: 1.1e-7 in the velocities, 6.5e-7 in stress and energy; at 1e-4 2.5e-3.
+// left is about N/18 times the last change, eta |r|_W. Here N <= 1250 (reference) and 3000 (NSCDD), and |r|_W is at
+// most 2.4 |V_free|_M, so that two solutions differ by at most 6e-6 of |V_free|_M. Seen: 9e-8 in the velocities, 8e-7
+// in stress and energy; at 1e-4 3e-3 in the velocities.
 TEMPLATE_TEST_CASE("NSCDD agrees with the reference after one step from one state", "", EVERY_MODEL) {
     constexpr SolveOptions fine{.tolerance = 1e-8, .check_every = 1}, coarse{.tolerance = 1e-4, .check_every = 1};
     for (const auto& scene : dense_scenes<TestType>()) {
@@ -138,7 +139,7 @@ TEMPLATE_TEST_CASE("NSCDD agrees with the reference after one step from one stat
             CHECK(nscdd.last().interface_grains > 0);
             CHECK(nscdd.last().free_norm == Approx(reference.last().free_norm).epsilon(1e-13));
             CHECK(nscdd.contacts.size() == reference.contacts.size());
-            CHECK(velocity_difference(nscdd, reference) <= 3.3e-6);
+            CHECK(velocity_difference(nscdd, reference) <= 6e-6);
             const auto &ours = nscdd.measures, &theirs = reference.measures;
             CHECK(ours.kinetic_energy == Approx(theirs.kinetic_energy).epsilon(1e-5));
             CHECK((ours.virial - theirs.virial).norm() <= 1e-5 * theirs.virial.norm());

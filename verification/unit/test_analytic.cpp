@@ -1,5 +1,5 @@
 // Hard cases with exact answers (method, section 6), by NLGS and by NSCDD.
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

@@ -1,5 +1,5 @@
 // A cluster of grains that collide in empty space: what Newton says must not change, does not.
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

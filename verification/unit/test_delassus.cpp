@@ -1,6 +1,6 @@
 // The matrix-free sweep against H, M^-1 and W = H^T M^-1 H written out.
 #include "nscdd/solve/nlgs_plain.hpp"
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "scratch.hpp"
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

@@ -2,7 +2,7 @@
 #include <Eigen/Dense>
 
 #include "nscdd/decompose/gluing.hpp"
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

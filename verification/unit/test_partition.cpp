@@ -3,7 +3,7 @@
 #include <set>
 #include <tuple>
 
-#include "small_scenes.hpp"
+#include "random_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
