@@ -1,8 +1,6 @@
 // From a scene and a packing or state, as read, to what the kernel steps.
 #pragma once
 
-#include <map>
-
 #include "nscdd/step/simulation.hpp"
 #include "run.hpp"
 

@@ -73,7 +73,7 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
             m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
             m.copies += part.problem.multiplicity[g];
         }
-        // grains of the interface are counted in every subdomain where they carry: touched is an upper bound there
+        // a share per copy that carries: exact but for interface grains with a copy that carries nothing, counted in part
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
         Buffer& out = sums.emplace_back(Buffer{m.kinetic_energy});
