@@ -157,8 +157,7 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
         packing.x.insert(packing.x.end(), x.data(), x.data() + M::dim);
         packing.radius.push_back(g.grain.radius * shrink);
     }
-    const double coordination =
-        measures.touched > 0 ? (2 * measures.contacts - measures.wall_contacts) / measures.touched : 0;
+    const double coordination = measures.coordination();
     write_packing(arguments.output, packing,
                   {{"source", "nscdd pack"},
                    {"command", provenance.command},

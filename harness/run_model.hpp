@@ -93,7 +93,7 @@ nlohmann::json final_measures(const Simulation<M, Comm>& simulation) {
         {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
         {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.turns)},
         {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
-        {"coordination", m.touched > 0 ? (2 * m.contacts - m.wall_contacts) / m.touched : 0}};
+        {"coordination", m.coordination()}};
     nlohmann::json rows = nlohmann::json::array();
     for (int i = 0; i < M::dim; ++i) {
         std::vector<double> row;

@@ -21,14 +21,16 @@ struct Measures {
     double grains_volume = 0;
     double touched = 0;          // grains with at least one such contact
     double largest_overlap = 0;  // [m], of the contacts of the last step, now
-    double copies = 0;           // active copies of all grains (1 each when nothing is shared)
+
+    // Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
+    double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
 };
 
 // After a step.
 template <class M, Communicator Comm>
 Measures<M> measure(const Simulation<M, Comm>& simulation) {
     constexpr int dim = M::dim, turns = Measures<M>::turns;
-    constexpr std::size_t size = 1 + dim + turns + dim * dim + 5;
+    constexpr std::size_t size = 1 + dim + turns + dim * dim + 4;
     const double h = simulation.settings().h;
     std::vector<Buffer> sums, overlaps;
     for (const auto& part : simulation.parts()) {
@@ -71,16 +73,16 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
                 m.angular_momentum[0] += x[0] * p[1] - x[1] * p[0];
             if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
             m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
-            m.copies += part.problem.multiplicity[g];
         }
-        // a share per copy that carries: exact but for interface grains with a copy that carries nothing, counted in part
+        // a share per copy that carries: exact but for interface grains with a copy that carries nothing, counted in
+        // part
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
         Buffer& out = sums.emplace_back(Buffer{m.kinetic_energy});
         out.insert(out.end(), m.momentum.data(), m.momentum.data() + dim);
         out.insert(out.end(), m.angular_momentum.data(), m.angular_momentum.data() + turns);
         out.insert(out.end(), m.virial.data(), m.virial.data() + dim * dim);
-        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched, m.copies});
+        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched});
         overlaps.push_back({m.largest_overlap});
     }
     std::array<double, size> sum;
@@ -93,7 +95,6 @@ Measures<M> measure(const Simulation<M, Comm>& simulation) {
     total.virial = Eigen::Map<const Eigen::Matrix<double, dim, dim>>(in + dim + turns);
     in += dim + turns + dim * dim;
     total.contacts = in[0], total.wall_contacts = in[1], total.grains_volume = in[2], total.touched = in[3];
-    total.copies = in[4];
     for (double overlap : simulation.comm().all_gather(overlaps))
         total.largest_overlap = std::max(total.largest_overlap, overlap);
     return total;
