@@ -105,7 +105,7 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
         }
     InProcess comm(1);
     const double h = settings.h;
-    Simulation<M, InProcess> simulation(comm, std::move(settings), grains);
+    Simulation<M> simulation(comm, std::move(settings), grains);
     SolveOptions options;
     options.penetration = 1e-5;  // overlaps are never undone, and hundreds of steps add up
     options.max_iterations = 2000;

@@ -7,6 +7,9 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "nscdd/comm/in_process.hpp"
+#include "nscdd/comm/mpi.hpp"
+
 namespace nscdd {
 
 namespace {
@@ -155,7 +158,17 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     RunRequest request;
     RunResult result;
     if (!session.together([&] { request = prepare(arguments, provenance, session.size(), over_mpi); })) return 1;
-    if (!session.together([&] { result = choose_model(request.scene)(request); })) return 1;
+    if (!session.together([&] {
+            const auto run_model = choose_model(request.scene);
+            if (over_mpi) {
+                Mpi comm;
+                result = run_model(request, comm);
+            } else {
+                InProcess comm(request.subdomains);
+                result = run_model(request, comm);
+            }
+        }))
+        return 1;
     const bool written = session.together([&] {
         if (session.rank() != 0) return;
         if (!request.state.empty()) {

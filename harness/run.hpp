@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "nscdd/comm/communicator.hpp"
 #include "report_json.hpp"
 #include "scene.hpp"
 #include "state.hpp"
@@ -33,10 +34,10 @@ struct RunResult {
     int unconverged_steps = 0;
 };
 
-// Collective over MPI ranks. One instantiation per model, in run_model.cpp.in.
-using RunFunction = RunResult (*)(const RunRequest&);
+// Collective. One instantiation per model, in run_model.cpp.in.
+using RunFunction = RunResult (*)(const RunRequest&, Communicator&);
 template <int dim, bool friction, bool driven_walls>
-RunResult run_model(const RunRequest& request);
+RunResult run_model(const RunRequest& request, Communicator& comm);
 
 // Chooses the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);

@@ -1,11 +1,10 @@
-// The run of one model over either communicator. Included by the generated run_model_*.cpp only.
+// The run of one model. Included by the generated run_model_*.cpp only.
 #pragma once
 
 #include <Eigen/CholmodSupport>
 #include <map>
 
 #include "build_scene.hpp"
-#include "nscdd/comm/mpi.hpp"
 #include "nscdd/nscdd.hpp"
 #include "progress.hpp"
 
@@ -15,29 +14,26 @@ namespace detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
-template <class M, class Comm>
-using Solver = std::function<SolveReport(std::vector<Subdomain<M>>&, Comm&, PhaseSeconds&)>;
+// The way to solve a step, and the name of what solves its interface problem.
+template <class M>
+struct Chosen {
+    StepSolver<M> solve;
+    std::string interface;
+};
 
-template <class M, class Comm, class Scheme>
-Solver<M, Comm> nscdd_solver(const SolveOptions& options, std::string& interface) {
-    interface = Scheme::interface_name;
-    return [scheme = std::make_shared<Scheme>(), options](auto& parts, Comm& comm, PhaseSeconds& seconds) {
-        return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
-    };
+template <class Scheme>
+Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
+    return {by_nscdd<Scheme>(options), Scheme::interface_name};
 }
 
-template <class M, class Comm>
-Solver<M, Comm> make_solver(const RunRequest& request, const SolveOptions& options, std::string& interface) {
-    interface = "none";
-    if (request.scheme == "nlgs") return by_nlgs<M>(options);
+template <class M>
+Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
+    if (request.scheme == "nlgs") return {by_nlgs<M>(options), "none"};
     const bool factorised = request.interface.empty() ? request.scheme == "ccs" : request.interface == "factorised";
     if (request.scheme == "ccs")
-        return factorised ? nscdd_solver<M, Comm, Ccs<M, Cholmod>>(options, interface)
-                          : nscdd_solver<M, Comm, Ccs<M, ClosedForm>>(options, interface);
-    Solver<M, Comm> solver = factorised ? nscdd_solver<M, Comm, Dcs<M, Cholmod>>(options, interface)
-                                        : nscdd_solver<M, Comm, Dcs<M, ClosedForm>>(options, interface);
-    if (factorised) interface = "elementary";  // each rank factorises X of its own boundary, (10)
-    return solver;
+        return factorised ? chosen<Ccs<M, Cholmod>>(options) : chosen<Ccs<M, ClosedForm>>(options);
+    if (!factorised) return chosen<Dcs<M, ClosedForm>>(options);
+    return {by_nscdd<Dcs<M, Cholmod>>(options), "elementary"};  // each rank factorises X of its own boundary, (10)
 }
 
 template <class M>
@@ -47,9 +43,9 @@ std::string model_name() {
 }
 
 // Per-process figures, summed or averaged over processes. Each process speaks through its first rank.
-template <class M, class Comm>
-nlohmann::json costs(const Simulation<M, Comm>& simulation, double total, const Traffic& solving, double iterations) {
-    Comm& comm = simulation.comm();
+template <class M>
+nlohmann::json costs(const Simulation<M>& simulation, double total, const Traffic& solving, double iterations) {
+    Communicator& comm = simulation.comm();
     const CommSeconds mpi = comm.seconds();
     const PhaseSeconds& own = simulation.seconds();
     std::vector<Buffer> mine, totals;
@@ -84,8 +80,8 @@ nlohmann::json costs(const Simulation<M, Comm>& simulation, double total, const 
             {"bytes_per_iteration", sum[9] * per}};
 }
 
-template <class M, class Comm>
-nlohmann::json final_measures(const Simulation<M, Comm>& simulation) {
+template <class M>
+nlohmann::json final_measures(const Simulation<M>& simulation) {
     const Measures<M> m = measure(simulation);
     const double volume = box_edges<M>(simulation.walls()).prod();
     nlohmann::json json = {
@@ -105,8 +101,8 @@ nlohmann::json final_measures(const Simulation<M, Comm>& simulation) {
     return json;
 }
 
-template <class M, class Comm>
-State gather_state(const Simulation<M, Comm>& simulation, const RunRequest& request) {
+template <class M>
+State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
     State state;
     const auto append = [](std::vector<double>& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
@@ -147,8 +143,13 @@ State gather_state(const Simulation<M, Comm>& simulation, const RunRequest& requ
     return state;
 }
 
-template <class M, class Comm>
-RunResult run_over(const RunRequest& request, Comm& comm) {
+}  // namespace detail
+
+template <int dim, bool friction, bool driven>
+RunResult run_model(const RunRequest& request, Communicator& comm) {
+    using namespace detail;
+    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
+                    std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
     SolveOptions options;
@@ -156,15 +157,14 @@ RunResult run_over(const RunRequest& request, Comm& comm) {
     options.check_every = scene.solver.check_every;
     options.max_iterations = scene.solver.max_iterations;
     options.sweeps = scene.solver.sweeps;
-    std::string interface;
-    const Solver<M, Comm> solve = make_solver<M, Comm>(request, options, interface);
+    const auto [solve, interface] = choose_solver<M>(request, options);
 
     RunResult result;
     std::vector<int> iterations;
     std::vector<double> residual, penetration, contacts;
     double interface_grains = 0, free_norm = 0, total_iterations = 0;
     Traffic solving;
-    const auto counted = [&](auto& parts, Comm& c, PhaseSeconds& seconds) {
+    const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
         const Traffic before = c.traffic();
         const SolveReport report = solve(parts, c, seconds);
         solving.messages += c.traffic().messages - before.messages;
@@ -177,7 +177,7 @@ RunResult run_over(const RunRequest& request, Comm& comm) {
     for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
 
     const double began = comm.now();
-    Simulation<M, Comm> simulation(comm, std::move(built.settings), built.grains, built.impulses);
+    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses);
     const int grains = static_cast<int>(built.grains.size());
     built = {};
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
@@ -238,20 +238,6 @@ RunResult run_over(const RunRequest& request, Comm& comm) {
     if (!request.from_file.empty()) json["from"] = request.from_file;
     result.json = std::move(json);
     return result;
-}
-
-}  // namespace detail
-
-template <int dim, bool friction, bool driven>
-RunResult run_model(const RunRequest& request) {
-    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
-                    std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
-    if (request.over_mpi) {
-        Mpi comm;
-        return detail::run_over<M>(request, comm);
-    }
-    InProcess comm(request.subdomains);
-    return detail::run_over<M>(request, comm);
 }
 
 }  // namespace nscdd

@@ -45,8 +45,7 @@ struct Received {
     Buffer all_gathered, sum;
 };
 
-template <nscdd::Communicator C>
-Received everything(C& comm, int round) {
+inline Received everything(nscdd::Communicator& comm, int round) {
     Received received;
     const std::span<const int> ranks = comm.ranks();
     const int size = comm.size();

@@ -152,13 +152,9 @@ struct Outcome {
     }
 };
 
-// by_nlgs() or by_nscdd(), as one type: what a step is made of is then compiled once for all schemes.
-template <class M, class Comm>
-using Solver = std::function<nscdd::SolveReport(std::vector<nscdd::Subdomain<M>>&, Comm&, nscdd::PhaseSeconds&)>;
-
-template <class M, nscdd::Communicator Comm>
-Outcome<M> run(const Scene<M>& scene, Comm& comm, int steps, const std::type_identity_t<Solver<M, Comm>>& solve) {
-    nscdd::Simulation<M, Comm> simulation(comm, scene.settings, scene.grains, scene.impulses);
+template <class M>
+Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, const nscdd::StepSolver<M>& solve) {
+    nscdd::Simulation<M> simulation(comm, scene.settings, scene.grains, scene.impulses);
     Outcome<M> outcome;
     for (int k = 0; k < steps; ++k) outcome.steps.push_back(simulation.step(solve));
     outcome.traffic = comm.traffic();
@@ -173,8 +169,7 @@ Outcome<M> run(const Scene<M>& scene, Comm& comm, int steps, const std::type_ide
 template <template <class, class> class Scheme, class Gluing, class M>
 Outcome<M> run_nscdd(const Scene<M>& scene, int ranks, int steps, const nscdd::SolveOptions& options) {
     nscdd::InProcess comm(ranks);
-    Scheme<M, Gluing> scheme;
-    return run(scene, comm, steps, nscdd::by_nscdd<M>(scheme, options));
+    return run(scene, comm, steps, nscdd::by_nscdd<Scheme<M, Gluing>>(options));
 }
 template <class M>
 Outcome<M> run_nlgs(const Scene<M>& scene, int steps, const nscdd::SolveOptions& options) {

@@ -64,7 +64,7 @@ ContactProblem<M> problem() {
             wall.offset = upper ? -box[d] : 0;
         }
     InProcess comm(1);
-    Simulation<M, InProcess> simulation(comm, settings, grains);
+    Simulation<M> simulation(comm, settings, grains);
     SolveOptions options;
     options.check_every = options.max_iterations = 50;
     simulation.step(by_nlgs<M>(options));

@@ -58,9 +58,8 @@ bool two_subdomains() {
         grains.back().mass = mass;
     }
     nscdd::InProcess comm(2);
-    nscdd::Simulation<Model, nscdd::InProcess> simulation(comm, settings, grains);
-    nscdd::Dcs<Model> scheme;
-    const nscdd::StepReport report = simulation.step(nscdd::by_nscdd<Model>(scheme, {.tolerance = 1e-12}));
+    nscdd::Simulation<Model> simulation(comm, settings, grains);
+    const nscdd::StepReport report = simulation.step(nscdd::by_nscdd<nscdd::Dcs<Model>>({.tolerance = 1e-12}));
     double on_floor = 0;
     for (const auto& contact : nscdd::gather_contacts(simulation))
         if (contact.j < 0) on_floor += contact.impulse[1];

@@ -20,8 +20,6 @@ using nscdd::InProcess;
 using nscdd::Links;
 using nscdd::Mpi;
 
-static_assert(nscdd::Communicator<Mpi>);
-
 static long allocations = 0;  // by C++; those inside MPI are its own affair
 
 void* operator new(std::size_t n, const std::nothrow_t&) noexcept {

@@ -13,9 +13,9 @@ void compare(const Scene<M>& scene) {
     constexpr SolveOptions options{.check_every = 3};
     constexpr int steps = 5;  // with a rough detection
     Mpi comm;
-    Scheme<M, Gluing> scheme;
-    INFO(scene.name << ", " << scheme.name << ", " << scheme.interface_name);
-    const auto ours = run(scene, comm, steps, by_nscdd<M>(scheme, options));
+    using Chosen = Scheme<M, Gluing>;
+    INFO(scene.name << ", " << Chosen::name << ", " << Chosen::interface_name);
+    const auto ours = run(scene, comm, steps, by_nscdd<Chosen>(options));
     const auto theirs = run_nscdd<Scheme, Gluing>(scene, comm.size(), steps, options);
 
     CHECK(ours.iterations() == theirs.iterations());
@@ -57,8 +57,7 @@ TEST_CASE("an error in one subdomain is thrown on every rank, with the same word
     auto scene = heap<DisksDriven>();
     scene.grains[0].position[0] = scene.grains[1].position[0] - 0.8 * scene.grains[1].radius;
     Mpi comm;
-    Dcs<DisksDriven, ClosedForm> scheme;
-    const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {})); });
+    const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<DisksDriven>>({})); });
     const std::string theirs = error_of([&] { run_nscdd<Dcs, ClosedForm>(scene, comm.size(), 1, {}); });
     CHECK(ours == theirs);
     INFO(ours);
@@ -70,8 +69,7 @@ TEST_CASE("a residual that is not finite is an error on every rank") {
     auto scene = settled(heap<DisksDriven>(), 200);
     for (auto& pair : scene.impulses) pair.r *= 1e300;
     Mpi comm;
-    Dcs<DisksDriven, ClosedForm> scheme;
-    const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<DisksDriven>(scheme, {.check_every = 1})); });
+    const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<DisksDriven>>({.check_every = 1})); });
     INFO(said);
     CHECK(said.starts_with("the residual is not finite"));
     MPI_Barrier(MPI_COMM_WORLD);

@@ -130,8 +130,8 @@ struct Run {
     StepReport step() {
         const StepReport report = [&] {
             if (solver.scheme == Scheme::nlgs) return simulation.step(by_nlgs<M>(options));
-            if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<M>(ccs, options));
-            return simulation.step(by_nscdd<M>(dcs, options));
+            if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<Ccs<M>>(options));
+            return simulation.step(by_nscdd<Dcs<M>>(options));
         }();
         INFO(solver.name() << ", step " << simulation.steps());
         REQUIRE(report.solve.converged);
@@ -148,9 +148,7 @@ struct Run {
     Solver solver;
     SolveOptions options{.tolerance = 1e-10, .penetration = 1e-9, .check_every = 10, .max_iterations = 500000};
     InProcess comm;
-    Simulation<M, InProcess> simulation;
-    Ccs<M> ccs;
-    Dcs<M> dcs;
+    Simulation<M> simulation;
 };
 
 }  // namespace nscdd::test

@@ -10,8 +10,6 @@ using nscdd::Buffer;
 using nscdd::InProcess;
 using nscdd::Links;
 
-static_assert(nscdd::Communicator<InProcess>);
-
 TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]") {
     const int size = GENERATE(1, 2, 5);
     INFO("ranks: " << size);

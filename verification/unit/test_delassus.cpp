@@ -78,7 +78,7 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", Disks, FrictionDi
     const int side = M::dim == 2 ? 7 : 4;
     Run<M> run(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side));
     run.step();  // so that contacts bring impulses along
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, InProcess&, PhaseSeconds&) {
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
         ContactProblem<M>& fast = parts[0].problem;
         ContactProblem<M> plain = fast;
         REQUIRE(fast.contacts.size() > 50);

@@ -180,15 +180,16 @@ void with_torn_copies(int ranks, auto&& inspect) {
     const int side = M::dim == 2 ? 6 : 4;
     Run<M> run({Scheme::dcs, ranks}, lattice_settings<M>(side), shaken_lattice<M>(random, side));
     run.step();
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, InProcess& comm, PhaseSeconds& seconds) {
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+        Dcs<M> dcs;
         for (auto& part : parts) sweep(part.problem);
         inspect(parts, comm);
-        return nscdd_solve<M>(parts, comm, run.dcs, run.options, seconds);
+        return nscdd_solve<M>(parts, comm, dcs, run.options, seconds);
     });
 }
 
 template <class M>
-std::vector<Subdomain<M>> glued_by(auto&& scheme, std::vector<Subdomain<M>> parts, InProcess& comm) {
+std::vector<Subdomain<M>> glued_by(auto&& scheme, std::vector<Subdomain<M>> parts, Communicator& comm) {
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);
     return parts;
@@ -250,7 +251,7 @@ TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average t
     using M = TestType;
     const int ranks = GENERATE(2, 3, 8);
     INFO("ranks: " << ranks);
-    with_torn_copies<M>(ranks, [](const std::vector<Subdomain<M>>& torn, InProcess& comm) {
+    with_torn_copies<M>(ranks, [](const std::vector<Subdomain<M>>& torn, Communicator& comm) {
         const auto by_hand = glued_by_hand(torn);
         REQUIRE(difference(torn, by_hand) > 1e-3);
         const auto ccs = glued_by(Ccs<M, ClosedForm>{}, torn, comm), dcs = glued_by(Dcs<M, ClosedForm>{}, torn, comm);
@@ -268,10 +269,9 @@ void check_copies_after_steps(int ranks) {
     Random random(9);
     const int side = M::dim == 2 ? 6 : 3;
     InProcess comm(ranks);
-    Simulation<M, InProcess> simulation(comm, lattice_settings<M>(side), shaken_lattice<M>(random, side));
-    Scheme scheme;
+    Simulation<M> simulation(comm, lattice_settings<M>(side), shaken_lattice<M>(random, side));
     for (int step = 0; step < 8; ++step) {
-        simulation.step(by_nscdd<M>(scheme, SolveOptions{}));
+        simulation.step(by_nscdd<Scheme>(SolveOptions{}));
         std::map<int, const Grain<M>*> seen;
         int copies = 0;
         for (const auto& part : simulation.parts())

@@ -193,7 +193,7 @@ namespace {
 
 // After a step: who holds a grain, who has a contact with it, and what mass each of them was given.
 template <class M>
-void check_split_masses(const Simulation<M, InProcess>& simulation) {
+void check_split_masses(const Simulation<M>& simulation) {
     struct Sum {
         const Grain<M>* grain;
         std::vector<int> holders, touching;  // ranks
@@ -243,7 +243,7 @@ void check_split_masses(const Simulation<M, InProcess>& simulation) {
 }
 
 template <class M>
-void check_split_walls(const Simulation<M, InProcess>& simulation) {
+void check_split_walls(const Simulation<M>& simulation) {
     int shared = 0;
     for (std::size_t w = 0; w < simulation.walls().size(); ++w) {
         double mass = 0;
@@ -347,7 +347,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", Disks, Fri
     auto settings = lattice_settings<M>(side);
     settings.walls = walls;
     InProcess comm(3);
-    const Simulation<M, InProcess> again(comm, settings, run.grains(), start);
+    const Simulation<M> again(comm, settings, run.grains(), start);
     CHECK(impulses<M>(again.parts()) == before);
 }
 

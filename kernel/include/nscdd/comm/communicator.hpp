@@ -10,7 +10,6 @@
 // source rank, never by order of arrival, so that sums taken over it are the same on every machine.
 #pragma once
 
-#include <concepts>
 #include <span>
 #include <vector>
 
@@ -41,33 +40,33 @@ struct CommSeconds {
     double transfer = 0;
 };
 
-// clang-format off
-template <class C>
-concept Communicator = requires(C c, const C cc, std::vector<Links>& links, const std::vector<std::vector<Buffer>>& out,
-                                std::vector<Buffer>& per_rank, const std::vector<Buffer>& const_per_rank, int rank,
-                                double cost) {
-    { cc.size() } -> std::convertible_to<int>;
-    { cc.ranks() } -> std::convertible_to<std::span<const int>>;  // hosted here, ascending
+// Calls are coarse (one per superstep), so that a virtual call costs nothing and a solver is compiled once for all
+// machines. Throws: each implementation says what.
+class Communicator {
+  public:
+    virtual ~Communicator() = default;
+
+    virtual int size() const = 0;
+    virtual std::span<const int> ranks() const = 0;  // hosted here, ascending
 
     // links[k] belongs to ranks()[k]. Afterwards each recv holds what the peer put in its send.
-    c.exchange(links);
+    virtual void exchange(std::vector<Links>& links) = 0;
     // out[k][d] goes from ranks()[k] to rank d, any sizes. Returns in[k] = all that came, by ascending source.
-    { c.route(out) } -> std::same_as<std::vector<Buffer>>;
+    virtual std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) = 0;
     // mine[k] of every rank to rank 0, where all[r] (size() buffers, sized before) receives rank r's.
     // On processes that do not host rank 0 `all` is left alone.
-    c.gather(const_per_rank, per_rank);
+    virtual void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) = 0;
     // all[r] at rank 0 to mine[k] (sized before) of every rank.
-    c.scatter(const_per_rank, per_rank);
+    virtual void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) = 0;
     // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call.
-    { c.all_gather(const_per_rank) } -> std::convertible_to<std::span<const double>>;
+    virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
 
-    { cc.now() } -> std::convertible_to<double>;  // [s], the clock of this machine, real or simulated
-    c.charge(rank, cost);   // hosted rank index k did work worth `cost` contact updates
-    { cc.work() } -> std::convertible_to<std::span<const double>>;  // charged so far, per hosted rank
-    { cc.traffic() } -> std::convertible_to<Traffic>;
-    { cc.seconds() } -> std::convertible_to<CommSeconds>;
+    virtual double now() const = 0;                    // [s], the clock of this machine, real or simulated
+    virtual void charge(int rank, double cost) = 0;    // hosted rank index did work worth `cost` contact updates
+    virtual std::span<const double> work() const = 0;  // charged so far, per hosted rank
+    virtual Traffic traffic() const = 0;
+    virtual CommSeconds seconds() const = 0;
 };
-// clang-format on
 
 // Sums entry by entry over the ranks, in rank order: the only way numbers that decide anything are reduced.
 inline void sum_in_rank_order(std::span<const double> all, std::span<double> sum) {

@@ -16,7 +16,7 @@ namespace nscdd {
 
 // Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
 // sender and its receiver disagree on a size, or a link has no counterpart.
-class InProcess {
+class InProcess final : public Communicator {
   public:
     // Hosts the ranks 0..size-1. Throws std::invalid_argument unless size >= 1.
     explicit InProcess(int size) {
@@ -26,10 +26,10 @@ class InProcess {
         work_.resize(ranks_.size());
     }
 
-    int size() const { return static_cast<int>(ranks_.size()); }
-    std::span<const int> ranks() const { return ranks_; }
+    int size() const override { return static_cast<int>(ranks_.size()); }
+    std::span<const int> ranks() const override { return ranks_; }
 
-    void exchange(std::vector<Links>& links) {
+    void exchange(std::vector<Links>& links) override {
         check_count(links.size(), "exchange");
         for (int rank : ranks_)
             for (Link& link : links[rank]) {
@@ -38,7 +38,7 @@ class InProcess {
             }
     }
 
-    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) {
+    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) override {
         check_count(out.size(), "route");
         std::vector<Buffer> in(ranks_.size());
         for (int source : ranks_) {
@@ -52,7 +52,7 @@ class InProcess {
         return in;
     }
 
-    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) {
+    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) override {
         check_count(mine.size(), "gather");
         check_count(all.size(), "gather");
         for (int rank : ranks_) {
@@ -61,7 +61,7 @@ class InProcess {
         }
     }
 
-    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) {
+    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) override {
         check_count(all.size(), "scatter");
         check_count(mine.size(), "scatter");
         for (int rank : ranks_) {
@@ -70,7 +70,7 @@ class InProcess {
         }
     }
 
-    std::span<const double> all_gather(const std::vector<Buffer>& mine) {
+    std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
         check_count(mine.size(), "all_gather");
         const std::size_t n = mine[0].size();
         gathered_.clear();
@@ -85,14 +85,14 @@ class InProcess {
         return gathered_;
     }
 
-    double now() const {
+    double now() const override {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     }
     // Throws std::out_of_range for a rank that is not hosted.
-    void charge(int rank, double cost) { work_.at(static_cast<std::size_t>(rank)) += cost; }
-    std::span<const double> work() const { return work_; }
-    Traffic traffic() const { return traffic_; }
-    CommSeconds seconds() const { return {}; }
+    void charge(int rank, double cost) override { work_.at(static_cast<std::size_t>(rank)) += cost; }
+    std::span<const double> work() const override { return work_; }
+    Traffic traffic() const override { return traffic_; }
+    CommSeconds seconds() const override { return {}; }
 
   private:
     static std::logic_error mismatch(const char* call, int source, std::size_t sent, int target, std::size_t expected) {
@@ -132,7 +132,5 @@ class InProcess {
     Buffer gathered_;
     Traffic traffic_;
 };
-
-static_assert(Communicator<InProcess>);
 
 }  // namespace nscdd

@@ -26,7 +26,7 @@ namespace nscdd {
 // Wait and transfer are told apart as in late-sender analysis (Scalasca): every message carries the time at which
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
 // transfer. The root of a gather waits for its senders; they wait for no one. A scatter is the reverse.
-class Mpi {
+class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD) : comm_(comm) {
@@ -37,10 +37,10 @@ class Mpi {
         synchronise_clock();
     }
 
-    int size() const { return size_; }
-    std::span<const int> ranks() const { return {&rank_, 1}; }
+    int size() const override { return size_; }
+    std::span<const int> ranks() const override { return {&rank_, 1}; }
 
-    void exchange(std::vector<Links>& links) {
+    void exchange(std::vector<Links>& links) override {
         const double entry = now();
         check_count(links.size(), 1, "exchange");
         Links& mine = links[0];
@@ -90,7 +90,7 @@ class Mpi {
         spent(entry, latest);
     }
 
-    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) {
+    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) override {
         const double entry = now();
         check_count(out.size(), 1, "route");
         check_count(out[0].size(), counts_.size(), "route");
@@ -130,7 +130,7 @@ class Mpi {
         return in;
     }
 
-    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) {
+    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) override {
         const double entry = now();
         check_count(mine.size(), 1, "gather");
         const int n = narrow(mine[0].size() + 1);
@@ -155,7 +155,7 @@ class Mpi {
         spent(entry, latest);
     }
 
-    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) {
+    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) override {
         const double entry = now();
         check_count(mine.size(), 1, "scatter");
         const int n = narrow(mine[0].size() + 1);
@@ -175,7 +175,7 @@ class Mpi {
         spent(entry, stamp);
     }
 
-    std::span<const double> all_gather(const std::vector<Buffer>& mine) {
+    std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
         const double entry = now();
         check_count(mine.size(), 1, "all_gather");
         const std::size_t n = mine[0].size();
@@ -199,15 +199,15 @@ class Mpi {
     }
 
     // The clock of rank 0 [s], as well as this process knows it.
-    double now() const { return MPI_Wtime() + offset_; }
+    double now() const override { return MPI_Wtime() + offset_; }
     // Throws std::out_of_range unless rank, an index into ranks(), is 0.
-    void charge(int rank, double cost) {
+    void charge(int rank, double cost) override {
         if (rank != 0) throw std::out_of_range("charge: no hosted rank " + std::to_string(rank));
         work_ += cost;
     }
-    std::span<const double> work() const { return {&work_, 1}; }
-    Traffic traffic() const { return traffic_; }
-    CommSeconds seconds() const { return seconds_; }
+    std::span<const double> work() const override { return {&work_, 1}; }
+    Traffic traffic() const override { return traffic_; }
+    CommSeconds seconds() const override { return seconds_; }
 
   private:
     static constexpr int tag = 0;
@@ -336,7 +336,5 @@ class Mpi {
     Traffic traffic_;
     CommSeconds seconds_;
 };
-
-static_assert(Communicator<Mpi>);
 
 }  // namespace nscdd

@@ -12,12 +12,12 @@ namespace nscdd {
 template <class M, class Gluing = Factorised<>>
 class Ccs {
   public:
+    using Model = M;
     static constexpr const char* name = "ccs";
     static constexpr const char* interface_name = Gluing::name;
 
     // After split_masses(): tells rank 0 which copies there are.
-    template <Communicator Comm>
-    void setup(const std::vector<Subdomain<M>>& parts, Comm& comm) {
+    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
         std::vector<std::vector<Buffer>> out(parts.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
         mine_.resize(parts.size());
         walls_ = 0;
@@ -35,8 +35,7 @@ class Ccs {
         if (comm.ranks()[0] == 0) set_up_root(parts[0], told[0], static_cast<std::size_t>(comm.size()));
     }
 
-    template <Communicator Comm>
-    void glue(std::vector<Subdomain<M>>& parts, Comm& comm) {
+    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
         for (std::size_t k = 0; k < parts.size(); ++k) {
             double* out = mine_[k].data();
             for (int g : parts[k].interface) {

@@ -13,11 +13,11 @@ namespace nscdd {
 template <class M, class Gluing = ClosedForm>
 class Dcs {
   public:
+    using Model = M;
     static constexpr const char* name = "dcs";
     static constexpr const char* interface_name = Gluing::name;
 
-    template <Communicator Comm>
-    void setup(const std::vector<Subdomain<M>>& parts, Comm& comm) {
+    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
         fronts_.resize(parts.size());
         links_.resize(parts.size());
         speeds_.resize(parts.size());
@@ -25,8 +25,7 @@ class Dcs {
         if constexpr (M::driven_walls) set_up_walls(parts[0], static_cast<std::size_t>(comm.size()));
     }
 
-    template <Communicator Comm>
-    void glue(std::vector<Subdomain<M>>& parts, Comm& comm) {
+    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
         for (std::size_t k = 0; k < parts.size(); ++k)
             for (std::size_t l = 0; l < links_[k].size(); ++l) {
                 double* out = links_[k][l].send.data();
@@ -125,8 +124,7 @@ class Dcs {
         wall_gluing_.setup(wall_copies_);
     }
 
-    template <Communicator Comm>
-    void glue_walls(std::vector<Subdomain<M>>& parts, Comm& comm) {
+    void glue_walls(std::vector<Subdomain<M>>& parts, Communicator& comm) {
         if (wall_of_.empty()) return;  // the same on every rank
         for (std::size_t k = 0; k < parts.size(); ++k) {
             speeds_[k].clear();

@@ -70,7 +70,10 @@ class Grid {
 
     static std::string name(const GridCells<M::dim>& cells) {
         std::string text = "grid ";
-        for (int d = 0; d < M::dim; ++d) text += (d ? "x" : "") + std::to_string(cells[static_cast<std::size_t>(d)]);
+        for (int d = 0; d < M::dim; ++d) {
+            if (d > 0) text += 'x';
+            text += std::to_string(cells[static_cast<std::size_t>(d)]);
+        }
         return text;
     }
 

@@ -82,8 +82,8 @@ void read_activity(Subdomain<M>& part) {
 // Agrees on multiplicities, puts the contacts into the order of the sweep, then sets bodies and walls of each problem:
 // V_free and split inverse masses. Mass, inertia and external impulse are all divided by m, so V_free is that of the
 // whole grain in every copy.
-template <class M, Communicator Comm>
-void split_masses(std::vector<Subdomain<M>>& parts, Comm& comm, std::span<const Wall<M>> walls,
+template <class M>
+void split_masses(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                   const typename M::Vec& gravity, double h) {
     std::vector<Links> links(parts.size());
     std::vector<Buffer> pushed(parts.size());

@@ -1,6 +1,8 @@
 // Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
 #pragma once
 
+#include <functional>
+
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/solve/nlgs.hpp"
@@ -13,10 +15,9 @@ struct PhaseSeconds {
 };
 
 // Adds the time since the last lap to a phase.
-template <Communicator Comm>
 class Stopwatch {
   public:
-    explicit Stopwatch(const Comm& comm) : comm_(comm), last_(reading()) {}
+    explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
     void lap(double& phase) {
         const double now = reading();
         phase += now - last_;
@@ -29,13 +30,17 @@ class Stopwatch {
         const CommSeconds inside = comm_.seconds();
         return comm_.now() - inside.wait - inside.transfer;
     }
-    const Comm& comm_;
+    const Communicator& comm_;
     double last_;
 };
 
+// What a step is solved by: by_nlgs(), by_nscdd(), or the caller's own.
+template <class M>
+using StepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communicator&, PhaseSeconds&)>;
+
 // The residual of the whole scene, the same bits on every rank.
-template <class M, Communicator Comm>
-ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Comm& comm) {
+template <class M>
+ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     std::vector<Buffer> mine;
     for (const auto& part : parts) {
         const auto packed = residual_parts(part.problem).pack();
@@ -50,9 +55,9 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Comm& comm)
 
 // In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
 // all active copies. Scheme: Ccs or Dcs. With one subdomain the numbers are those of nlgs(), bit for bit.
-template <class M, Communicator Comm, class Scheme>
-SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Comm& comm, Scheme& scheme, const SolveOptions& options,
-                        PhaseSeconds& seconds) {
+template <class M, class Scheme>
+SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Scheme& scheme,
+                        const SolveOptions& options, PhaseSeconds& seconds) {
     Stopwatch watch(comm);
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree

@@ -92,10 +92,10 @@ namespace detail {
 
 // Tells every holder of a grain who the others are; returns, per hosted rank, id -> ranks (ascending).
 // The rank where the centre lies keeps the list, and keeps the grain itself when nobody has a candidate for it.
-template <class M, Communicator Comm>
+template <class M>
 std::vector<std::map<int, std::vector<int>>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
-                                                              const std::vector<std::vector<char>>& used, Comm& comm,
-                                                              const Grid<M>& grid) {
+                                                              const std::vector<std::vector<char>>& used,
+                                                              Communicator& comm, const Grid<M>& grid) {
     Outboxes uses = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
@@ -173,9 +173,9 @@ void keep_shared(Subdomain<M>& part, const std::map<int, std::vector<int>>& shar
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
 // `grid`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
-template <class M, Communicator Comm>
-void repartition(std::vector<Subdomain<M>>& parts, Comm& comm, const Grid<M>& grid, std::span<const Wall<M>> walls,
-                 double skin, double largest_radius) {
+template <class M>
+void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Grid<M>& grid,
+                 std::span<const Wall<M>> walls, double skin, double largest_radius) {
     using Wire = detail::Wire<M>;
     detail::Outboxes grains = detail::outboxes(parts.size(), comm.size());
     detail::Outboxes impulses = grains;

@@ -21,8 +21,8 @@ struct GatheredContact {
 };
 
 // By ascending id on the process that hosts rank 0, empty elsewhere.
-template <class M, Communicator Comm>
-std::vector<GatheredGrain<M>> gather_grains(const Simulation<M, Comm>& simulation) {
+template <class M>
+std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();
     auto out = detail::outboxes(parts.size(), simulation.comm().size());
     for (std::size_t k = 0; k < parts.size(); ++k)
@@ -45,8 +45,8 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M, Comm>& simulatio
 }
 
 // Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
-template <class M, Communicator Comm>
-std::vector<GatheredContact<M>> gather_contacts(const Simulation<M, Comm>& simulation) {
+template <class M>
+std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation) {
     constexpr std::size_t size = 4 + 2 * M::dim;
     const auto& parts = simulation.parts();
     auto out = detail::outboxes(parts.size(), simulation.comm().size());

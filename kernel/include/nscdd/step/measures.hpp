@@ -27,8 +27,8 @@ struct Measures {
 };
 
 // After a step.
-template <class M, Communicator Comm>
-Measures<M> measure(const Simulation<M, Comm>& simulation) {
+template <class M>
+Measures<M> measure(const Simulation<M>& simulation) {
     constexpr int dim = M::dim, turns = Measures<M>::turns;
     constexpr std::size_t size = 1 + dim + turns + dim * dim + 4;
     const double h = simulation.settings().h;

@@ -1,14 +1,15 @@
 // Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
 //
 //   nscdd::InProcess comm(8);
-//   nscdd::Simulation<Model, nscdd::InProcess> simulation(comm, settings, grains);
-//   nscdd::Dcs<Model> scheme;
-//   auto report = simulation.step(nscdd::by_nscdd<Model>(scheme, options));
+//   nscdd::Simulation<Model> simulation(comm, settings, grains);
+//   const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(options);
+//   nscdd::StepReport report = simulation.step(solve);
 //
 // Every process passes all grains of the scene and keeps those that belong to its ranks.
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -39,12 +40,12 @@ struct StepReport {
     double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
 };
 
-template <class M, Communicator Comm>
+template <class M>
 class Simulation {
   public:
     // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
     // finite, a driven wall without mass, or in a model without DrivenWalls.
-    Simulation(Comm& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
+    Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {})
         : comm_(comm), settings_(std::move(settings)) {
         check(grains);
@@ -77,9 +78,9 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step. solve(parts, comm, seconds) -> SolveReport, see by_nlgs and by_nscdd. Throws std::runtime_error, the
+    // One step. Throws std::runtime_error, the
     // same on every rank, when grains overlap too much or the numbers are no longer finite.
-    StepReport step(auto&& solve) {
+    StepReport step(const StepSolver<M>& solve) {
         Stopwatch watch(comm_);
         StepReport report;
         drift((1 - settings_.theta) * settings_.h);
@@ -105,7 +106,7 @@ class Simulation {
         return report;
     }
 
-    Comm& comm() const { return comm_; }
+    Communicator& comm() const { return comm_; }
     const std::vector<Subdomain<M>>& parts() const { return parts_; }
     const SimulationSettings<M>& settings() const { return settings_; }
     std::vector<Wall<M>>& walls() { return settings_.walls; }  // to change a force or a velocity between steps
@@ -365,7 +366,7 @@ class Simulation {
         return part.rank;  // nobody touches it: every copy has V_free
     }
 
-    Comm& comm_;
+    Communicator& comm_;
     SimulationSettings<M> settings_;
     std::vector<Subdomain<M>> parts_;
     std::vector<double> rough_offset_;
@@ -376,8 +377,8 @@ class Simulation {
 
 // The sequential reference: needs a communicator of one rank.
 template <class M>
-auto by_nlgs(const SolveOptions& options) {
-    return [options](std::vector<Subdomain<M>>& parts, auto& comm, PhaseSeconds& seconds) {
+StepSolver<M> by_nlgs(const SolveOptions& options) {
+    return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
         if (comm.size() != 1) throw std::logic_error("sequential NLGS runs on one rank");
         Stopwatch watch(comm);
         const SolveReport report = nlgs(parts[0].problem, options);
@@ -387,10 +388,12 @@ auto by_nlgs(const SolveOptions& options) {
     };
 }
 
-template <class M, class Scheme>
-auto by_nscdd(Scheme& scheme, const SolveOptions& options) {
-    return [&scheme, options](std::vector<Subdomain<M>>& parts, auto& comm, PhaseSeconds& seconds) {
-        return nscdd_solve<M>(parts, comm, scheme, options, seconds);
+// Alg. 1 with a scheme of its own, Ccs or Dcs.
+template <class Scheme, class M = typename Scheme::Model>
+StepSolver<M> by_nscdd(const SolveOptions& options) {
+    return [scheme = std::make_shared<Scheme>(), options](std::vector<Subdomain<M>>& parts, Communicator& comm,
+                                                          PhaseSeconds& seconds) {
+        return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
     };
 }
 
