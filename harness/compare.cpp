@@ -98,8 +98,9 @@ int compare(const std::string& reference_file, const std::string& candidate_file
             throw InputError(fmt::format("{}: {} is {}, but {} in {}", candidate_file, key, b.at(key).dump(),
                                          a.at(key).dump(), reference_file));
 
-    // One step from one state tells solvers apart. After many, packings that are free to rearrange have drifted
-    // apart within the tolerance; what is left to agree are the scene's averages.
+    // One step from one state tells solvers apart. After many, packings that are free to rearrange have drifted apart
+    // within the tolerance, whoever solved them: the bounds of whole runs are about twice what 50 steps of the
+    // reference differ from those of the reference at half its tolerance (the main job makes that comparison too).
     const bool one_step = a.at("steps") == 1;
     const double free_norm = a.at("final").at("free_velocity_norm");
     const double energy_scale = 0.5 * free_norm * free_norm;
@@ -120,11 +121,11 @@ int compare(const std::string& reference_file, const std::string& candidate_file
     row("steps without convergence", b.at("unconverged_steps"), 0);
     const double ratio = free_norm > 0 ? 1 / free_norm : 0;
     row("velocities, |V - V_ref|_M / |V_free|_M", velocity_distance(reference, candidate) * ratio,
-        one_step ? 0.03 : 0.05);
+        one_step ? 0.03 : 0.5);
     row("kinetic energy, difference / (|V_free|_M^2 / 2)", energy > 0 ? energy / energy_scale : 0,
-        one_step ? 0.03 : 0.01);
-    row("stress, |s - s_ref| / |s_ref|", stress_distance(a["final"], b["final"]), one_step ? 0.01 : 0.1);
-    row("positions, farthest / least radius", farthest(reference, candidate), one_step ? 1e-5 : 1e-3);
+        one_step ? 0.03 : 0.05);
+    row("stress, |s - s_ref| / |s_ref|", stress_distance(a["final"], b["final"]), one_step ? 0.01 : 0.2);
+    row("positions, farthest / least radius", farthest(reference, candidate), one_step ? 1e-4 : 0.03);
 
     json result = provenance;
     result.update({{"schema", "nscdd.compare/1"},
