@@ -71,20 +71,40 @@ ContactProblem<M> problem() {
     return simulation.parts()[0].problem;
 }
 
+// The problem and its fast form, of all repetitions: they go on where the last one stopped.
+template <class M>
+struct Loaded {
+    ContactProblem<M> problem = ::problem<M>();
+    Sweeper<M> sweeper;
+    Loaded() { sweeper.load(problem); }
+};
+
 template <class M, auto operation>
 void per_contact(benchmark::State& state) {
-    static ContactProblem<M> p = problem<M>();  // of all repetitions, they go on where the last one stopped
+    static Loaded<M> p;
     for (auto _ : state) operation(p);
-    const auto contacts = static_cast<double>(p.contact_count());
+    const auto contacts = static_cast<double>(p.problem.contact_count());
     using benchmark::Counter;
     state.counters["contacts"] = contacts;
-    state.counters["bytes/contact"] = static_cast<double>(p.bytes()) / contacts;
+    state.counters["bytes/contact"] = static_cast<double>(p.sweeper.bytes()) / contacts;
     state.counters["s/contact"] = Counter(contacts, Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
 template <class M>
-void residual(ContactProblem<M>& p) {
-    benchmark::DoNotOptimize(residual_parts(p));
+void fast(Loaded<M>& p) {
+    p.sweeper.sweep(p.problem);
+}
+template <class M>
+void scalar(Loaded<M>& p) {
+    sweep(p.problem);
+}
+template <class M>
+void plain(Loaded<M>& p) {
+    plain_sweep(p.problem);
+}
+template <class M>
+void residual(Loaded<M>& p) {
+    benchmark::DoNotOptimize(p.sweeper.residual(p.problem));
 }
 
 using Frictional3 = Model<3, Coulomb, KinematicWalls>;
@@ -92,12 +112,16 @@ using Frictionless3 = Model<3, Frictionless, KinematicWalls>;
 using Frictional2 = Model<2, Coulomb, KinematicWalls>;
 using Frictionless2 = Model<2, Frictionless, KinematicWalls>;
 
-BENCHMARK_TEMPLATE(per_contact, Frictional3, sweep<Frictional3>)->Name("sweep/3D/Coulomb");
-BENCHMARK_TEMPLATE(per_contact, Frictionless3, sweep<Frictionless3>)->Name("sweep/3D/frictionless");
-BENCHMARK_TEMPLATE(per_contact, Frictional2, sweep<Frictional2>)->Name("sweep/2D/Coulomb");
-BENCHMARK_TEMPLATE(per_contact, Frictionless2, sweep<Frictionless2>)->Name("sweep/2D/frictionless");
-BENCHMARK_TEMPLATE(per_contact, Frictional3, plain_sweep<Frictional3>)->Name("plain_sweep/3D/Coulomb");
-BENCHMARK_TEMPLATE(per_contact, Frictional3, residual<Frictional3>)->Name("residual/3D/Coulomb");
+#define NSCDD_BENCH_ALL(operation, name)                                                                     \
+    BENCHMARK_TEMPLATE(per_contact, Frictional3, operation<Frictional3>)->Name(name "/3D/Coulomb");          \
+    BENCHMARK_TEMPLATE(per_contact, Frictionless3, operation<Frictionless3>)->Name(name "/3D/frictionless"); \
+    BENCHMARK_TEMPLATE(per_contact, Frictional2, operation<Frictional2>)->Name(name "/2D/Coulomb");          \
+    BENCHMARK_TEMPLATE(per_contact, Frictionless2, operation<Frictionless2>)->Name(name "/2D/frictionless");
+
+NSCDD_BENCH_ALL(fast, "sweep")
+NSCDD_BENCH_ALL(scalar, "scalar_sweep")
+NSCDD_BENCH_ALL(residual, "residual")
+BENCHMARK_TEMPLATE(per_contact, Frictional3, plain<Frictional3>)->Name("plain_sweep/3D/Coulomb");
 
 }  // namespace
 

@@ -43,7 +43,7 @@ template <class M>
 ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     std::vector<Buffer> mine;
     for (const auto& part : parts) {
-        const auto packed = residual_parts(part.problem).pack();
+        const auto packed = part.sweeper.residual(part.problem).pack();
         mine.emplace_back(packed.begin(), packed.end());
     }
     const std::span<const double> all = comm.all_gather(mine);
@@ -62,23 +62,27 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
     watch.lap(seconds.interface);
+    for (auto& part : parts) part.sweeper.load(part.problem);
     SolveReport report;
     ResidualParts residual;
     do {
         for (int k = 0; k < options.check_every; ++k) {
             for (std::size_t p = 0; p < parts.size(); ++p) {
-                for (int s = 0; s < options.sweeps; ++s) sweep(parts[p].problem);
+                for (int s = 0; s < options.sweeps; ++s) parts[p].sweeper.sweep(parts[p].problem);
+                parts[p].sweeper.store(parts[p].problem, parts[p].interface);
                 comm.charge(static_cast<int>(p),
                             options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
             }
             watch.lap(seconds.sweep);
             scheme.glue(parts, comm);
+            for (auto& part : parts) part.sweeper.load(part.problem, part.interface);
             watch.lap(seconds.interface);
         }
         report.iterations += options.check_every;
         residual = scene_residual(parts, comm);
         watch.lap(seconds.sweep);
     } while (!finished(residual, options, parts.front().problem.least_radius, report));
+    for (auto& part : parts) part.sweeper.store(part.problem);
     return report;
 }
 

@@ -6,6 +6,7 @@
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/core/grain.hpp"
+#include "nscdd/solve/sweeper.hpp"
 
 namespace nscdd {
 
@@ -33,6 +34,7 @@ struct Subdomain {
 
     // Set by the fine detection of each step (fine.hpp, multiplicity.hpp).
     ContactProblem<M> problem;
+    Sweeper<M> sweeper;                    // the problem's fast form, while it is being solved
     std::vector<int> source, wall_source;  // candidate of each contact
     std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
     std::vector<int> interface;            // grains with this and another active copy, by ascending id

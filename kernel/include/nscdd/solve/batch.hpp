@@ -1,0 +1,212 @@
+// One batch of contacts, a packet wide: what kinematics.hpp and contact_law.hpp do for one contact.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "nscdd/core/contact_problem.hpp"
+#include "nscdd/solve/batches.hpp"
+#include "nscdd/solve/packet.hpp"
+
+namespace nscdd {
+
+// Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
+// (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
+// spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho, which
+// is half the gap on both sides, instead of two levers over rho.
+template <class M>
+struct BatchLayout {
+    static constexpr int dim = M::dim, spins = M::spins, components = M::friction ? dim : 1;
+    static constexpr bool half_gap = M::friction && dim == 3;
+    static constexpr double kappa = dim == 3 ? 2.5 : 2.0;  // m r^2 / I of a solid sphere, a disk
+
+    static constexpr int row = half_gap ? 8 : 4;
+    static constexpr int mass_at = dim + spins, radius_at = half_gap ? mass_at + 1 : 0;
+
+    // Fields of a contact, each a packet wide.
+    static constexpr int normal_at = 0, impulse_at = dim, bias_at = dim + components, lever_at = bias_at + 1;
+    static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0);
+};
+
+// All contacts of one kind.
+template <class M>
+struct BatchGroup {
+    Batches batches;
+    std::vector<int> i, j;         // where the row of each body begins; j may be the wall
+    std::vector<char> shared;      // of each batch: has a body or a wall of it several copies?
+    std::vector<double> friction;  // of each batch
+    AlignedDoubles data;           // of each batch: the fields
+    std::size_t count = 0;         // batches
+
+    static constexpr std::size_t lanes = Packet::width;
+    double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
+    const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
+    const int* body(std::size_t batch) const { return i.data() + batch * lanes; }
+    const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
+};
+
+// The walls of a batch, by lane.
+template <class M>
+struct BatchWalls {
+    Packet prescribed[M::dim], speed, inv_mass;
+
+    void load(const ContactProblem<M>& problem, const int* wall) {
+        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
+        for (int k = 0; k < Packet::width; ++k) {
+            const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
+            for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
+            if constexpr (M::driven_walls) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
+        }
+        for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
+        speed = Packet::load(lane[M::dim]);
+        inv_mass = Packet::load(lane[M::dim + 1]);
+    }
+    void store(ContactProblem<M>& problem, const int* wall, const int* contact) const {
+        if constexpr (M::driven_walls) {
+            alignas(sizeof(Packet)) double lane[Packet::width];
+            speed.store(lane);
+            for (int k = 0; k < Packet::width; ++k)
+                if (contact[k] >= 0) problem.walls[static_cast<std::size_t>(wall[k])].speed = lane[k];
+        }
+    }
+};
+
+// Other: Rows of grains, or BatchWalls.
+template <class M, class Other>
+struct Batch : BatchLayout<M> {
+    using Layout = BatchLayout<M>;
+    using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap;
+    static constexpr bool wall = std::is_same_v<Other, BatchWalls<M>>;
+
+    Rows<Layout::row> a;
+    Other b;
+    Packet n[dim], r[components], v[components], bias;
+    Packet ratio_i, ratio_j;  // lever over rho
+    Packet mass_i, mass_j;    // inverse
+
+    EIGEN_ALWAYS_INLINE static Packet dot(const Packet* x, const Packet* y) {
+        Packet total = x[0] * y[0];
+        for (int d = 1; d < dim; ++d) total = madd(x[d], y[d], total);
+        return total;
+    }
+    // x cross y; in 2D its one component.
+    EIGEN_ALWAYS_INLINE static void cross(const Packet* x, const Packet* y, Packet* out) {
+        if constexpr (dim == 3)
+            for (int d = 0; d < 3; ++d) {
+                const int e = (d + 1) % 3, f = (d + 2) % 3;
+                out[d] = x[e] * y[f] - x[f] * y[e];
+            }
+        else
+            out[0] = x[0] * y[1] - x[1] * y[0];
+    }
+
+    EIGEN_ALWAYS_INLINE void load(const ContactProblem<M>& problem, const AlignedDoubles& rows,
+                                  const BatchGroup<M>& group, std::size_t batch) {
+        const auto field = [from = group.fields(batch)](int f) { return Packet::load(from + f * Packet::width); };
+        a.load(rows.data(), group.body(batch));
+        if constexpr (wall)
+            b.load(problem, group.other(batch));
+        else
+            b.load(rows.data(), group.other(batch));
+        for (int d = 0; d < dim; ++d) n[d] = field(Layout::normal_at + d);
+        for (int d = 0; d < components; ++d) r[d] = field(Layout::impulse_at + d);
+        bias = field(Layout::bias_at);
+        mass_i = a[Layout::mass_at];
+        Packet relative[dim];
+        if constexpr (wall) {
+            mass_j = b.inv_mass;
+            for (int d = 0; d < dim; ++d) relative[d] = a[d] - madd(b.speed, n[d], b.prescribed[d]);
+        } else {
+            mass_j = b[Layout::mass_at];
+            for (int d = 0; d < dim; ++d) relative[d] = a[d] - b[d];
+        }
+        if constexpr (M::friction) {
+            const Packet lever = field(Layout::lever_at);
+            ratio_i = half_gap ? madd(lever, a[Layout::radius_at], Packet(1)) : lever;
+            Packet spin[spins], turning[dim];
+            for (int d = 0; d < spins; ++d) spin[d] = ratio_i * a[dim + d];
+            if constexpr (!wall) {
+                if constexpr (half_gap)
+                    ratio_j = madd(lever, b[Layout::radius_at], Packet(1));
+                else
+                    ratio_j = field(Layout::lever_at + 1);
+                for (int d = 0; d < spins; ++d) spin[d] = madd(ratio_j, b[dim + d], spin[d]);
+            }
+            if constexpr (dim == 3) {
+                cross(spin, n, turning);
+            } else {
+                turning[0] = Packet(0) - spin[0] * n[1];
+                turning[1] = spin[0] * n[0];
+            }
+            for (int d = 0; d < dim; ++d) v[d] = relative[d] - turning[d];
+        } else {
+            v[0] = dot(relative, n);
+        }
+    }
+
+    // The diagonal of W, of the rows' masses times these shares: 1 for split masses, 1/multiplicity for whole ones.
+    EIGEN_ALWAYS_INLINE void delassus(Packet share_i, Packet share_j, Packet& normal, Packet& tangential) const {
+        const Packet mi = share_i * mass_i, mj = share_j * mass_j;
+        normal = mi + mj;
+        if constexpr (M::friction) {
+            tangential = madd(Packet(kappa) * ratio_i * ratio_i, mi, wall ? mi : normal);  // no wall slides away
+            if constexpr (!wall) tangential = madd(Packet(kappa) * ratio_j * ratio_j, mj, tangential);
+        }
+    }
+
+    // r' of contact_law() for this W.
+    EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, double friction, Packet* next) const {
+        if constexpr (M::friction) {
+            const Packet both = Packet(1) / (wn * wt);  // one division for two reciprocals
+            const Packet inv_wn = wt * both, inv_wt = wn * both;
+            const Packet vn = dot(v, n), rn = dot(r, n);
+            const Packet normal = larger(Packet(0), rn - (vn + bias) * inv_wn);
+            const Packet along = rn - inv_wt * vn;
+            Packet trial[dim];
+            for (int d = 0; d < dim; ++d) trial[d] = r[d] - madd(inv_wt, v[d], along * n[d]);
+            const Packet square = larger(dot(trial, trial), Packet(1e-300));
+            const Packet scale = smaller(Packet(1), Packet(friction) * normal * inverse_root(square));
+            for (int d = 0; d < dim; ++d) next[d] = madd(scale, trial[d], normal * n[d]);
+        } else {
+            (void)wt, (void)friction;
+            next[0] = larger(Packet(0), r[0] - (v[0] + bias) / wn);
+        }
+    }
+
+    // V += M^-1 H dr, in the rows.
+    EIGEN_ALWAYS_INLINE void apply(const Packet* dr) {
+        Packet impulse[dim];
+        for (int d = 0; d < dim; ++d) impulse[d] = M::friction ? dr[d % components] : dr[0] * n[d];
+        for (int d = 0; d < dim; ++d) a[d] = madd(mass_i, impulse[d], a[d]);
+        if constexpr (wall) {
+            b.speed = b.speed - mass_j * dot(impulse, n);
+        } else {
+            for (int d = 0; d < dim; ++d) b[d] = b[d] - mass_j * impulse[d];
+        }
+        if constexpr (M::friction) {
+            Packet turn[dim];
+            cross(n, impulse, turn);
+            const Packet turn_i = Packet(kappa) * mass_i * ratio_i;
+            for (int d = 0; d < spins; ++d) a[dim + d] = a[dim + d] - turn_i * turn[d];
+            if constexpr (!wall) {
+                const Packet turn_j = Packet(kappa) * mass_j * ratio_j;
+                for (int d = 0; d < spins; ++d) b[dim + d] = b[dim + d] - turn_j * turn[d];
+            }
+        }
+    }
+
+    // r^T W r by lane.
+    EIGEN_ALWAYS_INLINE Packet energy(const Packet* impulse, Packet wn, Packet wt) const {
+        if constexpr (M::friction) {
+            const Packet normal = dot(impulse, n);
+            Packet tangential[dim];
+            for (int d = 0; d < dim; ++d) tangential[d] = impulse[d] - normal * n[d];
+            return wn * normal * normal + wt * dot(tangential, tangential);
+        } else {
+            (void)wt;
+            return wn * impulse[0] * impulse[0];
+        }
+    }
+};
+
+}  // namespace nscdd

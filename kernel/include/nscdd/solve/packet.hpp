@@ -1,0 +1,163 @@
+// What the fast sweep asks of the machine: packets of doubles, and rows of bodies loaded component by component.
+//
+// Underneath are Eigen's packets (AVX-512, AVX, SSE, NEON and others behind one set of names, chosen by what the
+// compiler targets), because Eigen is a dependency already. Where Eigen does not vectorise, a packet is one double and
+// the same code is the scalar path.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace nscdd {
+
+using AlignedDoubles = std::vector<double, Eigen::aligned_allocator<double>>;
+
+struct Packet {
+    using Native = Eigen::internal::packet_traits<double>::type;
+    static constexpr int width = Eigen::internal::packet_traits<double>::size;  // lanes
+
+    Native lanes;
+
+    Packet() = default;
+    explicit Packet(double x) : lanes(Eigen::internal::pset1<Native>(x)) {}  // in every lane
+    static Packet of(Native lanes) {
+        Packet packet;
+        packet.lanes = lanes;
+        return packet;
+    }
+
+    static Packet load(const double* from) { return of(Eigen::internal::pload<Native>(from)); }
+    void store(double* to) const { Eigen::internal::pstore(to, lanes); }
+
+    friend Packet operator+(Packet a, Packet b) { return of(Eigen::internal::padd(a.lanes, b.lanes)); }
+    friend Packet operator-(Packet a, Packet b) { return of(Eigen::internal::psub(a.lanes, b.lanes)); }
+    friend Packet operator*(Packet a, Packet b) { return of(Eigen::internal::pmul(a.lanes, b.lanes)); }
+    friend Packet operator/(Packet a, Packet b) { return of(Eigen::internal::pdiv(a.lanes, b.lanes)); }
+    friend Packet madd(Packet a, Packet b, Packet c) {  // a b + c
+        return of(Eigen::internal::pmadd(a.lanes, b.lanes, c.lanes));
+    }
+    friend Packet larger(Packet a, Packet b) { return of(Eigen::internal::pmax(a.lanes, b.lanes)); }
+    friend Packet smaller(Packet a, Packet b) { return of(Eigen::internal::pmin(a.lanes, b.lanes)); }
+    friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }
+};
+
+// Lane by lane, in a fixed order.
+inline double sum(Packet a) {
+    alignas(sizeof(Packet)) double lane[Packet::width];
+    a.store(lane);
+    double total = 0;
+    for (double x : lane) total += x;
+    return total;
+}
+inline double largest(Packet a) {
+    alignas(sizeof(Packet)) double lane[Packet::width];
+    a.store(lane);
+    double most = lane[0];
+    for (double x : lane) most = x > most ? x : most;
+    return most;
+}
+
+namespace detail {
+
+// Which lane of (a, b) comes to lane l. First stage: lanes of a and b in turn. Later stages: pairs of lanes, in each
+// group the even (or odd) ones of a, then those of b; whole 128-bit lanes, which move at a lower price.
+constexpr int interleaved(int l, int lanes, bool odd) { return (l & 1 ? lanes : 0) + (l & ~1) + odd; }
+constexpr int deinterleaved(int l, int group, int lanes, bool odd) {
+    const int first = l / group * group, pair = (l - first) / 2, pairs = group / 2;
+    return (pair >= pairs / 2 ? lanes : 0) + first + (2 * (pair % (pairs / 2)) + odd) * 2 + l % 2;
+}
+
+template <int count, int stage, bool odd, int... lane>
+EIGEN_ALWAYS_INLINE Packet mixed(Packet a, Packet b, std::integer_sequence<int, lane...>) {
+    constexpr int lanes = sizeof...(lane);
+    return Packet::of(__builtin_shufflevector(
+        a.lanes, b.lanes, (stage == 1 ? interleaved(lane, lanes, odd) : deinterleaved(lane, count, lanes, odd))...));
+}
+
+template <int count, int stage>
+EIGEN_ALWAYS_INLINE void mix_pair(Packet& low, Packet& high) {
+    constexpr auto lanes = std::make_integer_sequence<int, Packet::width>{};
+    const Packet a = low, b = high;
+    low = mixed<count, stage, false>(a, b, lanes);
+    high = mixed<count, stage, true>(a, b, lanes);
+}
+
+template <int count, int stage, int... k>
+EIGEN_ALWAYS_INLINE void mix_stage(Packet* packets, std::integer_sequence<int, k...>) {
+    (mix_pair<count, stage>(packets[k / stage * 2 * stage + k % stage],
+                            packets[k / stage * 2 * stage + k % stage + stage]),
+     ...);
+}
+
+// Transposes `count` packets in each group of `count` lanes, by count log2(count) shuffles (Eigen's 8 x 8 takes 40).
+template <int count, int stage = 1>
+EIGEN_ALWAYS_INLINE void transpose(Packet* packets) {
+    if constexpr (stage < count) {
+        mix_stage<count, stage>(packets, std::make_integer_sequence<int, count / 2>{});
+        transpose<count, 2 * stage>(packets);
+    }
+}
+
+}  // namespace detail
+
+// One row of `row` doubles per lane, seen by component. Always inlined: as calls these cost a third more.
+template <int row>
+class Rows {
+  public:
+    static constexpr int lanes = Packet::width;
+    static_assert(row % lanes == 0 || lanes == 2 * row);
+
+    // The row of lane k begins at base[offset[k]].
+    EIGEN_ALWAYS_INLINE void load(const double* base, const int* offset) {
+        const auto at = [&](int k) { return base + offset[k]; };
+        if constexpr (row >= lanes) {
+            for (int p = 0; p < row / lanes; ++p)
+                for (int k = 0; k < lanes; ++k) packets_[p * lanes + k] = Packet::load(at(k) + p * lanes);
+        } else {
+            for (int k = 0; k < row; ++k)
+                packets_[k] = join(Eigen::internal::pload<Part>(at(k)), Eigen::internal::pload<Part>(at(k + row)),
+                                   std::make_integer_sequence<int, lanes>{});
+        }
+        transpose();
+    }
+    // Rows of one call are distinct, but for padding that is stored as it was loaded.
+    EIGEN_ALWAYS_INLINE void store(double* base, const int* offset) {
+        const auto at = [&](int k) { return base + offset[k]; };
+        transpose();
+        if constexpr (row >= lanes) {
+            for (int p = 0; p < row / lanes; ++p)
+                for (int k = 0; k < lanes; ++k) packets_[p * lanes + k].store(at(k) + p * lanes);
+        } else {
+            constexpr auto half = std::make_integer_sequence<int, row>{};
+            for (int k = 0; k < row; ++k) {
+                Eigen::internal::pstore(at(k), part<0>(packets_[k], half));
+                Eigen::internal::pstore(at(k + row), part<row>(packets_[k], half));
+            }
+        }
+    }
+    Packet& operator[](int component) { return packets_[component]; }
+    const Packet& operator[](int component) const { return packets_[component]; }
+
+  private:
+    using Part = Eigen::internal::packet_traits<double>::half;
+    static constexpr int group = row < lanes ? row : lanes;
+
+    EIGEN_ALWAYS_INLINE void transpose() {
+        for (int p = 0; p < row / group; ++p) detail::transpose<group>(packets_ + p * group);
+    }
+    template <int... lane>
+    EIGEN_ALWAYS_INLINE static Packet join(Part a, Part b, std::integer_sequence<int, lane...>) {
+        return Packet::of(__builtin_shufflevector(a, b, lane...));
+    }
+    template <int first, int... lane>
+    EIGEN_ALWAYS_INLINE static Part part(Packet a, std::integer_sequence<int, lane...>) {
+        return __builtin_shufflevector(a.lanes, a.lanes, (first + lane)...);
+    }
+
+    Packet packets_[row];
+};
+
+}  // namespace nscdd

@@ -1,0 +1,254 @@
+// The fast sweep: sweep() of sweep.hpp for a packet of contacts at once, on a layout of its own.
+//
+//   Sweeper<M> sweeper;
+//   sweeper.load(problem);               // prepared, velocities consistent with impulses
+//   sweeper.sweep(problem);              // as often as wanted
+//   sweeper.residual(problem).eta();
+//   sweeper.store(problem);
+#pragma once
+
+#include "nscdd/law/residual.hpp"
+#include "nscdd/solve/batch.hpp"
+#include "nscdd/solve/sweep.hpp"
+
+namespace nscdd {
+
+template <class M>
+class Sweeper {
+  public:
+    // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
+    // it is, and is swept contact by contact.
+    void load(const ContactProblem<M>& problem) {
+        batched_ = true;
+        load_bodies(problem);
+        load_contacts<false>(problem, problem.contacts, grains_);
+        load_contacts<true>(problem, problem.wall_contacts, walls_);
+    }
+
+    // One pass over all contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
+    void sweep(ContactProblem<M>& problem) {
+        if (!batched_) return nscdd::sweep(problem);
+        sweep_group<BatchWalls<M>>(problem, walls_);
+        sweep_group<Rows<Layout::row>>(problem, grains_);
+    }
+
+    // As residual_parts(problem), of the velocities and impulses held here.
+    ResidualParts residual(const ContactProblem<M>& problem) const {
+        if (!batched_) return residual_parts(problem);
+        ResidualParts parts;
+        add_group<Rows<Layout::row>>(problem, grains_, parts);
+        add_group<BatchWalls<M>>(problem, walls_, parts);
+        return parts;
+    }
+
+    // Velocities and impulses back into the problem.
+    void store(ContactProblem<M>& problem) const {
+        if (!batched_) return;
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+        store_impulses(grains_, problem.contacts);
+        store_impulses(walls_, problem.wall_contacts);
+    }
+
+    // Velocities of some bodies, to be glued, into the problem and from there.
+    void store(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
+        if (!batched_) return;
+        for (int g : bodies) problem.bodies[static_cast<std::size_t>(g)].v = velocity(static_cast<std::size_t>(g));
+    }
+    void load(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
+        if (!batched_) return;
+        for (int g : bodies) set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
+    }
+
+    bool batched() const { return batched_; }
+    // Indices into problem.contacts and wall_contacts in the order of the sweep, walls first; -1 pads.
+    const std::vector<int>& order() const { return grains_.batches.contact; }
+    const std::vector<int>& wall_order() const { return walls_.batches.contact; }
+
+    // What a sweep reads and writes.
+    std::size_t bytes() const {
+        const auto of = [](const BatchGroup<M>& group) {
+            return (group.data.size() + group.friction.size()) * sizeof(double) +
+                   (group.i.size() + group.j.size()) * sizeof(int);
+        };
+        return rows_.size() * sizeof(double) + of(grains_) + of(walls_);
+    }
+
+  private:
+    using Layout = BatchLayout<M>;
+    static constexpr std::size_t lanes = Packet::width, row = Layout::row;
+
+    typename M::Velocity velocity(std::size_t body) const {
+        typename M::Velocity v;
+        for (int d = 0; d < M::dof; ++d)
+            v[d] = rows_[body * row + static_cast<std::size_t>(d)] * (d < M::dim ? 1.0 : inverse_rho_[body]);
+        return v;
+    }
+    void set_velocity(std::size_t body, const typename M::Velocity& v) {
+        for (int d = 0; d < M::dof; ++d)
+            rows_[body * row + static_cast<std::size_t>(d)] = d < M::dim ? v[d] : v[d] / inverse_rho_[body];
+    }
+
+    void load_bodies(const ContactProblem<M>& problem) {
+        const std::size_t n = problem.bodies.size();
+        rows_.assign((n + 2) * row, 0.0);  // two more are the pair of the lanes without a contact: it never touches
+        inverse_rho_.assign(n + 2, 1.0);
+        share_.assign(n + 2, 1.0);
+        for (std::size_t g = 0; g < n + 2; ++g) {
+            double inv_mass = 1;
+            if (g < n) {
+                const Body<M>& body = problem.bodies[g];
+                inv_mass = body.inv_mass;
+                if constexpr (M::friction)
+                    inverse_rho_[g] = std::sqrt(body.inv_inertia / (Layout::kappa * body.inv_mass));
+                share_[g] = 1.0 / problem.multiplicity[g];
+                set_velocity(g, body.v);
+            }
+            rows_[g * row + Layout::mass_at] = inv_mass;
+            if constexpr (Layout::half_gap) rows_[g * row + Layout::radius_at] = inverse_rho_[g];
+        }
+        wall_share_.assign(problem.walls.size(), 1.0);
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
+    }
+
+    template <bool wall>
+    void load_contacts(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts,
+                       BatchGroup<M>& group) {
+        const std::size_t bodies = problem.bodies.size();
+        const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
+        const auto together = [&](int first, int c) {  // a batch has one coefficient of friction
+            if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
+            (void)first, (void)c;
+            return true;
+        };
+        const auto touched = [&](int c, auto&& visit) {
+            visit(at(c).i);
+            if constexpr (!wall) visit(at(c).j);
+            if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
+        };
+        // a driven wall comes once in a batch, and the next one may be far along the order
+        const int window = wall && M::driven_walls ? 4096 : 256;
+        group.batches.deal(static_cast<int>(contacts.size()), Packet::width, bodies + problem.walls.size(), window,
+                           together, touched);
+
+        const std::vector<int>& order = group.batches.contact;
+        group.count = order.size() / lanes;
+        group.i.assign(order.size(), static_cast<int>(bodies * row));
+        group.j.assign(order.size(), wall ? 0 : static_cast<int>((bodies + 1) * row));
+        group.shared.assign(group.count, 0);
+        group.friction.assign(M::friction ? group.count : 0, 0.0);
+        group.data.assign(order.size() * Layout::fields, 0.0);
+        for (std::size_t k = 0; k < order.size(); ++k) {
+            const auto field = [&](int f) -> double& {
+                return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
+            };
+            if (order[k] < 0) {
+                field(Layout::normal_at) = 1;
+                field(Layout::bias_at) = 1e150;  // open, whatever the wall of this lane does
+                continue;
+            }
+            const Contact<M>& c = at(order[k]);
+            const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+            group.i[k] = static_cast<int>(i * row);
+            group.j[k] = static_cast<int>(wall ? j : j * row);
+            if (share_[i] < 1 || (wall ? wall_share_ : share_)[j] < 1) group.shared[k / lanes] = 1;
+            for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
+            for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
+            field(Layout::bias_at) = c.bias;
+            if constexpr (M::friction) {
+                group.friction[k / lanes] = c.friction_coefficient;
+                if constexpr (Layout::half_gap) {
+                    const double half = c.lever_i - 1 / inverse_rho_[i];
+                    field(Layout::lever_at) = half;
+                    if (!wall && std::abs(c.lever_j - 1 / inverse_rho_[j] - half) > 1e-13 * c.lever_j) batched_ = false;
+                } else {
+                    field(Layout::lever_at) = c.lever_i * inverse_rho_[i];
+                    if constexpr (!wall) field(Layout::lever_at + 1) = c.lever_j * inverse_rho_[j];
+                }
+            }
+        }
+    }
+
+    void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) const {
+        const std::vector<int>& order = group.batches.contact;
+        for (std::size_t k = 0; k < order.size(); ++k)
+            if (order[k] >= 0)
+                for (int d = 0; d < Layout::components; ++d)
+                    contacts[static_cast<std::size_t>(order[k])].r[d] =
+                        group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
+    }
+
+    template <class Other>
+    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group) {
+        for (std::size_t k = 0; k < group.count; ++k) {
+            Batch<M, Other> batch;
+            batch.load(problem, rows_, group, k);
+            prefetch<Other>(group, k + 1);
+            Packet wn, wt, next[Layout::components], dr[Layout::components];
+            batch.delassus(Packet(1), Packet(1), wn, wt);
+            batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
+            for (int d = 0; d < Layout::components; ++d) {
+                dr[d] = next[d] - batch.r[d];
+                next[d].store(group.fields(k) + (Layout::impulse_at + d) * Packet::width);
+            }
+            batch.apply(dr);
+            batch.a.store(rows_.data(), group.body(k));
+            if constexpr (batch.wall)
+                batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
+            else
+                batch.b.store(rows_.data(), group.other(k));
+        }
+    }
+
+    // Rows of a batch ahead: we know where they are, the hardware does not see them coming.
+    template <class Other>
+    void prefetch(const BatchGroup<M>& group, std::size_t batch) const {
+        if (batch == group.count) return;
+        for (std::size_t k = 0; k < lanes; ++k) {
+            __builtin_prefetch(rows_.data() + group.body(batch)[k]);
+            if constexpr (!Batch<M, Other>::wall) __builtin_prefetch(rows_.data() + group.other(batch)[k]);
+        }
+    }
+
+    template <class Other>
+    void add_group(const ContactProblem<M>& problem, const BatchGroup<M>& group, ResidualParts& parts) const {
+        Packet change(0), energy(0), next_energy(0), round_off(0), closing(0);
+        for (std::size_t k = 0; k < group.count; ++k) {
+            Batch<M, Other> batch;
+            batch.load(problem, rows_, group, k);
+            Packet wn, wt, next[Layout::components], dr[Layout::components], share_i(1), share_j(1);
+            if (group.shared[k]) load_shares<Other>(group, k, share_i, share_j);
+            batch.delassus(share_i, share_j, wn, wt);
+            batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
+            for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
+            change = change + batch.energy(dr, wn, wt);
+            energy = energy + batch.energy(batch.r, wn, wt);
+            next_energy = next_energy + batch.energy(next, wn, wt);
+            Packet speed[M::dim];
+            for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
+            round_off = round_off + batch.dot(speed, speed) / wn;
+            Packet vn = batch.v[0];
+            if constexpr (M::friction) vn = batch.dot(batch.v, batch.n);
+            closing = larger(closing, Packet(0) - vn - batch.bias);
+        }
+        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), problem.h * largest(closing)});
+    }
+
+    template <class Other>
+    void load_shares(const BatchGroup<M>& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
+        alignas(sizeof(Packet)) double share[2][lanes];
+        for (std::size_t k = 0; k < lanes; ++k) {
+            const auto j = static_cast<std::size_t>(group.other(batch)[k]);
+            share[0][k] = share_[static_cast<std::size_t>(group.body(batch)[k]) / row];
+            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : share_[j / row];
+        }
+        share_i = Packet::load(share[0]);
+        share_j = Packet::load(share[1]);
+    }
+
+    AlignedDoubles rows_;                                   // of the bodies, and two more
+    std::vector<double> inverse_rho_, share_, wall_share_;  // share: 1/multiplicity
+    BatchGroup<M> grains_, walls_;
+    bool batched_ = false;
+};
+
+}  // namespace nscdd

@@ -1,0 +1,146 @@
+// The fast sweep against the scalar one, contact by contact in the same order.
+#include "../catch.hpp"
+#include "random_scenes.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+template <class M>
+std::vector<Contact<M>> in_order(const std::vector<Contact<M>>& contacts, const std::vector<int>& order) {
+    std::vector<Contact<M>> sorted;
+    for (int c : order)
+        if (c >= 0) sorted.push_back(contacts[static_cast<std::size_t>(c)]);
+    return sorted;
+}
+
+template <class M>
+double largest_impulse_difference(const std::vector<Contact<M>>& a, const std::vector<Contact<M>>& b) {
+    double largest = 0;
+    for (std::size_t c = 0; c < a.size(); ++c) largest = std::max(largest, (a[c].r - b[c].r).norm());
+    return largest;
+}
+
+// Hands the problems of a second step, whose contacts bring impulses along, to inspect(problem).
+template <class M>
+void second_step(Solver solver, SimulationSettings<M> settings, const std::vector<Grain<M>>& grains, auto&& inspect) {
+    Run<M> run(solver, std::move(settings), grains);
+    run.step();
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+        for (auto& part : parts) inspect(part.problem);
+        return by_nscdd<Dcs<M>>(run.options)(parts, comm, seconds);
+    });
+}
+
+template <class M>
+void compare_sweeps(ContactProblem<M> scalar) {
+    ContactProblem<M> fast = scalar;
+    Sweeper<M> sweeper;
+    sweeper.load(fast);
+    REQUIRE(sweeper.batched());
+    scalar.contacts = in_order<M>(scalar.contacts, sweeper.order());
+    scalar.wall_contacts = in_order<M>(scalar.wall_contacts, sweeper.wall_order());
+    REQUIRE(scalar.contact_count() == fast.contact_count());
+    for (int s = 0; s < 5; ++s) {
+        sweep(scalar);
+        sweeper.sweep(fast);
+    }
+    const ResidualParts ours = sweeper.residual(fast), theirs = residual_parts(scalar);
+    sweeper.store(fast);
+
+    double speed = 0, difference = 0, impulse = 0;
+    for (std::size_t g = 0; g < fast.bodies.size(); ++g) {
+        speed = std::max(speed, scalar.bodies[g].v.norm());
+        difference = std::max(difference, (scalar.bodies[g].v - fast.bodies[g].v).norm());
+    }
+    CHECK(difference <= 1e-13 * speed);
+    if constexpr (M::driven_walls)
+        for (std::size_t w = 0; w < fast.walls.size(); ++w)
+            CHECK(std::abs(fast.walls[w].speed - scalar.walls[w].speed) <= 1e-13 * speed);
+    for (const auto& c : scalar.contacts) impulse = std::max(impulse, c.r.norm());
+    CHECK(impulse > 0);
+    CHECK(largest_impulse_difference<M>(in_order<M>(fast.contacts, sweeper.order()), scalar.contacts) <=
+          1e-12 * impulse);
+    CHECK(largest_impulse_difference<M>(in_order<M>(fast.wall_contacts, sweeper.wall_order()), scalar.wall_contacts) <=
+          1e-12 * impulse);
+
+    CHECK(theirs.change > 0);
+    for (std::size_t k = 0; k < ResidualParts::size; ++k)
+        CHECK(ours.pack()[k] == Approx(theirs.pack()[k]).epsilon(1e-9).margin(1e-12 * theirs.energy));
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("a fast sweep is a scalar sweep in its order", "[sweeper]", Disks, FrictionDisks, DrivenDisks,
+                   DrivenFrictionDisks, Spheres, FrictionSpheres, DrivenSpheres, DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(11);
+    const int side = M::dim == 2 ? 9 : 5;
+    for (const int ranks : {1, 3})  // with whole and with split masses
+        second_step<M>({Scheme::dcs, ranks}, lattice_settings<M>(side), shaken_lattice<M>(random, side),
+                       [](const ContactProblem<M>& problem) {
+                           REQUIRE(problem.contacts.size() > 15);
+                           REQUIRE(problem.wall_contacts.size() > 3);
+                           compare_sweeps(problem);
+                       });
+}
+
+TEST_CASE("contacts of different friction do not share a batch", "[sweeper]") {
+    using M = FrictionSpheres;
+    Random random(12);
+    auto settings = lattice_settings<M>(5);
+    settings.materials = Materials(2);
+    settings.materials.set(0, 0, {0.1, 0});
+    settings.materials.set(0, 1, {0.3, 0});
+    settings.materials.set(1, 1, {0.9, 0});
+    auto grains = shaken_lattice<M>(random, 5);
+    for (auto& g : grains) g.material = g.id % 2;
+    second_step<M>(nlgs_alone, settings, grains, [](const ContactProblem<M>& problem) { compare_sweeps(problem); });
+}
+
+TEMPLATE_TEST_CASE("batches hold every contact once and no body twice", "[sweeper]", FrictionDisks, FrictionSpheres) {
+    using M = TestType;
+    Random random(13);
+    const int side = M::dim == 2 ? 12 : 6;
+    second_step<M>(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side),
+                   [](const ContactProblem<M>& problem) {
+                       Sweeper<M> sweeper;
+                       sweeper.load(problem);
+                       const std::vector<int>& order = sweeper.order();
+                       REQUIRE(order.size() % Packet::width == 0);
+                       std::vector<int> times(problem.contacts.size(), 0), last(problem.bodies.size(), -1);
+                       for (std::size_t k = 0; k < order.size(); ++k) {
+                           if (order[k] < 0) continue;
+                           const auto& c = problem.contacts[static_cast<std::size_t>(order[k])];
+                           ++times[static_cast<std::size_t>(order[k])];
+                           for (int body : {c.i, c.j}) {
+                               CHECK(last[static_cast<std::size_t>(body)] < static_cast<int>(k / Packet::width));
+                               last[static_cast<std::size_t>(body)] = static_cast<int>(k / Packet::width);
+                           }
+                       }
+                       CHECK(std::ranges::all_of(times, [](int n) { return n == 1; }));
+                       CHECK(order.size() < problem.contacts.size() + 4 * Packet::width);  // few lanes are idle
+                   });
+}
+
+TEST_CASE("inertias that are not those of solid spheres are swept contact by contact", "[sweeper]") {
+    using M = FrictionSpheres;
+    Random random(14);
+    auto grains = shaken_lattice<M>(random, 4);
+    for (auto& g : grains) g.inertia *= 1 + 0.1 * (g.id % 3);
+    second_step<M>(nlgs_alone, lattice_settings<M>(4), grains, [](ContactProblem<M> problem) {
+        ContactProblem<M> fast = problem;
+        Sweeper<M> sweeper;
+        sweeper.load(fast);
+        CHECK_FALSE(sweeper.batched());
+        sweep(problem);
+        sweeper.sweep(fast);
+        sweeper.store(fast);
+        double difference = 0;
+        for (std::size_t g = 0; g < fast.bodies.size(); ++g)
+            difference = std::max(difference, (problem.bodies[g].v - fast.bodies[g].v).norm());
+        CHECK(difference == 0);
+        CHECK(sweeper.residual(fast).eta() == residual_parts(problem).eta());
+    });
+}
