@@ -60,6 +60,8 @@ def hard(**changed):
              "bound_from": "law", "ok": True, "iterations": n, "steps": 1, "residual": 1e-5, "commands": ["nscdd run FABRICATED"]}
             for n in (10, 100) for scheme, subdomains in (("nlgs", 1), ("dcs", 4))
             for quantity, relation in (("impulse", "="), ("sweeps", "<="), ("fall", ">="))]
+    rows.append(rows[0] | {"case": "order-impact-3d", "family": "order-impact", "quantity": "order, theta = 1",
+                           "series": [[0.1, 0.2], [0.05, 0.1]]})
     rows[0].update(changed)
     return {"schema": "nscdd.hard/1", "command": "scripts/hard_cases FABRICATED", "rows": rows,
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "commit": "fabricated", "date": "2000-01-01T00:00:00Z"}
@@ -161,7 +163,7 @@ class Page(Case):
     def test_good_results_pass_with_all_captions_in_one_file(self):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
-        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Table 5"):
+        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5"):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -175,7 +177,7 @@ class Page(Case):
 
         self.assertNotRegex(page, r'src="(?!data:)|<link|<script')
         names = {path.name for path in self.out.iterdir()}
-        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories", "fig6-columns"):
+        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories", "fig6-columns", "fig7-orders"):
             self.assertLessEqual({f"{stem}.png", f"{stem}.svg"}, names)
         self.assertFalse([name for name in names if name.endswith(".part")])
 
@@ -229,8 +231,8 @@ class Verdict(Case):
             if path.name != "hard.json":
                 path.unlink()
         self.assertEqual(self.report(), (0, ""))
-        self.assertIn("All 12 rows of the hard cases are within their bounds", self.page())
-        self.assertEqual(self.summary()["hard_rows"], 12)
+        self.assertIn("All 13 rows of the hard cases are within their bounds", self.page())
+        self.assertEqual(self.summary()["hard_rows"], 13)
 
     def test_unchecked_runs_are_named(self):
         (self.folder / "column-dcs-mpi-2.compare.json").unlink()

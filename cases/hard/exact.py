@@ -392,6 +392,95 @@ def settled(case):
                    masses(scene).sum() * gravity(scene) * bound, "tolerance: the weight times that creep", result, relation="<=")
 
 
+# --- time stepping -----------------------------------------------------------------------------------------------
+
+STEPS = (1, 2, 4, 8)  # times as many as in the scene
+
+
+def observed_order(errors):
+    """Slope of log(error) over log(h) by least squares."""
+    return float(np.polyfit(-np.log(STEPS), np.log(errors), 1)[0])
+
+
+def refined(case, theta, factor, impact=False):
+    """The scene with `factor` times as many steps over the same time; `impact`: one more, so that what happens after two
+    thirds of the time always happens two thirds into a step."""
+    step = case.scene["step"]
+    time = step["h"] * step["count"]
+    count = factor * (step["count"] - impact) + impact
+    return case.with_step(h=time / count, count=count, theta=theta).run()
+
+
+def order_rows(case, error_of, impact=False, exact_at_half=False):
+    for theta in (0.5, 1.0):
+        runs = [refined(case, theta, factor, impact) for factor in STEPS]
+        errors = [error_of(run, theta) for run in runs]
+        if exact_at_half and theta == 0.5:
+            yield case.row("error of the place, theta = 1/2", 0, max(errors), 1e3 * ROUND_OFF, "round-off: constant acceleration",
+                           runs[-1])
+            continue
+        # the next order of the expansion changes the slope by less than the largest step's share of the time
+        share = 1 / case.scene["step"]["count"]
+        row = case.row(f"order of the place, theta = {theta:g}", 1, observed_order(errors), 4 * share,
+                       "O(h): the next order over the first", runs[-1], relation=">=")
+        yield row | {"series": [[run.json["h"], error] for run, error in zip(runs, errors)]}
+
+
+def order_sliding(case):
+    scene = case.scene
+    mu, g, v0 = law(scene, "grain", "wall")["friction"], gravity(scene), scene["grain"][0]["velocity"][0]
+    time = scene["step"]["h"] * scene["step"]["count"]
+    place = v0 * time - mu * g * time**2 / 2
+    yield from order_rows(case, lambda run, theta: abs(float(run.x[0, 0]) - place), exact_at_half=True)
+
+
+def order_impact(case):
+    scene = case.scene
+    e, g = law(scene, "grain", "wall")["restitution"], gravity(scene)
+    radius = scene["grain"][0]["radius"]
+    height = scene["grain"][0]["position"][-1] - radius
+    after = scene["step"]["h"] * scene["step"]["count"] - math.sqrt(2 * height / g)
+    place = radius + e * math.sqrt(2 * g * height) * after - g * after**2 / 2
+    yield from order_rows(case, lambda run, theta: abs(float(run.x[0, -1]) - place), impact=True)
+
+
+def order_packing(case):
+    reference = {theta: refined(case, theta, 8 * STEPS[-1]) for theta in (0.5, 1.0)}
+    yield from order_rows(case, lambda run, theta: float(np.linalg.norm(run.x - reference[theta].x)))
+
+
+def gas(case):
+    """e = 1: v + v- = 0 wherever an impulse acts, so that no energy is lost, and none by the drift."""
+    scene, result = case.scene, case.run()
+    start = 0.5 * float(masses(scene) @ np.sum(np.square([g["velocity"] for g in scene["grain"]]), axis=1))
+    count, tolerance = scene["step"]["count"], scene["solver"]["tolerance"]
+    yield case.row("energy", start, result.json["final"]["kinetic_energy"], count * tolerance * start, "tolerance: at every step",
+                   result)
+
+
+def clump(case):
+    """Contact impulses act at one point on both grains, which then drift along their velocities: nothing is exchanged
+    with the outside, whatever the accuracy."""
+    scene, result = case.scene, case.run()
+    m, dimension = masses(scene), scene["dimension"]
+    v = np.array([g["velocity"] for g in scene["grain"]])
+    x = np.array([g["position"] for g in scene["grain"]])
+    spins = np.array([g["spin"] for g in scene["grain"]]).reshape(len(m), -1)
+    inertia = (inertia_share(scene) * m * radii(scene)**2)[:, None]
+    orbit = np.cross(x, m[:, None] * v).reshape(len(m), -1)
+    angular = (orbit + inertia * spins).sum(0)
+    final = result.json["final"]
+    bound = ROUND_OFF * scene["step"]["count"]
+    for name, exact, found, scale in (
+            ("momentum", (m[:, None] * v).sum(0), final["momentum"], m @ np.linalg.norm(v, axis=1)),
+            ("angular momentum", angular, final["angular_momentum"], np.abs(orbit).sum() + np.abs(inertia * spins).sum())):
+        yield case.row(f"{name}, the last component; error: the whole", exact[-1], found[-1], bound * scale,
+                       "round-off of every step", result, error=float(np.linalg.norm(exact - found)))
+    start = 0.5 * float((m[:, None] * v**2).sum() + (inertia * spins**2).sum())
+    yield case.row("energy at most", start, final["kinetic_energy"], scene["solver"]["tolerance"] * start, "tolerance", result,
+                   relation="<=")
+
+
 # By the beginning of the case's name, the longest that fits.
 FAMILIES = {
     "column": column, "mass": column, "radius": column, "crystal-square": crystal_square, "crystal-close": crystal_close,
@@ -399,5 +488,6 @@ FAMILIES = {
     "incline": incline, "spin": spin, "pile": pile, "wedge-squeezed": wedge_squeezed, "wedge-locked": wedge_locked,
     "squeeze-fast": squeeze_fast, "squeeze-slow": refused(("grain", "overlap", "%")),
     "coincident": refused(("grain 0", "grain 1", "overlap")), "rest": rest, "lid": lid, "large-step": large_step,
-    "settled": settled,
+    "settled": settled, "order-sliding": order_sliding, "order-impact": order_impact, "order-packing": order_packing,
+    "gas": gas, "clump": clump,
 }

@@ -1,10 +1,10 @@
-"""The table of the hard cases, family by family, and the figure of their sweeps."""
+"""The table of the hard cases, family by family, and the figures of their sweeps and orders."""
 import re
 from html import escape
 
 from . import tables
 from .load import hard_ok
-from .style import SUBDOMAINS, plt
+from .style import CCS, DCS, NLGS, SUBDOMAINS, plt
 
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
 
@@ -65,4 +65,29 @@ def draw_columns(rows):
                   markersize=5 + (subdomains > 1) * 3, label=f"{scheme.upper()}, {subdomains}")
     axis.set(xscale="log", yscale="log", xlabel="N", ylabel="iterations")
     axis.legend(loc="upper left")
+    return figure
+
+
+def draw_orders(rows):
+    """Errors against step sizes, a panel per family, a line per theta; or None. Of the first scheme, in 3D: the others'
+    are the same to the tolerance."""
+    series = {}
+    for row in rows:
+        if "series" in row and row["dimension"] == 3 and row["scheme"] == rows[0]["scheme"]:
+            series.setdefault(row["family"], []).append(row)
+    if not series:
+        return None
+    figure, axes = plt.subplots(1, len(series), figsize=(2.9 * len(series) + 0.4, 3.0), squeeze=False)
+    for axis, (family, lines) in zip(axes[0], series.items()):
+        for row, colour in zip(lines, (DCS, CCS) if len(lines) > 1 else (CCS,)):
+            h, error = zip(*row["series"])
+            axis.plot(h, error, "o-", color=colour, markersize=4,
+                      label=f"{row['quantity'].rpartition(', ')[2].replace('theta', chr(0x3b8))}: {row['found']:.2f}")
+        first = lines[-1]["series"]
+        axis.plot([first[0][0], first[-1][0]], [2 * first[0][1], 2 * first[0][1] * first[-1][0] / first[0][0]], "--", color=NLGS,
+                  linewidth=1, label="order 1")
+        axis.set(xscale="log", yscale="log", xlabel="h")
+        axis.set_title(family.removeprefix("order-"))
+        axis.legend(loc="lower right")
+    axes[0][0].set_ylabel("error of the place")
     return figure

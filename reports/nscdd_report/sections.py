@@ -153,4 +153,10 @@ def hard_cases(results, out):
         caption = ("Iterations of a column of <i>N</i> from zero impulses: counted (marks), and the most that the spectral radius of "
                    "the iteration allows for the tolerance (lines), by number of subdomains.")
         parts.append(block(image(save(figure, out, "fig6-columns"), "svg", "Iterations of columns"), "Fig. 6", caption, source))
+    figure = hard.draw_orders(rows)
+    if figure:
+        caption = ("Error of the places against the step size, 3D, with the observed order: sliding under constant friction, which "
+                   "\u03b8 = 1/2 follows exactly (no line); an impact with e = 0.5; a ball sinking into others, against much smaller "
+                   "steps.")
+        parts.append(block(image(save(figure, out, "fig7-orders"), "svg", "Error against step size"), "Fig. 7", caption, source))
     return "\n".join(parts)
