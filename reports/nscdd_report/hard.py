@@ -87,7 +87,8 @@ def draw_orders(rows):
         axis.plot([first[0][0], first[-1][0]], [2 * first[0][1], 2 * first[0][1] * first[-1][0] / first[0][0]], "--", color=NLGS,
                   linewidth=1, label="order 1")
         axis.set(xscale="log", yscale="log", xlabel="h")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
         axis.set_title(family.removeprefix("order-"))
-        axis.legend(loc="lower right")
+        axis.legend(loc="best")
     axes[0][0].set_ylabel("error of the place")
     return figure
