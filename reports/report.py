@@ -33,14 +33,16 @@ def make(folder, out):
     contents = [("communication", "Communication", communication),
                 ("pictures", "Partition and multiplicity", sections.pictures(results, out)),
                 ("scaling", "Speed-up and iterations", scaling),
-                ("agreement", "Agreement", sections.agreement(results))]
-    runs = results.runs
-    dates = sorted(run["date"] for run in runs)
+                ("agreement", "Agreement", sections.agreement(results)),
+                ("hard", "Hard cases", sections.hard_cases(results, out))]
+    runs, sources = results.runs, [*results.runs, *results.hard]
+    dates = sorted(source["date"] for source in sources)
     scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
     systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))
-                                for r in runs}))
-    facts = [("Scenes", scenes), ("Runs", f"{len(runs)}, made {dates[0]} to {dates[-1]}"), ("Machine", machines(runs)),
-             ("System", systems), ("Commit", commits(runs)),
+                                for r in sources}))
+    facts = [("Scenes", scenes), ("Runs", f"{len(runs)} and {len(results.hard_rows)} rows of hard cases, made {dates[0]} to "
+                                          f"{dates[-1]}"), ("Machine", machines(sources)),
+             ("System", systems), ("Commit", commits(sources)),
              ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"))]
     lead = ("Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
             "against sequential nonlinear Gauss\u2013Seidel (NLGS). Figures 1 to 4 and Table 1 are those of the paper, "
@@ -48,9 +50,9 @@ def make(folder, out):
     html = page("nscdd: report of the main job", lead, facts, verdict_html, contents, "Method: " + PAPER + ".")
     summary = {"schema": "nscdd.summary/1", "passes": passes, "failures": results.failures(),
                "unchecked": [run.name for run in results.unchecked()], "runs": len(runs),
-               "compared_rows": sum(len(c["rows"]) for c in results.compares),
-               "largest_residual": {run.name: run.eta_max for run in runs}, "machine": machines(runs),
-               "commit": commits(runs), "dates": [dates[0], dates[-1]], **summary_tables, "scaling": summary_scaling}
+               "compared_rows": sum(len(c["rows"]) for c in results.compares), "hard_rows": len(results.hard_rows),
+               "largest_residual": {run.name: run.eta_max for run in runs}, "machine": machines(sources),
+               "commit": commits(sources), "dates": [dates[0], dates[-1]], **summary_tables, "scaling": summary_scaling}
     write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
     write(out / "index.html", html.encode())
     for line in results.failures():

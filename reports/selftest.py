@@ -53,6 +53,20 @@ def compare(scene, scheme, n, transport, value=1e-3):
                      {"quantity": "stress", "value": 2e-4, "bound": 1e-3, "ok": True}]}
 
 
+def hard(**changed):
+    """The JSON of the hard cases, with a row of each relation by both schemes; `changed` fields of the first row."""
+    rows = [{"case": f"column-{n}-3d", "family": "column", "dimension": 3, "scheme": scheme, "subdomains": subdomains,
+             "quantity": quantity, "relation": relation, "expected": 2.0 * n, "found": 1.0 * n, "error": 0.0, "bound": 1e-3,
+             "bound_from": "law", "ok": True, "iterations": n, "steps": 1, "residual": 1e-5, "commands": ["nscdd run FABRICATED"]}
+            for n in (10, 100) for scheme, subdomains in (("nlgs", 1), ("dcs", 4))
+            for quantity, relation in (("impulse", "="), ("sweeps", "<="), ("fall", ">="))]
+    rows.append(rows[0] | {"case": "order-impact-3d", "family": "order-impact", "quantity": "order, theta = 1",
+                           "series": [[0.1, 0.2], [0.05, 0.1]]})
+    rows[0].update(changed)
+    return {"schema": "nscdd.hard/1", "command": "scripts/hard_cases FABRICATED", "rows": rows,
+            "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "commit": "fabricated", "date": "2000-01-01T00:00:00Z"}
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -87,6 +101,7 @@ def fabricate(folder, scenes):
         write_state(folder / "network-dcs-in-process-2.h5", 2)
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
+    put("hard.json", hard())
     for scene in scenes:
         put(f"{scene}-nlgs.json", run(scene, "nlgs", 1, "sequential"))
         for scheme in ("ccs", "dcs"):
@@ -148,7 +163,7 @@ class Page(Case):
     def test_good_results_pass_with_all_captions_in_one_file(self):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
-        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5"):
+        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5"):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -162,7 +177,7 @@ class Page(Case):
 
         self.assertNotRegex(page, r'src="(?!data:)|<link|<script')
         names = {path.name for path in self.out.iterdir()}
-        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories"):
+        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories", "fig6-columns", "fig7-orders"):
             self.assertLessEqual({f"{stem}.png", f"{stem}.svg"}, names)
         self.assertFalse([name for name in names if name.endswith(".part")])
 
@@ -205,6 +220,20 @@ class Verdict(Case):
         (self.folder / "job.json").write_text(json.dumps(record))
         self.assert_fails_with("job failed (exit 3): isotropic packing")
 
+    def test_hard_case_out_of_its_bound_fails(self):
+        for changed in ({"error": 2e-3}, {"error": None, "found": None, "note": "exit code 1"}, {"ok": False}):
+            (self.folder / "hard.json").write_text(json.dumps(hard(**changed)))
+            self.assert_fails_with("hard case column-10-3d by nlgs: impulse")
+            self.assertIn("<details open><summary>column: 11 of 12 rows", self.page())
+
+    def test_hard_cases_alone_make_a_report(self):
+        for path in self.folder.iterdir():
+            if path.name != "hard.json":
+                path.unlink()
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn("All 13 rows of the hard cases are within their bounds", self.page())
+        self.assertEqual(self.summary()["hard_rows"], 13)
+
     def test_unchecked_runs_are_named(self):
         (self.folder / "column-dcs-mpi-2.compare.json").unlink()
         self.assertEqual(self.report()[0], 0)
@@ -225,6 +254,10 @@ class Input(Case):
         self.change("column-dcs-mpi-2.json", iterations=[1])
         self.assert_one_line("column-dcs-mpi-2.json", "1 entries for 3 steps")
 
+    def test_damaged_hard_cases_are_one_line(self):
+        self.change("hard.json", rows=[])
+        self.assert_one_line("hard.json", "rows")
+
     def test_damaged_job_record_is_one_line(self):
         (self.folder / "job.json").write_text('{"schema": "nscdd.job/1"}')
         self.assert_one_line("job.json", "jobs")
@@ -239,7 +272,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 8)  # Tables 1 to 3, Figs. 1 to 5
+        self.assertEqual(self.page().count("Not in these results"), 9)  # Tables 1 to 3, 5, Figs. 1 to 5
         self.assertIn("agreement was not checked", self.page())
 
 

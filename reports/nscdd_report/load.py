@@ -1,4 +1,4 @@
-"""Results of one folder: runs, comparisons, failed jobs; and which run may answer which question."""
+"""Results of one folder: runs, comparisons, hard cases, failed jobs; and which run may answer which question."""
 import json
 from pathlib import Path
 
@@ -75,11 +75,23 @@ class Run:
             yield f"{self.name}: called converged, yet its residual {self.eta_max:.3g} exceeds {self['tolerance']:g}"
 
 
+class HardCases(dict):
+    """The JSON of the hard cases; its command and fields are asked for like those of a run."""
+
+    @property
+    def command(self):
+        return self["command"]
+
+
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, runs, compares, jobs):
-        self.runs, self.compares, self.jobs = runs, compares, jobs
+    def __init__(self, runs, compares, jobs, hard):
+        self.runs, self.compares, self.jobs, self.hard = runs, compares, jobs, hard
+
+    @property
+    def hard_rows(self):
+        return [row for record in self.hard for row in record["rows"]]
 
     def select(self, **wanted):
         """Runs whose fields, or properties such as role, have the given values."""
@@ -122,6 +134,9 @@ class Results:
                       f"exceeds {row['bound']:g}" for row in bad]
             if not compare["ok"] and not bad:
                 lines.append(f"{Path(compare['candidate']).stem}: said to disagree with {compare['reference']}")
+        lines += [f"hard case {row['case']} by {row['scheme']}: {row['quantity']}: "
+                  + (row.get("note") or f"error {show(row['error'])} exceeds {row['bound']:.3g}")
+                  for row in self.hard_rows if not hard_ok(row)]
         lines += [f"job failed (exit {job['exit']}): {job['title']}" for job in self.jobs if job["exit"]]
         return lines
 
@@ -133,6 +148,10 @@ class Results:
 
 def row_ok(row):
     return row["ok"] and row["value"] is not None and row["value"] <= row["bound"]
+
+
+def hard_ok(row):
+    return row["ok"] and row["error"] is not None and row["error"] <= row["bound"]
 
 
 def show(value):
@@ -169,7 +188,7 @@ def read_json(path):
 
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs = [], [], []
+    runs, compares, jobs, hard = [], [], [], []
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -181,6 +200,9 @@ def load(folder):
         elif data["schema"] == "nscdd.compare/1":
             check(path, data, "compare.schema.json")
             compares.append(data)
+        elif data["schema"] == "nscdd.hard/1":
+            check(path, data, "hard.schema.json")
+            hard.append(HardCases(data))
         elif data["schema"] == "nscdd.job/1":
             try:
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
@@ -188,8 +210,8 @@ def load(folder):
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
         elif data["schema"] != "nscdd.summary/1":
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
-    if not runs:
+    if not runs and not hard:
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(runs, compares, jobs)
+    return Results(runs, compares, jobs, hard)

@@ -54,7 +54,10 @@ def verdict(results):
         items = "".join(f"<li>{escape(line)}</li>" for line in failures)
         return f'<div class="verdict bad"><b>Failed: {len(failures)} finding{"s" * (len(failures) > 1)}.</b>' \
                f"<ul>{items}</ul></div>", False
-    text = f"All {len(results.runs)} runs converged"
+    hard = f"All {len(results.hard_rows)} rows of the hard cases are within their bounds." if results.hard else ""
+    if not results.runs:
+        return f'<div class="verdict good"><b>{hard}</b></div>', True
+    text = f"{hard} All {len(results.runs)} runs converged".strip()
     if not results.compares:
         return f'<div class="verdict open"><b>{text}; agreement was not checked:</b> no comparison with a ' \
                "reference is in these results.</div>", True

@@ -1,7 +1,7 @@
 """The sections of the page: what each figure and table shows, says, and lacks."""
 from html import escape
 
-from . import curves, packings, tables
+from . import curves, hard, packings, tables
 from .page import block, image, missing, origin
 from .style import SCHEMES, save
 
@@ -127,8 +127,36 @@ def agreement(results):
         parts.append(block(tables.agreement(results.compares), "Table 3", caption, source, wide=True))
     else:
         parts.append(missing("Table 3, comparisons with the reference (nscdd compare)"))
+    if not results.runs:
+        return "\n".join([*parts, missing("Table 4, runs")])
     caption = ("All runs: largest energy residual \u03b7 of any step with its tolerance, and counts. Seconds are given "
                "only where they are measured.")
     parts.append(block(tables.all_runs(results.runs), "Table 4", caption,
                        origin(results.runs, "Counted; seconds measured"), wide=True))
+    return "\n".join(parts)
+
+
+def hard_cases(results, out):
+    if not results.hard:
+        return missing("Table 5 and Fig. 6, the hard cases (scripts/hard_cases)")
+    rows = results.hard_rows
+    schemes = list(dict.fromkeys((row["scheme"], row["subdomains"]) for row in rows))
+    caption = (f"Hard cases, {len({row['case'] for row in rows})} scenes by {len(schemes)} schemes: the exact answer, what was "
+               "found, how far it is from that, and the bound, which comes from theory: of the accuracy asked for "
+               "(<i>tolerance</i>), of the step (<i>O(h)</i>), of the arithmetic (<i>round-off</i>), or an inequality (<i>law</i>; "
+               "its error is by how much it fails). Iterations are those of all steps: sweeps, glued after each where there are "
+               "several subdomains. An error beyond its bound is in red, and its family open.")
+    source = "".join(origin([record], "Computed") for record in results.hard)
+    parts = [block(hard.table(rows), "Table 5", caption, source, wide=True)]
+    figure = hard.draw_columns(rows)
+    if figure:
+        caption = ("Iterations of a column of <i>N</i> from zero impulses: counted (marks), and the most that the spectral radius of "
+                   "the iteration allows for the tolerance (lines), by number of subdomains.")
+        parts.append(block(image(save(figure, out, "fig6-columns"), "svg", "Iterations of columns"), "Fig. 6", caption, source))
+    figure = hard.draw_orders(rows)
+    if figure:
+        caption = ("Error of the places against the step size, 3D, with the observed order: sliding under constant friction, which "
+                   "\u03b8 = 1/2 follows exactly (no line); an impact with e = 0.5; a ball sinking into others, against much smaller "
+                   "steps.")
+        parts.append(block(image(save(figure, out, "fig7-orders"), "svg", "Error against step size"), "Fig. 7", caption, source))
     return "\n".join(parts)

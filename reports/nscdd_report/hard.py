@@ -1,0 +1,94 @@
+"""The table of the hard cases, family by family, and the figures of their sweeps and orders."""
+import re
+from html import escape
+
+from . import tables
+from .load import hard_ok
+from .style import CCS, DCS, NLGS, SUBDOMAINS, plt
+
+RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
+
+
+def table(rows):
+    """All rows, folded by family; those of a family with an error beyond its bound are open."""
+    schemes = list(dict.fromkeys((row["scheme"], row["subdomains"]) for row in rows))
+    parts = []
+    for family in dict.fromkeys(row["family"] for row in rows):
+        own = [row for row in rows if row["family"] == family]
+        good = sum(map(hard_ok, own))
+        parts.append(f'<details{"" if good == len(own) else " open"}><summary>{escape(family)}: {good} of {len(own)} rows of '
+                     f'{len({row["case"] for row in own})} scenes within their bounds</summary>{family_table(own, schemes)}'
+                     "</details>")
+    return "\n".join(parts)
+
+
+def family_table(rows, schemes):
+    """One line per case and quantity; found, error, bound and iterations of each scheme beside each other."""
+    lines, notes = [], []
+    for key in dict.fromkeys((row["case"], row["quantity"]) for row in rows):
+        by_scheme = {(row["scheme"], row["subdomains"]): row for row in rows if (row["case"], row["quantity"]) == key}
+        first = next(iter(by_scheme.values()))
+        cells = [escape(key[0]), escape(key[1])]
+        for scheme in schemes:
+            row = by_scheme.get(scheme)
+            if row is None:
+                cells += [tables.NONE] * 5
+                continue
+            error = tables.number(row["error"])
+            cells += [RELATIONS[row["relation"]] + tables.number(row["expected"]), tables.number(row["found"]),
+                      error if hard_ok(row) else (error, "bad"), tables.number(row["bound"]), tables.count(row["iterations"])]
+            if "note" in row:
+                notes.append(f'<p>{escape(row["case"])}, {escape(row["scheme"])}: {escape(row["note"])}</p>')
+        lines.append([*cells, escape(first["bound_from"])])
+    head = [[("", 1), ("", 1)] + [(f"{escape(name.upper())}{f', {n} subdomains' if n > 1 else ''}", 5) for name, n in schemes]
+            + [("", 1)],
+            [("case", 1), ("quantity", 1)] + [(text, 1) for text in ("expected", "found", "error", "bound", "iterations")] * len(schemes)
+            + [("bound from", 1)]]
+    return tables.table(head, lines, f"Hard cases: {rows[0]['family']}") + "".join(notes)
+
+
+def draw_columns(rows):
+    """Iterations of columns against their height, or None if there are not two heights."""
+    points = {}
+    for row in rows:
+        match = re.match(r"column-(\d+)-3d", row["case"])
+        if match and row["relation"] == "<=" and row["found"] is not None:
+            points.setdefault((row["scheme"], row["subdomains"]), []).append((int(match[1]), row["found"], row["expected"]))
+    if not points or max(map(len, points.values())) < 2:
+        return None
+    figure, axis = plt.subplots(figsize=(4.6, 3.2))
+    for (scheme, subdomains), values in points.items():
+        n, found, bound = zip(*sorted(values))
+        colour = SUBDOMAINS[(subdomains - 1) % len(SUBDOMAINS)]
+        axis.plot(n, bound, color=colour, linewidth=1.1)
+        axis.plot(n, found, "o" if subdomains == 1 else "s", color=colour, markerfacecolor="none" if subdomains > 1 else colour,
+                  markersize=5 + (subdomains > 1) * 3, label=f"{scheme.upper()}, {subdomains}")
+    axis.set(xscale="log", yscale="log", xlabel="N", ylabel="iterations")
+    axis.legend(loc="upper left")
+    return figure
+
+
+def draw_orders(rows):
+    """Errors against step sizes, a panel per family, a line per theta; or None. Of the first scheme, in 3D: the others'
+    are the same to the tolerance."""
+    series = {}
+    for row in rows:
+        if "series" in row and row["dimension"] == 3 and row["scheme"] == rows[0]["scheme"]:
+            series.setdefault(row["family"], []).append(row)
+    if not series:
+        return None
+    figure, axes = plt.subplots(1, len(series), figsize=(2.9 * len(series) + 0.4, 3.0), squeeze=False)
+    for axis, (family, lines) in zip(axes[0], series.items()):
+        for row, colour in zip(lines, (DCS, CCS) if len(lines) > 1 else (CCS,)):
+            h, error = zip(*row["series"])
+            axis.plot(h, error, "o-", color=colour, markersize=4,
+                      label=f"{row['quantity'].rpartition(', ')[2].replace('theta', chr(0x3b8))}: {row['found']:.2f}")
+        first = lines[-1]["series"]
+        axis.plot([first[0][0], first[-1][0]], [2 * first[0][1], 2 * first[0][1] * first[-1][0] / first[0][0]], "--", color=NLGS,
+                  linewidth=1, label="order 1")
+        axis.set(xscale="log", yscale="log", xlabel="h")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
+        axis.set_title(family.removeprefix("order-"))
+        axis.legend(loc="best")
+    axes[0][0].set_ylabel("error of the place")
+    return figure
