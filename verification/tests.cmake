@@ -5,6 +5,7 @@ target_compile_options(small_scenes PRIVATE -O1)
 
 nscdd_test(test_communicator quick unit/test_communicator.cpp)
 nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
+nscdd_test(test_local_form quick unit/test_local_form.cpp)
 nscdd_test(test_partition quick unit/test_partition.cpp)
 nscdd_test(test_gluing quick unit/test_gluing.cpp)
 nscdd_test(test_detection quick unit/test_detection.cpp)
