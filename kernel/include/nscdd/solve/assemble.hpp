@@ -66,7 +66,10 @@ template <class M>
 std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactProblem<M>& problem) {
     std::vector<typename DelassusProblem<M::dim>::Vec> r;
     detail::each_contact(problem, [&](const Contact<M>& c, auto) {
-        r.push_back(contact_frame<M>(c.normal) * impulse_vector<M>(c.r, c.normal));
+        if constexpr (M::friction)
+            r.push_back(contact_frame<M>(c.normal) * c.r);
+        else
+            r.push_back(DelassusProblem<M::dim>::Vec::Unit(0) * c.r[0]);
     });
     return r;
 }
