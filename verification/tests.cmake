@@ -17,7 +17,7 @@ target_link_libraries(test_schemes PRIVATE small_scenes)
 target_link_libraries(test_reference PRIVATE small_scenes)
 
 if(TARGET nscdd_files)
-    nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp)
+    nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
 endif()
 

@@ -315,8 +315,8 @@ class Judged(FclibTest):
             self.agrees(path, "--max-sweeps", 50)  # far from solved: the measures are far from zero
 
     def test_measures_of_exports(self):
-        for dim in (2, 3):
-            path = self.export(dim, "--tolerance", "1e-4")
+        for dim, mu in ((2, 0.3), (3, 0.3), (3, 0.0)):
+            path = self.export(dim, "--tolerance", "1e-4", mu=mu)
             with h5py.File(path) as file:
                 own = file["fclib_local/info"].attrs["solution_natural_map"]
             self.assertLess(abs(judge("check_fclib.py", path)["natmap_siconos44"] - own), 1e-10)

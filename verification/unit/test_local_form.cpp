@@ -127,6 +127,15 @@ TEST_CASE("Measures of one contact have the values found by hand", "[local]") {
             CHECK(std::abs(value) < 1e-15);
         CHECK(e.least_normal_impulse == 1);
     }
+    SECTION("an exact answer, open, with and without friction") {
+        for (double mu : {0.0, 0.5}) {
+            const ErrorMeasures e = error_measures(alone(1, {2, 0, 0}, mu), {{0, 0, 0}});
+            CHECK(e.natural_map == 0);
+            CHECK(e.natural_map_velocity == 0);
+            CHECK(e.eta == 0);
+            CHECK(e.least_normal_velocity == 1);
+        }
+    }
     SECTION("no impulse where one is needed, whatever the unit") {
         for (double w : {1.0, 4.0, 1e-6}) {
             const ErrorMeasures e = error_measures(alone(w, {-w, 0, 0}, 0.5), {{0, 0, 0}});
@@ -157,6 +166,23 @@ TEST_CASE("Measures of one contact have the values found by hand", "[local]") {
         CHECK(e.least_normal_impulse == -1);
         CHECK(e.least_normal_velocity == -1);
         CHECK(e.complementarity == Approx(1));
+    }
+}
+
+TEST_CASE("The nearest point of the cone is none of those around it", "[local]") {
+    Random random(8);
+    for (int k = 0; k < 2000; ++k) {
+        const double mu = k % 5 == 0 ? 0 : uniform(random, 0, 2);
+        Local3::Vec y = random_vector<Local3::Vec>(random);
+        if (k % 3 == 0) y.tail<2>().setZero();
+        const Local3::Vec p = project_on_cone(y, mu);
+        REQUIRE(p.tail<2>().norm() <= mu * p[0] + 1e-15);
+        for (int other = 0; other < 20; ++other) {  // the angle at p is obtuse for every point of the cone
+            Local3::Vec x = random_vector<Local3::Vec>(random);
+            x[0] = std::abs(x[0]);
+            x.tail<2>() *= mu * x[0] / x.tail<2>().norm();
+            REQUIRE((y - p).dot(x - p) <= 1e-14);
+        }
     }
 }
 

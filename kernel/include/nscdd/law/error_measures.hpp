@@ -33,8 +33,8 @@ template <class Vec>
 Vec project_on_cone(const Vec& y, double mu) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
     const double t = y.template tail<tangents>().norm();
+    if (mu * t <= -y[0]) return Vec::Zero();  // first: with mu = t = 0 it is this that an opening contact needs
     if (t <= mu * y[0]) return y;
-    if (mu * t <= -y[0]) return Vec::Zero();
     const double normal = (mu * t + y[0]) / (1 + mu * mu);
     Vec p;
     p[0] = normal;
