@@ -50,6 +50,20 @@ Handle string_type() {
     return type;
 }
 
+Handle creating_groups() {
+    Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+    H5Pset_create_intermediate_group(links, 1);
+    return links;
+}
+
+// Also when a group on the way is missing.
+bool exists(hid_t file, const std::string& object) {
+    for (std::size_t slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
+        if (H5Lexists(file, object.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+        if (slash == std::string::npos) return true;
+    }
+}
+
 // The library would print its whole error stack; our one line replaces it.
 void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
@@ -98,6 +112,8 @@ Handle Reader::open_attribute(const std::string& name) const {
     if (!handle.valid()) throw attribute_error(name, "is missing");
     return handle;
 }
+
+bool Reader::has(const std::string& object) const { return exists(file_, object); }
 
 Shape Reader::shape(const std::string& dataset) const {
     const Handle handle = open(dataset);
@@ -171,8 +187,7 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
         throw OutputError(fmt::format("{}: dataset '{}': {} values do not fill shape {}", path_, dataset, values.size(),
                                       to_string(shape)));
     const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-    const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-    H5Pset_create_intermediate_group(links, 1);
+    const Handle links = creating_groups();
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_obj_track_times(creation, false);  // equal data give equal bytes
     if (values.size() * sizeof(T) >= 65536) {
@@ -188,20 +203,48 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
         throw error(fmt::format("dataset '{}'", dataset));
 }
 
-void Writer::write_attribute(const std::string& name, hid_t type, const void* value) {
+void Writer::text(const std::string& dataset, const std::string& value) {
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(type, value.size() + 1);
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle handle(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const Handle links = creating_groups();
+    const Handle handle(H5Dcreate2(file_, dataset.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    if (!handle.valid() || H5Dwrite(handle, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value.c_str()) < 0)
+        throw error(fmt::format("dataset '{}'", dataset));
+}
+
+void Writer::copy(const Reader& source, const std::string& group) {
+    const Handle links = creating_groups();
+    if (H5Ocopy(source.file_, group.c_str(), file_, group.c_str(), H5P_DEFAULT, links) < 0)
+        throw error(fmt::format("a copy of group '{}'", group));
+}
+
+void Writer::write_attribute(const std::string& group, const std::string& name, hid_t type, const void* value) {
+    if (group != "/" && !exists(file_, group)) {
+        const Handle links = creating_groups();
+        const Handle made(H5Gcreate2(file_, group.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+    }
+    if (H5Aexists_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT) > 0)
+        H5Adelete_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT);
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    const Handle handle(
+        H5Acreate_by_name(file_, group.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+        H5Aclose);
     if (!handle.valid() || H5Awrite(handle, type, value) < 0) throw error(fmt::format("attribute '{}'", name));
 }
 
-void Writer::attribute(const std::string& name, double value) { write_attribute(name, H5T_NATIVE_DOUBLE, &value); }
+void Writer::attribute(const std::string& name, double value, const std::string& group) {
+    write_attribute(group, name, H5T_NATIVE_DOUBLE, &value);
+}
 
-void Writer::attribute(const std::string& name, std::int64_t value) { write_attribute(name, H5T_NATIVE_INT64, &value); }
+void Writer::attribute(const std::string& name, std::int64_t value, const std::string& group) {
+    write_attribute(group, name, H5T_NATIVE_INT64, &value);
+}
 
-void Writer::attribute(const std::string& name, const std::string& value) {
+void Writer::attribute(const std::string& name, const std::string& value, const std::string& group) {
     const Handle type = string_type();
     const char* text = value.c_str();
-    write_attribute(name, type, &text);
+    write_attribute(group, name, type, &text);
 }
 
 void Writer::save() {

@@ -1,4 +1,4 @@
-// A thin layer over the HDF5 C library: whole datasets and root attributes, with errors that name file and dataset.
+// A thin layer over the HDF5 C library: whole datasets and attributes, with errors that name file and dataset.
 #pragma once
 
 #include <hdf5.h>
@@ -41,6 +41,9 @@ class Reader {
     // Throws InputError for a file that is missing, unreadable, not HDF5, damaged or truncated.
     explicit Reader(const std::string& path);
 
+    // Is there a group or dataset of that name, "group/name"?
+    bool has(const std::string& object) const;
+
     // Extents of a dataset. Throws InputError when there is no such dataset.
     Shape shape(const std::string& dataset) const;
 
@@ -57,6 +60,8 @@ class Reader {
     InputError error(const std::string& dataset, const std::string& problem) const;
 
   private:
+    friend class Writer;
+
     Handle open(const std::string& dataset) const;
     Handle open_attribute(const std::string& name) const;
     InputError attribute_error(const std::string& name, const std::string& problem) const;
@@ -77,16 +82,23 @@ class Writer {
     template <class T>
     void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
 
-    void attribute(const std::string& name, double value);
-    void attribute(const std::string& name, std::int64_t value);
-    void attribute(const std::string& name, const std::string& value);
+    // Scalar string of fixed length, null-terminated.
+    void text(const std::string& dataset, const std::string& value);
+
+    // A group of another file, with all that is in it.
+    void copy(const Reader& source, const std::string& group);
+
+    // Of the root, or of a group: made if there is none, an attribute of that name replaced.
+    void attribute(const std::string& name, double value, const std::string& group = "/");
+    void attribute(const std::string& name, std::int64_t value, const std::string& group = "/");
+    void attribute(const std::string& name, const std::string& value, const std::string& group = "/");
 
     // Throws OutputError; an old file is then left as it was.
     void save();
 
   private:
     OutputError error(const std::string& thing) const;
-    void write_attribute(const std::string& name, hid_t type, const void* value);
+    void write_attribute(const std::string& group, const std::string& name, hid_t type, const void* value);
 
     std::string path_;
     Handle file_;

@@ -1,12 +1,14 @@
-// The program `nscdd`: pack, run, compare, report.
+// The program `nscdd`: pack, run, compare, report, and exchange of contact problems as FCLIB.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
 #include "compare.hpp"
+#include "export_fclib.hpp"
 #include "pack.hpp"
 #include "run.hpp"
+#include "solve_fclib.hpp"
 
 namespace {
 
@@ -32,9 +34,11 @@ int main(int argc, char** argv) {
   mpirun -np 2 nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --scheme ccs --json ccs.json --state ccs.h5
   nscdd compare nlgs.json dcs.json
   nscdd report results --out page
+  nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5
+  nscdd solve-fclib step10.hdf5 --tolerance 1e-6
 
 Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
-disagreement; 3 the run is complete, but steps hit the cap of iterations.)");
+disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance.)");
 
     nscdd::PackArguments pack;
     auto* pack_command =
@@ -87,6 +91,11 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations.)");
     report_command->add_option("results", results, "Folder with JSON files of run and compare")->required();
     report_command->add_option("--out", page, "Folder of the page")->capture_default_str();
 
+    nscdd::ExportFclibArguments export_fclib;
+    auto* export_fclib_command = add_export_fclib(app, export_fclib);
+    nscdd::SolveFclibArguments solve_fclib;
+    auto* solve_fclib_command = add_solve_fclib(app, solve_fclib);
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -97,6 +106,8 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations.)");
         if (*pack_command) return nscdd::pack(pack, provenance);
         if (*run_command) return nscdd::run(run, provenance);
         if (*compare_command) return nscdd::compare(reference, candidate, compare_json, provenance);
+        if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
+        if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
         if (*report_command) return report(results, page);
     } catch (const std::exception& error) {
         fmt::print(stderr, "nscdd: {}\n", error.what());

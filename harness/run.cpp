@@ -79,7 +79,9 @@ void check_folder(const std::string& file) {
         throw InputError(fmt::format("{}: the folder {} does not exist", file, folder.string()));
 }
 
-RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi) {
+}  // namespace
+
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi) {
     RunRequest request;
     request.provenance = provenance;
     request.scheme = arguments.scheme;
@@ -135,8 +137,6 @@ RunRequest prepare(const RunArguments& arguments, const Provenance& provenance, 
     return request;
 }
 
-}  // namespace
-
 RunFunction choose_model(const Scene& scene) {
     bool friction = false, driven = false;
     for (const auto& pair : scene.pairs) friction |= pair.friction > 0;
@@ -157,7 +157,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     Session session;
     RunRequest request;
     RunResult result;
-    if (!session.together([&] { request = prepare(arguments, provenance, session.size(), over_mpi); })) return 1;
+    if (!session.together([&] { request = prepare_run(arguments, provenance, session.size(), over_mpi); })) return 1;
     if (!session.together([&] {
             const auto run_model = choose_model(request.scene);
             if (over_mpi) {

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "fclib.hpp"
 #include "nscdd/comm/communicator.hpp"
+#include "nscdd/solve/options.hpp"
 #include "report_json.hpp"
 #include "scene.hpp"
 #include "state.hpp"
@@ -25,6 +28,14 @@ struct RunRequest {
     bool progress = true;
     std::string json, state;  // files to write, may be empty
     Provenance provenance;
+    std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
+};
+
+// The problem of the last step in local form, whole masses.
+struct ExportedProblem {
+    LocalProblem problem;
+    FclibSolution solution;
+    SolveReport report;  // of solving on
 };
 
 // What a run of any model does with its result on the process that hosts rank 0.
@@ -32,6 +43,7 @@ struct RunResult {
     nlohmann::json json;
     State state;
     int unconverged_steps = 0;
+    std::optional<ExportedProblem> exported;
 };
 
 // Collective. One instantiation per model, in run_model.cpp.in.
@@ -49,6 +61,10 @@ struct RunArguments {
     double tolerance = 0;
     bool quiet = false;
 };
+
+// Reads what the arguments name, for so many MPI ranks. Throws InputError for what cannot be run.
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi);
+
 int run(const RunArguments& arguments, const Provenance& provenance);
 
 }  // namespace nscdd

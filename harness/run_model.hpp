@@ -5,6 +5,7 @@
 #include <map>
 
 #include "build_scene.hpp"
+#include "local_form.hpp"
 #include "nscdd/nscdd.hpp"
 #include "progress.hpp"
 
@@ -143,6 +144,18 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
     return state;
 }
 
+// Of a step that sequential NLGS has solved.
+template <class M>
+ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
+    ExportedProblem out;
+    out.report = nlgs(problem, options);
+    const DelassusProblem<M::dim> local = assemble(problem);
+    const LocalVectors<M::dim> r = local_impulses(problem);
+    out.problem = to_sparse(local);
+    out.solution = to_solution(local, r, error_measures(local, r), "nlgs");
+    return out;
+}
+
 }  // namespace detail
 
 template <int dim, bool friction, bool driven>
@@ -235,6 +248,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"densities", densities},
          {"wall_masses", wall_masses},
          {"final", measures}});
+    if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
     if (!request.from_file.empty()) json["from"] = request.from_file;
     result.json = std::move(json);
     return result;

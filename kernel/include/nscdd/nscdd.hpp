@@ -4,6 +4,8 @@
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"
+#include "nscdd/solve/assemble.hpp"
+#include "nscdd/solve/block_nlgs.hpp"
 #include "nscdd/solve/nlgs.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"

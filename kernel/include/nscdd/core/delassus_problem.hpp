@@ -4,7 +4,9 @@
 // matrix-free (contact_problem.hpp). Components of a contact: normal first, then tangential, as in FCLIB.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -26,6 +28,30 @@ struct DelassusProblem {
     std::vector<double> friction;  // mu of each contact
 
     std::size_t contact_count() const { return q.size(); }
+
+    // Sets W, once q has its size. Entries in any order; those of one place are added up, in the order given.
+    struct Entry {
+        int row, column;
+        Block block;
+    };
+    void set_blocks(std::vector<Entry> entries) {
+        for (int c = 0; c < static_cast<int>(contact_count()); ++c) entries.push_back({c, c, Block::Zero()});
+        const auto place = [](const Entry& e) { return std::pair(e.row, e.column); };
+        std::stable_sort(entries.begin(), entries.end(),
+                         [&](const Entry& a, const Entry& b) { return place(a) < place(b); });
+        row_begin.assign(contact_count() + 1, 0);
+        columns.clear(), diagonal.clear(), blocks.clear();
+        for (std::size_t e = 0; e < entries.size(); ++e) {
+            if (e > 0 && place(entries[e]) == place(entries[e - 1])) {
+                blocks.back() += entries[e].block;
+                continue;
+            }
+            if (entries[e].row == entries[e].column) diagonal.push_back(static_cast<int>(blocks.size()));
+            columns.push_back(entries[e].column);
+            blocks.push_back(entries[e].block);
+            row_begin[static_cast<std::size_t>(entries[e].row) + 1] = static_cast<int>(blocks.size());
+        }
+    }
 
     // u = W r + q at one contact.
     Vec velocity(std::size_t c, const std::vector<Vec>& r) const {

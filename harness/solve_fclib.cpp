@@ -1,0 +1,106 @@
+#include "solve_fclib.hpp"
+
+#include "local_form.hpp"
+#include "nscdd/solve/block_nlgs.hpp"
+
+namespace nscdd {
+
+namespace {
+
+nlohmann::json to_json(const ErrorMeasures& e) {
+    return {{"natural_map", e.natural_map},
+            {"natural_map_velocity", e.natural_map_velocity},
+            {"natural_map_impulse", e.natural_map_impulse},
+            {"eta", e.eta},
+            {"least_normal_impulse", e.least_normal_impulse},
+            {"cone_excess", e.cone_excess},
+            {"least_normal_velocity", e.least_normal_velocity},
+            {"complementarity", e.complementarity},
+            {"dissipation", e.dissipation},
+            {"worst_contact", e.worst_contact},
+            {"worst", e.worst}};
+}
+
+struct Solved {
+    FclibSolution solution;
+    SolveReport report;
+    ErrorMeasures measures;
+    std::size_t blocks;
+};
+
+template <int dim>
+Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
+    const DelassusProblem<dim> problem = to_blocks<dim>(local);
+    LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
+    Solved solved;
+    solved.report = block_nlgs(problem, r,
+                               {.tolerance = arguments.tolerance,
+                                .check_every = arguments.check_every,
+                                .max_iterations = arguments.max_sweeps});
+    solved.measures = error_measures(problem, r);
+    solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
+    solved.blocks = problem.blocks.size();
+    return solved;
+}
+
+}  // namespace
+
+CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
+    CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
+    command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
+    command->add_option("--solver", arguments.solver, "nlgs: Gauss-Seidel, contacts in the file's order, from zero")
+        ->check(CLI::IsMember({"nlgs"}))
+        ->capture_default_str();
+    command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--max-sweeps", arguments.max_sweeps, "Cap")->check(CLI::PositiveNumber)->capture_default_str();
+    command->add_option("--check-every", arguments.check_every, "Sweeps between two tests; 1 for studies of counts")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution");
+    command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json");
+    command->footer("Example:\n  nscdd solve-fclib problem.hdf5 --tolerance 1e-6 -o solved.hdf5 --json solved.json");
+    return command;
+}
+
+int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenance) {
+    const auto problem = read_fclib(arguments.file);
+    const auto* global = std::get_if<GlobalProblem>(&problem);
+    Solved solved;
+    LocalProblem local;
+    try {
+        local = global ? condense(*global) : std::get<LocalProblem>(problem);
+        solved = local.dim == 2 ? solve<2>(local, arguments) : solve<3>(local, arguments);
+        if (global) solved.solution.v = body_velocities(*global, solved.solution.r);
+    } catch (const std::runtime_error& error) {
+        throw InputError(fmt::format("{}: {}", arguments.file, error.what()));
+    }
+    if (!arguments.output.empty()) write_fclib_solution(arguments.output, arguments.file, solved.solution);
+
+    const ErrorMeasures& e = solved.measures;
+    if (!arguments.json.empty()) {
+        nlohmann::json json = provenance;
+        json.update({{"schema", "nscdd.fclib/1"},
+                     {"file", arguments.file},
+                     {"form", global ? "global" : "local"},
+                     {"dimension", local.dim},
+                     {"contacts", local.friction.size()},
+                     {"blocks", solved.blocks},
+                     {"solver", arguments.solver},
+                     {"tolerance", arguments.tolerance},
+                     {"check_every", arguments.check_every},
+                     {"iterations", solved.report.iterations},
+                     {"converged", solved.report.converged},
+                     {"measures", to_json(e)}});
+        write_json(arguments.json, json);
+    }
+    fmt::print(
+        "{}: {} contacts in {}D, {} sweeps: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
+        "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
+        arguments.file, local.friction.size(), local.dim, solved.report.iterations, e.natural_map, e.eta, e.cone_excess,
+        e.complementarity, e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
+    return solved.report.converged ? 0 : 3;
+}
+
+}  // namespace nscdd

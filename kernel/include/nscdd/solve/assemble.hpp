@@ -1,0 +1,150 @@
+// A scene's contact problem in local form, W = H^T M^-1 H stored by blocks, and its impulses there and back.
+//
+// Order: contacts with walls first, then pairs, as the sweep goes. Axes: contact_frame(). The bias (g+/h, or e v_n-) is
+// part of q_n. A frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses
+// are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "nscdd/core/delassus_problem.hpp"
+#include "nscdd/law/kinematics.hpp"
+
+namespace nscdd {
+
+template <class M>
+using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
+
+// Rows N, T(, S): the normal and tangents that depend on nothing else, right-handed.
+template <class M>
+ContactFrame<M> contact_frame(const typename M::Vec& normal) {
+    ContactFrame<M> frame;
+    frame.row(0) = normal.transpose();
+    if constexpr (M::dim == 2) {
+        frame.row(1) << -normal[1], normal[0];
+    } else {
+        const Eigen::Vector3d n = normal, t = n.unitOrthogonal();
+        frame.row(1) = t.transpose();
+        frame.row(2) = n.cross(t).transpose();
+    }
+    return frame;
+}
+
+namespace detail {
+
+// H^T of one body, signed: its velocity to its part of the contact's relative velocity, in the contact's axes.
+template <class M>
+using BodyMap = Eigen::Matrix<double, M::dim, M::dof, Eigen::DontAlign>;
+
+template <class M>
+BodyMap<M> body_map(const ContactFrame<M>& frame, const typename M::Vec& arm, double sign) {
+    BodyMap<M> map;
+    map.template leftCols<M::dim>() = sign * frame;
+    for (int k = 0; k < M::spins; ++k)
+        map.col(M::dim + k) = sign * (frame * spin_cross<M>(typename M::Spin(M::Spin::Unit(k)), arm));
+    return map;
+}
+
+template <class M>
+typename M::Velocity inverse_mass(const Body<M>& body) {
+    typename M::Velocity diagonal = M::Velocity::Constant(body.inv_mass);
+    if constexpr (M::friction) diagonal.template tail<M::spins>().setConstant(body.inv_inertia);
+    return diagonal;
+}
+
+// Calls visit(contact, kind) for every contact, in the order of the local form.
+template <class Problem>
+void each_contact(Problem& problem, auto&& visit) {
+    for (auto& c : problem.wall_contacts) visit(c, WithWall{});
+    for (auto& c : problem.contacts) visit(c, BetweenGrains{});
+}
+
+}  // namespace detail
+
+// The impulses in the axes of each contact.
+template <class M>
+std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactProblem<M>& problem) {
+    std::vector<typename DelassusProblem<M::dim>::Vec> r;
+    detail::each_contact(problem, [&](const Contact<M>& c, auto) {
+        if constexpr (M::friction)
+            r.push_back(contact_frame<M>(c.normal) * c.r);
+        else
+            r.push_back(DelassusProblem<M::dim>::Vec::Unit(0) * c.r[0]);
+    });
+    return r;
+}
+
+// Gives the contacts these impulses, and the bodies and driven walls the velocities that go with them.
+template <class M>
+void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename DelassusProblem<M::dim>::Vec>& r) {
+    std::size_t k = 0;
+    detail::each_contact(problem, [&](Contact<M>& c, auto kind) {
+        typename M::Impulse next;
+        if constexpr (M::friction)
+            next = contact_frame<M>(c.normal).transpose() * r[k++];
+        else
+            next[0] = r[k++][0];
+        const typename M::Impulse change = next - c.r;
+        apply_impulse(problem, c, change, kind);
+        c.r = next;
+    });
+}
+
+// In: velocities consistent with the impulses, as before or after nlgs().
+template <class M>
+DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
+    using Local = DelassusProblem<M::dim>;
+    set_local_impulses(problem, std::vector<typename Local::Vec>(problem.contact_count(), Local::Vec::Zero()));
+
+    struct Side {  // a contact as one of its bodies sees it
+        int contact;
+        detail::BodyMap<M> map;
+    };
+    std::vector<std::vector<Side>> sides(problem.bodies.size());
+    std::vector<std::vector<int>> pushes(problem.walls.size());
+    Local local;
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
+        const int index = static_cast<int>(local.q.size());
+        const ContactFrame<M> frame = contact_frame<M>(c.normal);
+        double lever_i = 0, lever_j = 0, mu = 0;
+        if constexpr (M::friction) lever_i = c.lever_i, lever_j = c.lever_j, mu = c.friction_coefficient;
+        typename Local::Vec u = Local::Vec::Unit(0) * c.bias;
+        const auto add = [&](int body, double lever, double sign) {
+            const auto b = static_cast<std::size_t>(body);
+            sides[b].push_back({index, detail::body_map<M>(frame, -sign * lever * c.normal, sign)});
+            u += sides[b].back().map * problem.bodies[b].v;
+        };
+        add(c.i, lever_i, 1);
+        if constexpr (std::is_same_v<decltype(kind), BetweenGrains>) {
+            add(c.j, lever_j, -1);
+        } else {
+            const auto w = static_cast<std::size_t>(c.j);
+            u -= frame * problem.walls[w].prescribed;
+            if constexpr (M::driven_walls) {
+                u[0] -= problem.walls[w].speed;
+                if (problem.walls[w].inv_mass > 0) pushes[w].push_back(index);
+            }
+        }
+        local.q.push_back(u);
+        local.friction.push_back(mu);
+    });
+
+    std::vector<typename Local::Entry> entries;
+    for (std::size_t b = 0; b < sides.size(); ++b)
+        for (const Side& row : sides[b]) {
+            const detail::BodyMap<M> scaled = row.map * detail::inverse_mass(problem.bodies[b]).asDiagonal();
+            for (const Side& column : sides[b])
+                entries.push_back({row.contact, column.contact, scaled * column.map.transpose()});
+        }
+    if constexpr (M::driven_walls)
+        for (std::size_t w = 0; w < pushes.size(); ++w) {
+            typename Local::Block block = Local::Block::Zero();
+            block(0, 0) = problem.walls[w].inv_mass;
+            for (int row : pushes[w])
+                for (int column : pushes[w]) entries.push_back({row, column, block});
+        }
+    local.set_blocks(std::move(entries));
+    return local;
+}
+
+}  // namespace nscdd

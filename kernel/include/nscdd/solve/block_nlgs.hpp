@@ -1,0 +1,45 @@
+// Nonlinear Gauss-Seidel on a problem in local form, with full blocks: for problems of other codes, and as an oracle.
+//
+//   std::vector<nscdd::DelassusProblem<3>::Vec> r(problem.contact_count(), Vec::Zero());   // or a warm start
+//   nscdd::SolveReport report = nscdd::block_nlgs(problem, r, {.tolerance = 1e-8});
+#pragma once
+
+#include "nscdd/law/error_measures.hpp"
+#include "nscdd/solve/options.hpp"
+
+namespace nscdd {
+
+struct BlockOptions {
+    double tolerance = 1e-8;      // on the natural map, ErrorMeasures::natural_map
+    int check_every = 10;         // sweeps between two tests; a test costs about one sweep
+    int max_iterations = 200000;  // sweeps; reported when hit, never silent
+};
+
+// One pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
+template <int dim>
+void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r) {
+    for (std::size_t c = 0; c < problem.contact_count(); ++c) {
+        const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
+        const typename DelassusProblem<dim>::Vec others = problem.velocity(c, r) - w * r[c];
+        r[c] = one_contact<dim>(w, others, problem.friction[c]);
+    }
+}
+
+// Sweeps until the natural map is small enough; the report's residual is the natural map. r: start and answer, one
+// impulse per contact. Throws std::runtime_error when the impulses are no longer finite.
+template <int dim>
+SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
+                       const BlockOptions& options = {}) {
+    SolveReport report;
+    if (problem.contact_count() == 0) return report;
+    do {
+        for (int k = 0; k < options.check_every; ++k) block_sweep(problem, r);
+        report.iterations += options.check_every;
+        report.residual = natural_map_error(problem, r);
+        if (!std::isfinite(report.residual)) throw std::runtime_error("the natural map is not finite: check W and q");
+        report.converged = report.residual <= options.tolerance;
+    } while (!report.converged && report.iterations < options.max_iterations);
+    return report;
+}
+
+}  // namespace nscdd

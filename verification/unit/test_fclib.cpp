@@ -1,0 +1,86 @@
+// FCLIB files written and read back, and the ways between them and the kernel's blocks.
+#include "fclib.hpp"
+
+#include "../catch.hpp"
+#include "hdf5.hpp"
+#include "local_form.hpp"
+#include "scratch.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+// Two contacts of one body with two translations and a spin, u = H^T v + w; M is not symmetric.
+GlobalProblem two_contacts() {
+    GlobalProblem problem;
+    problem.dim = 2;
+    Eigen::MatrixXd m(3, 3), h(3, 4);
+    m << 2, 0.5, 0, -0.5, 2, 0, 0, 0, 1;
+    h << 1, 0, 0, 1, 0, 1, 1, 0, 0, 0.5, 0.2, -0.5;
+    problem.m = m.sparseView();
+    problem.h = h.sparseView();
+    problem.f = Eigen::Vector3d(-1, -2, 0.5);
+    problem.w = Eigen::Vector4d(0.1, 0.2, -0.3, 0.4);
+    problem.friction = Eigen::Vector2d(0.3, 0.7);
+    return problem;
+}
+
+bool equal(const LocalProblem& a, const LocalProblem& b) {
+    return a.dim == b.dim && a.q == b.q && a.friction == b.friction && Eigen::MatrixXd(a.w) == Eigen::MatrixXd(b.w);
+}
+
+}  // namespace
+
+TEST_CASE("A global problem is condensed, and its velocities come back", "[fclib]") {
+    const GlobalProblem global = two_contacts();
+    const LocalProblem local = condense(global);
+    const Eigen::Vector4d r(1, 0.2, 0.5, -0.3);
+    const Eigen::VectorXd v = body_velocities(global, r);
+    CHECK((global.m * v - global.h * r - global.f).norm() < 1e-14);
+    CHECK((local.w * r + local.q - global.h.transpose() * v - global.w).norm() < 1e-14);
+
+    GlobalProblem singular = global;
+    singular.m *= 0;
+    CHECK(complaint<std::runtime_error>([&] { condense(singular); }) == "the mass matrix M is singular");
+}
+
+TEST_CASE("Blocks and sparse matrices hold the same problem", "[fclib]") {
+    const LocalProblem local = condense(two_contacts());
+    const DelassusProblem<2> blocks = to_blocks<2>(local);
+    CHECK(blocks.contact_count() == 2);
+    CHECK(blocks.blocks[1] == Eigen::MatrixXd(local.w).topRightCorner(2, 2));
+    CHECK(equal(to_sparse(blocks), local));
+
+    LocalProblem stuck = local;
+    stuck.w.coeffRef(2, 2) = 0;
+    CHECK(complaint<std::runtime_error>([&] { to_blocks<2>(stuck); }).starts_with("contact 1: W_NN is 0"));
+}
+
+TEST_CASE("A local problem and its solution are written and read", "[fclib]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("problem.hdf5"), solved = scratch.path("solved.hdf5");
+    const LocalProblem local = condense(two_contacts());
+    FclibSolution solution;
+    solution.r = Eigen::Vector4d(1, 2, 3, 4);
+    solution.u = local.w * solution.r + local.q;
+    solution.natural_map = 0.25;
+    solution.solver = "first";
+    write_fclib(path, local, solution, {"a title", "a description", ""});
+    CHECK(equal(std::get<LocalProblem>(read_fclib(path)), local));
+    CHECK(!scratch.has("problem.hdf5.part"));
+
+    solution.r *= 2;
+    solution.natural_map = 0.5;
+    solution.solver = "second";
+    write_fclib_solution(solved, path, solution);  // replaces the solution and its error
+    CHECK(equal(std::get<LocalProblem>(read_fclib(solved)), local));
+    const hdf5::Reader file(solved);
+    CHECK(file.read<double>("solution/r", {4}) == std::vector<double>{2, 4, 6, 8});
+    CHECK(!file.has("solution/v"));
+    CHECK(!file.has("nowhere/v"));
+
+    const auto refused = complaint<InputError>([&] { read_fclib(scratch.write("text.hdf5", "no HDF5")); });
+    CHECK(refused.find("text.hdf5") != std::string::npos);
+    CHECK(!complaint<OutputError>([&] { write_fclib(scratch.path("no/folder"), local, solution, {}); }).empty());
+}
