@@ -1,4 +1,4 @@
-// Hard cases with exact answers (method, section 6), by NLGS and by NSCDD.
+// Hard cases with exact answers (method, section 6), by NLGS, by NSCDD and by Newton.
 #include "random_scenes.hpp"
 
 using namespace nscdd;
@@ -6,7 +6,8 @@ using namespace nscdd::test;
 
 namespace {
 
-constexpr Solver solvers[] = {{Scheme::nlgs, 1}, {Scheme::ccs, 2}, {Scheme::dcs, 3}, {Scheme::dcs, 4}};
+constexpr Solver solvers[] = {
+    {Scheme::nlgs, 1}, {Scheme::ccs, 2}, {Scheme::dcs, 3}, {Scheme::dcs, 4}, {Scheme::newton, 1}};
 constexpr double g = 9.81, radius = 0.5;
 
 // A floor at height 0; height is along the last axis.

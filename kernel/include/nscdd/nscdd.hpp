@@ -5,6 +5,8 @@
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"
 #include "nscdd/solve/nlgs.hpp"
+#include "nscdd/solve/proximal_newton.hpp"
+#include "nscdd/step/by_newton.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"
 #include "nscdd/step/simulation.hpp"
