@@ -28,8 +28,8 @@ namespace nscdd {
 struct NewtonOptions {
     double tolerance = 1e-10;   // on eta, or on the measure given
     double penetration = 1e-3;  // as in SolveOptions; bodies only
-    int max_iterations = 1000;  // Newton steps in all
-    int max_outer = 100;
+    int max_iterations = 2000;  // Newton steps in all
+    int max_outer = 200;
     int warm_sweeps = 500;  // of NLGS before, bodies only: a factorisation costs more
 };
 
