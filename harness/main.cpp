@@ -52,12 +52,14 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
 
     nscdd::RunArguments run;
     auto* run_command =
-        app.add_subcommand("run", "Step a scene by sequential NLGS, or by NSCDD in-process or under mpirun");
+        app.add_subcommand("run", "Step a scene by sequential NLGS or Newton, or by NSCDD in-process or under mpirun");
     run_command->add_option("scene", run.scene, "Scene (TOML)")->required();
     run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
     run_command->add_option("--from", run.from, "Go on from a state that --state wrote, with its impulses");
-    run_command->add_option("--scheme", run.scheme, "nlgs: sequential reference; ccs, dcs: NSCDD")
-        ->check(CLI::IsMember({"nlgs", "ccs", "dcs"}))
+    run_command
+        ->add_option("--scheme", run.scheme,
+                     "nlgs: sequential reference; newton: the same to high accuracy; ccs, dcs: NSCDD")
+        ->check(CLI::IsMember({"nlgs", "newton", "ccs", "dcs"}))
         ->capture_default_str();
     run_command
         ->add_option("--interface", run.interface,

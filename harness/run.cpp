@@ -97,8 +97,9 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         throw InputError(
             fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
     if (!over_mpi && ranks > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
-    if (request.scheme == "nlgs" && request.subdomains > 1)
-        throw InputError("--scheme nlgs is sequential: give ccs or dcs for more than one subdomain");
+    if ((request.scheme == "nlgs" || request.scheme == "newton") && request.subdomains > 1)
+        throw InputError(
+            fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
     if (!arguments.grid.empty()) {
         request.grid = read_grid(arguments.grid);
         int product = 1;

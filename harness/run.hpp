@@ -1,4 +1,4 @@
-// `nscdd run`: one scene, stepped by NLGS or by NSCDD, with its results as JSON and HDF5.
+// `nscdd run`: one scene, stepped by NLGS, Newton or NSCDD, with its results as JSON and HDF5.
 #pragma once
 
 #include <functional>
@@ -20,7 +20,7 @@ struct RunRequest {
     Packing packing;  // empty if the scene has none
     State from;       // to go on from; empty (no grain) to start from the packing
     std::string from_file;
-    std::string scheme = "nlgs";  // nlgs, ccs, dcs
+    std::string scheme = "nlgs";  // nlgs, newton, ccs, dcs
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1;
     std::vector<int> grid;  // cells per axis; empty: chosen

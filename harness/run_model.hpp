@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/CholmodSupport>
+#include <Eigen/UmfPackSupport>
 #include <map>
 
 #include "build_scene.hpp"
@@ -14,6 +15,9 @@ namespace nscdd {
 namespace detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
+using UmfPack = Eigen::UmfPackLU<Eigen::SparseMatrix<double>>;
+
+inline bool sequential(const RunRequest& request) { return request.scheme == "nlgs" || request.scheme == "newton"; }
 
 // The way to solve a step, and the name of what solves its interface problem.
 template <class M>
@@ -30,6 +34,13 @@ Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
 template <class M>
 Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
     if (request.scheme == "nlgs") return {by_nlgs<M>(options), "none"};
+    if (request.scheme == "newton") {
+        NewtonOptions newton;
+        newton.tolerance = options.tolerance;
+        newton.penetration = options.penetration;
+        newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
+        return {by_newton<M, UmfPack>(newton), "none"};
+    }
     const bool factorised = request.interface.empty() ? request.scheme == "ccs" : request.interface == "factorised";
     if (request.scheme == "ccs")
         return factorised ? chosen<Ccs<M, Cholmod>>(options) : chosen<Ccs<M, ClosedForm>>(options);
@@ -226,10 +237,10 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"subdomains", comm.size()},
          {"scheme", request.scheme},
          {"interface", interface},
-         {"partition", request.scheme == "nlgs" ? "none" : Grid<M>::name(simulation.settings().cells)},
-         {"transport", request.over_mpi           ? "mpi"
-                       : request.scheme == "nlgs" ? "sequential"
-                                                  : "in-process"},
+         {"partition", sequential(request) ? "none" : Grid<M>::name(simulation.settings().cells)},
+         {"transport", request.over_mpi      ? "mpi"
+                       : sequential(request) ? "sequential"
+                                             : "in-process"},
          {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
          {"steps", scene.step.count},
          {"h", scene.step.h},

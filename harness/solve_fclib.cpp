@@ -1,7 +1,10 @@
 #include "solve_fclib.hpp"
 
+#include <Eigen/UmfPackSupport>
+
 #include "local_form.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
+#include "nscdd/solve/proximal_newton.hpp"
 
 namespace nscdd {
 
@@ -33,10 +36,15 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     const DelassusProblem<dim> problem = to_blocks<dim>(local);
     LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
     Solved solved;
-    solved.report = block_nlgs(problem, r,
-                               {.tolerance = arguments.tolerance,
-                                .check_every = arguments.check_every,
-                                .max_iterations = arguments.max_sweeps});
+    if (arguments.solver == "newton")
+        solved.report = proximal_newton<Eigen::UmfPackLU<Eigen::SparseMatrix<double>>>(
+            problem, r, {.tolerance = arguments.tolerance},
+            [&](const auto& now) { return natural_map_error(problem, now); });
+    else
+        solved.report = block_nlgs(problem, r,
+                                   {.tolerance = arguments.tolerance,
+                                    .check_every = arguments.check_every,
+                                    .max_iterations = arguments.max_sweeps});
     solved.measures = error_measures(problem, r);
     solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
     solved.blocks = problem.blocks.size();
@@ -48,8 +56,10 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
 CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
     command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
-    command->add_option("--solver", arguments.solver, "nlgs: Gauss-Seidel, contacts in the file's order, from zero")
-        ->check(CLI::IsMember({"nlgs"}))
+    command
+        ->add_option("--solver", arguments.solver,
+                     "nlgs: Gauss-Seidel in the file's order, from zero; newton: slow and accurate")
+        ->check(CLI::IsMember({"nlgs", "newton"}))
         ->capture_default_str();
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
         ->check(CLI::PositiveNumber)
@@ -96,9 +106,10 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         write_json(arguments.json, json);
     }
     fmt::print(
-        "{}: {} contacts in {}D, {} sweeps: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
+        "{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
-        arguments.file, local.friction.size(), local.dim, solved.report.iterations, e.natural_map, e.eta, e.cone_excess,
+        arguments.file, local.friction.size(), local.dim, solved.report.iterations,
+        arguments.solver == "newton" ? "Newton steps" : "sweeps", e.natural_map, e.eta, e.cone_excess,
         e.complementarity, e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }

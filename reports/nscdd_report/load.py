@@ -141,7 +141,7 @@ class Results:
         return lines
 
     def unchecked(self):
-        """NSCDD runs that nothing was compared with."""
+        """Runs but those by NLGS that nothing was compared with."""
         checked = {tuple(c[k] for k in ("scene", "scheme", "subdomains", "transport")) for c in self.compares}
         return [run for run in self.runs if run["scheme"] != "nlgs" and run.key not in checked]
 

@@ -62,9 +62,10 @@ class BadInput(ProgramTest):
 
     def test_sequential_scheme_on_two_ranks(self):
         scene = self.write("scene.toml", SCENE)
-        done = self.run_program("run", scene, "--scheme", "nlgs", ranks=2)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("nlgs is sequential", done.stderr)
+        for scheme in ("nlgs", "newton"):
+            done = self.run_program("run", scene, "--scheme", scheme, ranks=2)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"{scheme} is sequential", done.stderr)
 
     def packing(self, x=((1.0, 1.0, 0.5), (3.0, 1.0, 0.5)), radius=(0.5, 0.5)):
         with h5py.File(self.folder / "packing.h5", "w") as file:

@@ -52,6 +52,13 @@ class Program(ProgramTest):
         report, _ = self.run_case("nlgs")
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
 
+    def test_newton_reaches_1e_10(self):
+        report, _ = self.run_case("newton", "--scheme", "newton", "--tolerance", "1e-10", "--steps", 3)
+        jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
+        self.assertEqual((report["scheme"], report["transport"], report["partition"]), ("newton", "sequential", "none"))
+        self.assertTrue(report["converged"])
+        self.assertLessEqual(max(report["residual"]), 1e-10)
+
     def test_mpi_ranks_are_in_process_ranks_to_the_bit(self):
         for scheme in ("ccs", "dcs"):
             for ranks in (1, 2, 4):

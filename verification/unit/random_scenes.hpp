@@ -105,7 +105,7 @@ SimulationSettings<M> lattice_settings(int side) {
     return settings;
 }
 
-enum class Scheme { nlgs, ccs, dcs };
+enum class Scheme { nlgs, ccs, dcs, newton };
 
 struct Solver {
     Scheme scheme;
@@ -114,7 +114,8 @@ struct Solver {
     std::string name() const {
         return (scheme == Scheme::nlgs  ? "nlgs"
                 : scheme == Scheme::ccs ? "ccs"
-                                        : "dcs") +
+                : scheme == Scheme::dcs ? "dcs"
+                                        : "newton") +
                std::string(", ranks: ") + std::to_string(ranks);
     }
 };
@@ -130,6 +131,9 @@ struct Run {
     StepReport step() {
         const StepReport report = [&] {
             if (solver.scheme == Scheme::nlgs) return simulation.step(by_nlgs<M>(options));
+            if (solver.scheme == Scheme::newton)
+                return simulation.step(by_newton<M>(
+                    {.tolerance = options.tolerance, .penetration = options.penetration, .warm_sweeps = 0}));
             if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<Ccs<M>>(options));
             return simulation.step(by_nscdd<Dcs<M>>(options));
         }();

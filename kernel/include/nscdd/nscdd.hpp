@@ -7,6 +7,8 @@
 #include "nscdd/solve/assemble.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
 #include "nscdd/solve/nlgs.hpp"
+#include "nscdd/solve/proximal_newton.hpp"
+#include "nscdd/step/by_newton.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"
 #include "nscdd/step/simulation.hpp"

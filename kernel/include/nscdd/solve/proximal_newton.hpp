@@ -1,0 +1,295 @@
+// Contact problems to high accuracy: proximal-point iteration around a semismooth Newton method, on Coulomb's law as
+// it is. For reference answers: where NLGS stalls between 1e-5 and 1e-8 this goes on to round-off, at the price of a
+// sparse factorisation a step.
+//
+//   nscdd::NewtonReport report = nscdd::proximal_newton(problem, {.tolerance = 1e-10});
+//
+// Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc, which makes
+// the problem regular however hyperstatic the packing is; its answer is r_{k+1}, and a fixed point satisfies the law
+// itself [Rockafellar76], [Acary18]. With the matrices of LinearContacts and x the change of the state it
+// reads
+//     F(x) = x - B (r - r_k) = 0,   r = P(r_k - rho_c (u_k + L x)).
+// As the unknown is the change since r_k, round-off of V is not multiplied by rho.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <Eigen/SparseLU>
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "nscdd/law/coulomb_projection.hpp"
+#include "nscdd/solve/linear_contacts.hpp"
+#include "nscdd/solve/nlgs.hpp"
+#include "nscdd/solve/options.hpp"
+
+namespace nscdd {
+
+struct NewtonOptions {
+    double tolerance = 1e-10;   // on eta, or on the measure given
+    double penetration = 1e-3;  // as in SolveOptions; bodies only
+    int max_iterations = 2000;  // Newton steps in all
+    int max_outer = 200;
+    int warm_sweeps = 500;  // of NLGS before, bodies only: a factorisation costs more
+};
+
+struct NewtonReport : SolveReport {  // iterations: Newton steps
+    int outer = 0;
+    int factorisations = 0;
+};
+
+// The iteration on any LinearContacts. Factorisation: of square sparse matrices that need not be symmetric, with
+// Eigen's interface: Eigen::SparseLU here, UMFPACK through Eigen's wrapper in the harness.
+using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
+
+template <int size, class Factorisation = SparseLU>
+class ProximalNewton {
+  public:
+    ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options)
+        : problem_(problem), options_(options) {}
+
+    // r: first guess, then the best answer met. done(r, report) judges r: it notes the residual in the report and says
+    // whether to stop. Never loops without bound: the options cap the steps.
+    void operator()(Eigen::VectorXd& r, auto&& done, NewtonReport& report) {
+        double least = std::numeric_limits<double>::infinity();
+        start_ = r;
+        rho_ = 1;
+        for (;;) {
+            const bool stop = done(start_, report);
+            if (report.converged || report.residual < least) {
+                least = report.residual;
+                r = start_;
+            }
+            if (stop || report.outer >= options_.max_outer || report.iterations >= options_.max_iterations) break;
+            ++report.outer;
+            const int before = report.iterations;
+            Point point;
+            if (proximal_step(point, report)) {
+                start_.swap(point.r);
+                if (rho_ < largest_rho) rho_ *= report.iterations - before <= 10 ? 10 : 3;
+            } else if (rho_ > least_rho) {
+                rho_ /= 10;
+            }
+        }
+        if (report.residual > least) done(r, report);
+    }
+
+  private:
+    enum class Law { exact, convex };
+    static constexpr double least_rho = 1e-6, largest_rho = 1e12;
+
+    // x = B y: for the convex law F is the gradient of a potential, whose slope along dy is dy . L F.
+    struct Point {
+        Eigen::VectorXd x, y, r, f;
+        double norm = 0;  // |F|
+        double prox = 0;  // |(r - r_k)/rho| as an energy norm: the error of r_{k+1} that only k can reduce
+    };
+
+    ProjectedImpulse<size> project(std::size_t c, const Eigen::VectorXd& u, Law law) const {
+        const double penalty = rho_ / problem_.weight[c];
+        typename LinearContacts<size>::Vec z = problem_.at(start_, c) - penalty * problem_.at(u, c);
+        if (law == Law::exact) return project_coulomb<size>(z, problem_.normal[c], problem_.friction[c]);
+        z -= penalty * slip_[c] * problem_.normal[c];
+        return project_cone<size>(z, problem_.normal[c], problem_.friction[c]);
+    }
+
+    void evaluate(Point& p, Law law) const {
+        const Eigen::VectorXd u = base_ + problem_.velocity * p.x;
+        p.r.resize(start_.size());
+        for (std::size_t c = 0; c < problem_.contacts(); ++c) problem_.at(p.r, c) = project(c, u, law).value;
+        const Eigen::VectorXd change = p.r - start_;
+        p.f = p.x - problem_.state * change;
+        p.norm = p.f.norm();
+        p.prox = std::sqrt(problem_.energy(change)) / rho_;
+    }
+
+    // r_{k+1} from r_k. Where Newton fails on the exact law, it starts again from the answer of the convex one, which
+    // it finds from everywhere; only the slip velocity is frozen there, so that answer is near.
+    bool proximal_step(Point& p, NewtonReport& report) {
+        base_ = problem_.relative_velocity(start_);
+        p.x.setZero(problem_.states());
+        p.y.setZero(start_.size());
+        const Point origin = p;
+        if (size > 1 && newton(p, Law::exact, 15, report)) return true;
+        slip_.resize(problem_.contacts());
+        for (std::size_t c = 0; c < problem_.contacts(); ++c) {
+            const typename LinearContacts<size>::Vec u = problem_.at(base_, c);
+            slip_[c] = problem_.friction[c] * (u - u.dot(problem_.normal[c]) * problem_.normal[c]).norm();
+        }
+        p = origin;
+        if (!newton(p, Law::convex, 60, report)) return false;
+        return size == 1 || newton(p, Law::exact, 15, report);
+    }
+
+    bool newton(Point& p, Law law, int most, NewtonReport& report) {
+        evaluate(p, law);
+        for (int k = 0; k <= most && report.iterations < options_.max_iterations; ++k) {
+            const double target = 0.01 * options_.tolerance * std::sqrt(problem_.energy(p.r));
+            if (p.norm <= std::max(0.1 * p.prox, target)) return true;
+            ++report.iterations;
+            const Eigen::SparseMatrix<double> slope = impulse_slope(p, law);
+            Eigen::SparseMatrix<double> jacobian(p.x.size(), p.x.size());
+            jacobian.setIdentity();
+            jacobian += problem_.state * slope;
+            ++report.factorisations;
+            Factorisation factors;
+            factors.compute(jacobian);
+            if (factors.info() != Eigen::Success) return false;
+            const Eigen::VectorXd dx = factors.solve(Eigen::VectorXd(-p.f));
+            const Eigen::VectorXd dy = p.r - start_ - slope * dx - p.y;
+            Point next;
+            const Line line{p, dx, dy, law};
+            if ((law == Law::exact ? backtrack(line, next) : minimise(line, next)) == 0) return false;
+            std::swap(p, next);
+        }
+        return false;
+    }
+
+    // Both line searches return the step, 0 when there is none, and the point it leads to.
+    struct Line {
+        const Point& from;
+        const Eigen::VectorXd &dx, &dy;
+        Law law;
+    };
+    void move(const Line& line, double t, Point& next) const {
+        next.x = line.from.x + t * line.dx;
+        next.y = line.from.y + t * line.dy;
+        evaluate(next, line.law);
+    }
+
+    // The longest of the steps 1, 1/2, 1/4... that reduces |F|.
+    double backtrack(const Line& line, Point& next) const {
+        for (double t = 1; t > 1e-3; t /= 2) {
+            move(line, t, next);
+            if (next.norm <= (1 - 1e-4 * t) * line.from.norm) return t;
+        }
+        return 0;
+    }
+
+    // The step to the minimum of the convex law's potential, where its slope along dy vanishes; it is piecewise linear.
+    // Unlike |F| the potential lets a step pass the kinks where contacts open, close or begin to slide.
+    double minimise(const Line& line, Point& next) const {
+        const auto slope = [&](const Point& p) { return line.dy.dot(problem_.velocity * p.f); };
+        const double initial = slope(line.from);
+        if (!(initial < 0)) return backtrack(line, next);  // round-off, or a W that is not symmetric
+        double low = 0, high = 1, at_low = initial, t = 1;
+        move(line, t, next);
+        double at_high = slope(next);
+        if (!std::isfinite(at_high)) return 0;
+        if (at_high <= -0.1 * initial) return t;
+        for (int k = 0; k < 40; ++k) {  // regula falsi, every third time a bisection
+            t = k % 3 == 2 ? 0.5 * (low + high) : low - at_low * (high - low) / (at_high - at_low);
+            move(line, t, next);
+            const double here = slope(next);
+            if (std::abs(here) <= -0.01 * initial) break;
+            (here > 0 ? high : low) = t;
+            (here > 0 ? at_high : at_low) = here;
+        }
+        return t;
+    }
+
+    // -dr/dx = rho_c P' L, open contacts left out.
+    Eigen::SparseMatrix<double> impulse_slope(const Point& p, Law law) const {
+        const Eigen::VectorXd u = base_ + problem_.velocity * p.x;
+        std::vector<Eigen::Triplet<double>> entries;
+        for (std::size_t c = 0; c < problem_.contacts(); ++c) {
+            const ProjectedImpulse<size> projected = project(c, u, law);
+            if (projected.open) continue;
+            const int row = static_cast<int>(c) * size;
+            for (int i = 0; i < size; ++i)
+                for (int j = 0; j < size; ++j)
+                    entries.emplace_back(row + i, row + j, rho_ / problem_.weight[c] * projected.derivative(i, j));
+        }
+        Eigen::SparseMatrix<double> derivative(start_.size(), start_.size());
+        derivative.setFromTriplets(entries.begin(), entries.end());
+        return derivative * problem_.velocity;
+    }
+
+    const LinearContacts<size>& problem_;
+    const NewtonOptions options_;
+    Eigen::VectorXd start_, base_;  // r_k, u_k
+    std::vector<double> slip_;      // mu |u_t| of u_k
+    double rho_ = 1;
+};
+
+// Sets the impulses of all contacts, in the order of gather_impulses(), and the velocities that follow from them.
+template <class M>
+void scatter_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
+    std::size_t k = 0;
+    const auto set = [&](std::vector<Contact<M>>& contacts, auto kind) {
+        for (Contact<M>& c : contacts) {
+            const typename M::Impulse next = LinearContactsOf<M>::at(r, k++), dr = next - c.r;
+            c.r = next;
+            apply_impulse(problem, c, dr, kind);
+        }
+    };
+    set(problem.contacts, BetweenGrains{});
+    set(problem.wall_contacts, WithWall{});
+}
+
+// The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
+// with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
+// std::runtime_error when the residual is not finite.
+template <class Factorisation = SparseLU, class M>
+NewtonReport proximal_newton(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
+    NewtonReport report;
+    if (problem.contact_count() == 0) return report;
+    const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
+    for (int k = 0; k < options.warm_sweeps; ++k) sweep(problem);
+    const LinearContactsOf<M> linear = linear_contacts(problem);
+    Eigen::VectorXd r = gather_impulses(problem);
+    ProximalNewton<impulse_size<M>, Factorisation> iterate(linear, options);
+    iterate(
+        r,
+        [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
+            scatter_impulses(problem, answer);
+            finished(residual_parts(problem), stop, problem.least_radius, so_far);
+            return so_far.converged;
+        },
+        report);
+    return report;
+}
+
+// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
+// Throws std::invalid_argument where W has no positive diagonal, std::runtime_error when the measure is not finite.
+template <class Factorisation = SparseLU, int dim>
+NewtonReport proximal_newton(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
+                             const NewtonOptions& options, auto&& measure) {
+    NewtonReport report;
+    if (problem.contact_count() == 0) return report;
+    const LinearContacts<dim> linear = linear_contacts(problem);
+    Eigen::VectorXd all(linear.free.size());
+    for (std::size_t c = 0; c < linear.contacts(); ++c) linear.at(all, c) = r[c];
+    ProximalNewton<dim, Factorisation> iterate(linear, options);
+    iterate(
+        all,
+        [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
+            for (std::size_t c = 0; c < linear.contacts(); ++c) r[c] = linear.at(answer, c);
+            so_far.residual = measure(std::as_const(r));
+            if (!std::isfinite(so_far.residual)) throw std::runtime_error("the residual is not finite: check W and q");
+            return so_far.converged = so_far.residual <= options.tolerance;
+        },
+        report);
+    return report;
+}
+
+// The same by the energy residual, METHOD.md section 2, with the mean of the diagonal of W_cc for W_cc.
+template <class Factorisation = SparseLU, int dim>
+NewtonReport proximal_newton(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
+                             const NewtonOptions& options = {}) {
+    return proximal_newton<Factorisation>(problem, r, options, [&](const auto& answer) {
+        double change = 0, energy = 0, next_energy = 0;
+        for (std::size_t c = 0; c < problem.contact_count(); ++c) {
+            const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
+            using Vec = typename DelassusProblem<dim>::Vec;
+            const Vec z = answer[c] - problem.velocity(c, answer) / weight;
+            const Vec next = project_coulomb<dim>(z, Vec::Unit(0), problem.friction[c]).value;
+            change += weight * (next - answer[c]).squaredNorm();
+            energy += weight * answer[c].squaredNorm();
+            next_energy += weight * next.squaredNorm();
+        }
+        return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;
+    });
+}
+
+}  // namespace nscdd

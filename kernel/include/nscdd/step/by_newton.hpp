@@ -1,0 +1,22 @@
+// Steps solved to high accuracy, for reference answers: sequential, as by_nlgs().
+#pragma once
+
+#include "nscdd/solve/proximal_newton.hpp"
+#include "nscdd/step/simulation.hpp"
+
+namespace nscdd {
+
+// Needs a communicator of one rank. The report's iterations are Newton steps.
+template <class M, class Factorisation = SparseLU>
+StepSolver<M> by_newton(const NewtonOptions& options) {
+    return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) -> SolveReport {
+        if (comm.size() != 1) throw std::logic_error("the proximal Newton method runs on one rank");
+        Stopwatch watch(comm);
+        const NewtonReport report = proximal_newton<Factorisation>(parts[0].problem, options);
+        comm.charge(0, double(report.iterations + options.warm_sweeps) * double(parts[0].problem.contact_count()));
+        watch.lap(seconds.sweep);
+        return report;
+    };
+}
+
+}  // namespace nscdd
