@@ -333,6 +333,16 @@ class Judged(FclibTest):
                 with self.subTest(file=name):
                     self.assertLessEqual(abs(count - expected), 0.15 * expected)
 
+    def test_newton_solves_every_published_problem(self):
+        files = sorted(PUBLISHED.glob("*.hdf5"))
+        self.assertGreaterEqual(len(files), 9)
+        for path in files:
+            report, _ = self.solve(path, "--solver", "newton", "--tolerance", "1e-9")
+            error = judge("check_fclib.py", path, self.folder / "out.hdf5")["natmap_siconos44"]
+            print(f"{path.name}: {report['iterations']} Newton steps, natural map {error:.1e}")
+            with self.subTest(file=path.name):
+                self.assertLessEqual(error, 1.001e-9)
+
     def test_problems_of_siconos_are_solved(self):
         for name in SWEEPS:
             path = PUBLISHED / f"{name}.hdf5"
