@@ -8,6 +8,7 @@ nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_sweeper quick unit/test_sweeper.cpp)
 nscdd_test(test_sweeper_unvectorised quick unit/test_sweeper.cpp)  # where Eigen knows no packets, or is told to use none
 target_compile_definitions(test_sweeper_unvectorised PRIVATE EIGEN_DONT_VECTORIZE)
+nscdd_test(test_anderson quick unit/test_anderson.cpp)
 nscdd_test(test_local_form quick unit/test_local_form.cpp)
 nscdd_test(test_partition quick unit/test_partition.cpp)
 nscdd_test(test_gluing quick unit/test_gluing.cpp)

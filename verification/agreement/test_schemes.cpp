@@ -8,6 +8,7 @@ using namespace scenes;
 namespace {
 
 constexpr SolveOptions every_iteration{.check_every = 1};
+const SolveOptions accelerated = every_iteration.accelerated();
 
 template <class M>
 void check_same_bits(const Outcome<M>& a, const Outcome<M>& b) {
@@ -41,6 +42,7 @@ TEMPLATE_TEST_CASE("NSCDD with one subdomain is NLGS, bit for bit", "", EVERY_MO
         CHECK(nlgs.last().contacts > 60);
         check_same_bits(run_nscdd<Ccs, ClosedForm>(scene, 1, 5, every_iteration), nlgs);
         check_same_bits(run_nscdd<Dcs, ClosedForm>(scene, 1, 5, every_iteration), nlgs);
+        check_same_bits(run_nscdd<Dcs, ClosedForm>(scene, 1, 5, accelerated), run_nlgs(scene, 5, accelerated));
     }
 }
 
@@ -51,6 +53,8 @@ TEMPLATE_TEST_CASE("CCS and DCS with the closed form are the same, bit for bit",
             const auto ccs = run_nscdd<Ccs, ClosedForm>(scene, ranks, 5, every_iteration);
             CHECK(ccs.last().interface_grains > 0);
             check_same_bits(ccs, run_nscdd<Dcs, ClosedForm>(scene, ranks, 5, every_iteration));
+            check_same_bits(run_nscdd<Ccs, ClosedForm>(scene, ranks, 5, accelerated),
+                            run_nscdd<Dcs, ClosedForm>(scene, ranks, 5, accelerated));
         }
 }
 
@@ -96,6 +100,20 @@ TEMPLATE_TEST_CASE("more sweeps between two gluings converge in fewer iterations
                 CHECK(five.iterations == (one.iterations + 4) / 5);
             }
         }
+}
+
+TEMPLATE_TEST_CASE("acceleration saves iterations on any subdomains", "", EVERY_MODEL) {
+    for (auto scene : dense_scenes<TestType>()) {
+        scene.impulses.clear();  // a cold start
+        for (int ranks : {1, 4, 8}) {
+            INFO(scene.name << ", " << ranks << " subdomains");
+            const auto plain = run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, every_iteration).last().solve;
+            const auto fast = run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, accelerated).last().solve;
+            CHECK((plain.converged && fast.converged));
+            CHECK(fast.iterations <= plain.iterations);
+            if (plain.iterations > 100) CHECK(2 * fast.iterations <= plain.iterations);
+        }
+    }
 }
 
 TEMPLATE_TEST_CASE("warm started, a heap at rest needs one iteration a step on any subdomains", "", DisksDriven) {

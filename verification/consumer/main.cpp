@@ -37,7 +37,6 @@ bool solver_alone() {
     problem.contacts.push_back(contact);
     contact.i = 0;
     problem.wall_contacts.push_back(contact);
-    nscdd::prepare_contacts(problem);
     const nscdd::SolveReport report = nscdd::nlgs(problem, {.tolerance = 1e-12});
     const bool right = is("impulse between the disks", problem.contacts[0].r[0], mass * gravity * h) &&
                        is("impulse on the floor", problem.wall_contacts[0].r[0], 2 * mass * gravity * h);

@@ -9,8 +9,7 @@ using namespace scenes;
 namespace {
 
 template <template <class, class> class Scheme, class Gluing, class M>
-void compare(const Scene<M>& scene) {
-    constexpr SolveOptions options{.check_every = 3};
+void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}) {
     constexpr int steps = 5;  // with a rough detection
     Mpi comm;
     using Chosen = Scheme<M, Gluing>;
@@ -50,6 +49,7 @@ TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", Smoo
         compare<Ccs, ClosedForm>(scene);
         compare<Dcs, ClosedForm>(scene);
         compare<Dcs, Factorised<>>(scene);
+        compare<Dcs, ClosedForm>(scene, SolveOptions{.check_every = 3, .sweeps = 2}.accelerated());
     }
 }
 

@@ -62,13 +62,25 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
     watch.lap(seconds.interface);
-    for (auto& part : parts) part.sweeper.load(part.problem);
+    for (auto& part : parts) {
+        prepare_contacts(part.problem, options.relaxation);
+        part.sweeper.load(part.problem, options.relaxation, options.window);
+    }
+    Anderson anderson(options.window);
+    std::vector<Buffer> products(parts.size());
+    Buffer product(anderson.products());
     SolveReport report;
     ResidualParts residual;
     do {
         for (int k = 0; k < options.check_every; ++k) {
             for (std::size_t p = 0; p < parts.size(); ++p) {
-                for (int s = 0; s < options.sweeps; ++s) parts[p].sweeper.sweep(parts[p].problem);
+                if (anderson.window() > 0) {
+                    const auto own = parts[p].sweeper.sweep(parts[p].problem, anderson);
+                    products[p].assign(own.begin(), own.begin() + product.size());
+                } else {
+                    parts[p].sweeper.sweep(parts[p].problem);
+                }
+                for (int s = 1; s < options.sweeps; ++s) parts[p].sweeper.sweep(parts[p].problem);
                 parts[p].sweeper.store(parts[p].problem, parts[p].interface);
                 comm.charge(static_cast<int>(p),
                             options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
@@ -76,6 +88,10 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
             watch.lap(seconds.sweep);
             scheme.glue(parts, comm);
             for (auto& part : parts) part.sweeper.load(part.problem, part.interface);
+            if (anderson.window() > 0) {
+                sum_in_rank_order(comm.all_gather(products), product);
+                anderson.update(product.data());
+            }
             watch.lap(seconds.interface);
         }
         report.iterations += options.check_every;

@@ -36,11 +36,18 @@ struct BatchGroup {
     std::vector<char> shared;      // of each batch: has a body or a wall of it several copies?
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
+    AlignedDoubles stretch;        // of each contact: 1/omega; empty where nothing is relaxed
+    AlignedDoubles past;           // of each batch and slot of Anderson: iterate and change
     std::size_t count = 0;         // batches
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
+    static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
+    double* iterate(std::size_t batch, int slot, int window) {
+        return past.data() + 2 * (batch * static_cast<std::size_t>(window) + static_cast<std::size_t>(slot)) * impulse;
+    }
+    double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
     const int* body(std::size_t batch) const { return i.data() + batch * lanes; }
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };
@@ -192,6 +199,17 @@ struct Batch : BatchLayout<M> {
                 const Packet turn_j = Packet(kappa) * mass_j * ratio_j;
                 for (int d = 0; d < spins; ++d) b[dim + d] = b[dim + d] - turn_j * turn[d];
             }
+        }
+    }
+
+    // An impulse with its normal part times wn and its tangential part times wt.
+    EIGEN_ALWAYS_INLINE void weigh(const Packet* impulse, Packet wn, Packet wt, Packet* out) const {
+        if constexpr (M::friction) {
+            const Packet more = (wn - wt) * dot(impulse, n);
+            for (int d = 0; d < dim; ++d) out[d] = madd(wt, impulse[d], more * n[d]);
+        } else {
+            (void)wt;
+            out[0] = wn * impulse[0];
         }
     }
 

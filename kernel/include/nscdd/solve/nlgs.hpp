@@ -8,17 +8,23 @@
 
 namespace nscdd {
 
-// Sweeps until eta and the penetration are small enough. In: prepared contacts, velocities consistent with the
-// impulses. `sweeper` only saves its memory for the next call. Throws std::runtime_error when the residual is not
-// finite.
+// Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
+// saves its memory for the next call. Throws std::runtime_error when the residual is not finite.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     SolveReport report;
     if (problem.contact_count() == 0) return report;
-    sweeper.load(problem);
+    prepare_contacts(problem, options.relaxation);
+    sweeper.load(problem, options.relaxation, options.window);
+    Anderson anderson(options.window);
     do {
-        for (int k = 0; k < options.check_every; ++k)
-            for (int s = 0; s < options.sweeps; ++s) sweeper.sweep(problem);
+        for (int k = 0; k < options.check_every; ++k) {
+            if (anderson.window() > 0)
+                anderson.update(sweeper.sweep(problem, anderson).data());
+            else
+                sweeper.sweep(problem);
+            for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
+        }
         report.iterations += options.check_every;
     } while (!finished(sweeper.residual(problem), options, problem.least_radius, report));
     sweeper.store(problem);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "nscdd/law/residual.hpp"
+#include "nscdd/solve/relaxation.hpp"
 
 namespace nscdd {
 
@@ -14,6 +15,16 @@ struct SolveOptions {
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // reported when hit, never silent
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
+    Relaxation relaxation{};
+    int window = 0;  // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
+
+    // The same with what has been found to need the fewest iterations (METHOD.md, section 6).
+    SolveOptions accelerated() const {
+        SolveOptions options = *this;
+        options.window = 2;
+        options.relaxation.interface = true;
+        return options;
+    }
 };
 
 struct SolveReport {

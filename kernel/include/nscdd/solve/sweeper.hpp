@@ -7,6 +7,8 @@
 //   sweeper.store(problem);
 #pragma once
 
+#include <array>
+
 #include "nscdd/law/residual.hpp"
 #include "nscdd/solve/batch.hpp"
 #include "nscdd/solve/sweep.hpp"
@@ -18,18 +20,38 @@ class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
     // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem) {
+    void load(const ContactProblem<M>& problem, const Relaxation& relaxation = {}, int window = 0) {
         batched_ = true;
         load_bodies(problem);
         load_contacts<false>(problem, problem.contacts, grains_);
         load_contacts<true>(problem, problem.wall_contacts, walls_);
+        load_stretch<Rows<Layout::row>>(problem, grains_, relaxation);
+        load_stretch<BatchWalls<M>>(problem, walls_, relaxation);
+        make_room(problem, static_cast<std::size_t>(window));
     }
 
     // One pass over all contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
-        sweep_group<BatchWalls<M>>(problem, walls_);
-        sweep_group<Rows<Layout::row>>(problem, grains_);
+        sweep_group<BatchWalls<M>>(problem, walls_, Plain{});
+        sweep_group<Rows<Layout::row>>(problem, grains_, Plain{});
+    }
+
+    // The same from the combination of iterates that `anderson` says. Returns the products that it asks for, of this
+    // subdomain.
+    using Products = std::array<double, Anderson::largest_window + 1>;
+    Products sweep(ContactProblem<M>& problem, const Anderson& anderson) {
+        combine_velocities(problem, anderson);
+        Products products{};
+        if (!batched_) {
+            nscdd::sweep(problem, OneByOne{anderson, past_.data(), products});
+            return products;
+        }
+        BatchByBatch batches{anderson, {}};
+        sweep_group<BatchWalls<M>>(problem, walls_, batches);
+        sweep_group<Rows<Layout::row>>(problem, grains_, batches);
+        for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
+        return products;
     }
 
     // As residual_parts(problem), of the velocities and impulses held here.
@@ -168,6 +190,130 @@ class Sweeper {
         }
     }
 
+    template <class Other>
+    void load_stretch(const ContactProblem<M>& problem, BatchGroup<M>& group, const Relaxation& relaxation) {
+        group.stretch.assign(relaxation.none() ? 0 : group.count * lanes, 1 / relaxation.factor);
+        if (!relaxation.interface) return;
+        for (std::size_t k = 0; k < group.count; ++k) {
+            if (!group.shared[k]) continue;
+            Batch<M, Other> batch;
+            batch.load(problem, rows_, group, k);
+            Packet share_i, share_j, split, whole, unused;
+            load_shares<Other>(group, k, share_i, share_j);
+            batch.delassus(Packet(1), Packet(1), split, unused);
+            batch.delassus(share_i, share_j, whole, unused);
+            alignas(sizeof(Packet)) double w[2][lanes];
+            whole.store(w[0]);
+            split.store(w[1]);
+            for (std::size_t l = 0; l < lanes; ++l) group.stretch[k * lanes + l] = 1 / relaxation.of(w[0][l], w[1][l]);
+        }
+    }
+
+    // For the iterates and changes of the acceleration.
+    void make_room(const ContactProblem<M>& problem, std::size_t window) {
+        for (BatchGroup<M>* group : {&grains_, &walls_})
+            group->past.assign(batched_ ? group->count * 2 * window * BatchGroup<M>::impulse : 0, 0.0);
+        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * window, M::Impulse::Zero());
+        past_rows_.assign(window, AlignedDoubles(rows_.size()));
+        past_speeds_.assign(window * problem.walls.size(), 0.0);
+    }
+
+    // Of bodies and driven walls, as the contacts' impulses will be combined.
+    void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
+        if (!batched_)
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
+        static constexpr Eigen::Index piece = 512;
+        const auto slots = static_cast<std::size_t>(anderson.window());
+        const auto piece_of = [](AlignedDoubles& all, Eigen::Index first) {
+            const auto size = std::min(piece, static_cast<Eigen::Index>(all.size()) - first);
+            return Eigen::Map<Eigen::ArrayXd>(all.data() + first, size);
+        };
+        for (Eigen::Index first = 0; first < static_cast<Eigen::Index>(rows_.size()); first += piece) {
+            auto rows = piece_of(rows_, first);
+            const Eigen::Array<double, Eigen::Dynamic, 1, 0, piece, 1> before = rows;
+            for (std::size_t j = 0; j < slots; ++j)
+                rows += anderson.coefficient(static_cast<int>(j)) * (piece_of(past_rows_[j], first) - before);
+            piece_of(past_rows_[static_cast<std::size_t>(anderson.last())], first) = before;
+        }
+        if (!batched_)
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+        if constexpr (M::driven_walls)
+            for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+                double& speed = problem.walls[w].speed;
+                double* past = past_speeds_.data() + w * slots;
+                const double before = speed;
+                for (std::size_t j = 0; j < slots; ++j)
+                    speed += anderson.coefficient(static_cast<int>(j)) * (past[j] - before);
+                past[anderson.last()] = before;
+            }
+    }
+
+    struct Plain {
+        void before(const auto&, const auto&, std::size_t) {}
+        void after(const auto&, const auto&, std::size_t, const Packet*, Packet) {}
+    };
+
+    struct BatchByBatch {
+        const Anderson& anderson;
+        std::array<Packet, Anderson::largest_window + 1> products;
+
+        EIGEN_ALWAYS_INLINE void before(auto& batch, BatchGroup<M>& group, std::size_t k) {
+            const int window = anderson.window();
+            Packet iterate[Layout::components];
+            for (int d = 0; d < Layout::components; ++d) iterate[d] = batch.r[d];
+            for (int j = 0; j < window; ++j) {
+                const double* past = group.iterate(k, j, window);
+                const Packet c(anderson.coefficient(j));
+                for (int d = 0; d < Layout::components; ++d)
+                    batch.r[d] = madd(c, Packet::load(past + d * Packet::width) - iterate[d], batch.r[d]);
+            }
+            double* last = group.iterate(k, anderson.last(), window);
+            for (int d = 0; d < Layout::components; ++d) iterate[d].store(last + d * Packet::width);
+        }
+        EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, const Packet* change,
+                                       Packet wn) {
+            const int window = anderson.window();
+            Packet weighted[Layout::components];
+            batch.weigh(change, wn, Packet(Anderson::tangential_weight) * wn, weighted);
+            const auto times = [&](auto&& other, Packet total) {
+                for (int d = 0; d < Layout::components; ++d) total = madd(weighted[d], other(d), total);
+                return total;
+            };
+            products[0] = times([&](int d) { return change[d]; }, products[0]);
+            for (int j = 0; j < window; ++j) {
+                const double* past = group.change(k, j, window);
+                Packet& product = products[static_cast<std::size_t>(j) + 1];
+                product = times([&](int d) { return Packet::load(past + d * Packet::width); }, product);
+            }
+            double* now = group.change(k, anderson.now(), window);
+            for (int d = 0; d < Layout::components; ++d) change[d].store(now + d * Packet::width);
+        }
+    };
+
+    struct OneByOne {
+        const Anderson& anderson;
+        typename M::Impulse* past;  // of the contact at hand: iterate and change of each slot
+        Products& products;
+
+        void before(Contact<M>& c) {
+            const typename M::Impulse iterate = c.r;
+            for (int j = 0; j < anderson.window(); ++j) c.r += anderson.coefficient(j) * (past[2 * j] - iterate);
+            past[2 * anderson.last()] = iterate;
+        }
+        void after(const Contact<M>& c, const typename M::Impulse& change) {
+            typename M::Impulse weighted = change / c.inv_wn;
+            if constexpr (M::friction) {
+                constexpr double t = Anderson::tangential_weight;
+                weighted = (t * change + (1 - t) * change.dot(c.normal) * c.normal) / c.inv_wn;
+            }
+            products[0] += weighted.dot(change);
+            for (int j = 0; j < anderson.window(); ++j)
+                products[static_cast<std::size_t>(j) + 1] += weighted.dot(past[2 * j + 1]);
+            past[2 * anderson.now() + 1] = change;
+            past += 2 * anderson.window();
+        }
+    };
+
     void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) const {
         const std::vector<int>& order = group.batches.contact;
         for (std::size_t k = 0; k < order.size(); ++k)
@@ -178,18 +324,25 @@ class Sweeper {
     }
 
     template <class Other>
-    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group) {
+    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, auto&& acceleration) {
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_, group, k);
+            acceleration.before(batch, group, k);
             prefetch<Other>(group, k + 1);
             Packet wn, wt, next[Layout::components], dr[Layout::components];
             batch.delassus(Packet(1), Packet(1), wn, wt);
+            if (!group.stretch.empty()) {
+                const Packet stretch = Packet::load(group.stretch.data() + k * lanes);
+                wn = wn * stretch;
+                wt = wt * stretch;
+            }
             batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
             for (int d = 0; d < Layout::components; ++d) {
                 dr[d] = next[d] - batch.r[d];
                 next[d].store(group.fields(k) + (Layout::impulse_at + d) * Packet::width);
             }
+            acceleration.after(batch, group, k, dr, wn);
             batch.apply(dr);
             batch.a.store(rows_.data(), group.body(k));
             if constexpr (batch.wall)
@@ -249,6 +402,9 @@ class Sweeper {
     std::vector<double> inverse_rho_, share_, wall_share_;  // share: 1/multiplicity
     BatchGroup<M> grains_, walls_;
     bool batched_ = false;
+    std::vector<typename M::Impulse> past_;  // where contacts are swept one by one: BatchGroup::past of the others
+    std::vector<AlignedDoubles> past_rows_;  // by slot
+    std::vector<double> past_speeds_;        // by wall and slot
 };
 
 }  // namespace nscdd

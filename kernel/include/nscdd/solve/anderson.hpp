@@ -1,0 +1,99 @@
+// Anderson acceleration of whole iterations [Anderson65, Walker11]: from the last few iterates and what the sweep
+// changed in each, the combination that would have changed least.
+//
+// Impulses and glued velocities depend on each other affinely, V = V_free + M^-1 H r, so both take the same combination
+// and no exchange is added. It may leave the cone: the sweep that follows brings every contact back into it.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+namespace nscdd {
+
+// The coefficients, the same on every rank. What is combined stays with those who hold it, in `window` slots: in each
+// an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
+//
+//   x = g + sum_j c_j (g_j - g),   then g_last = g;   f = sweep(x) - x,   then f_now = f,   for c_j = coefficient(j),
+//
+// and tells update() the products f.f, f.f_0, f.f_1 ... (before f takes its slot), summed over all contacts.
+class Anderson {
+  public:
+    static constexpr int largest_window = 8;
+    // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
+    // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
+    static constexpr double tangential_weight = 0.1;
+
+    explicit Anderson(int window)
+        : window_(std::clamp(window, 0, largest_window)),
+          coefficients_(Eigen::VectorXd::Zero(window_)),
+          products_(Eigen::MatrixXd::Zero(window_, window_)),
+          now_(0),
+          last_(window_ - 1) {}
+
+    int window() const { return window_; }
+    std::size_t products() const { return static_cast<std::size_t>(window_ + 1); }
+    double coefficient(int slot) const { return coefficients_[slot]; }
+    int now() const { return now_; }
+    int last() const { return last_; }
+    int restarts() const { return restarts_; }
+
+    // A change larger than the last one says that the combination did harm: what it was made from is forgotten.
+    void update(const double* products) {
+        const double own = products[0];
+        const Eigen::Map<const Eigen::VectorXd> with(products + 1, window_);
+        coefficients_.setZero();
+        if (filled_ > 0 && own > previous_) {
+            filled_ = 0;
+            ++restarts_;
+        } else {
+            combine(own, with);
+        }
+        previous_ = own;
+        products_.row(now_) = with;
+        products_.col(now_) = with;
+        products_(now_, now_) = own;
+        filled_ = std::min(filled_ + 1, window_);
+        last_ = now_;
+        now_ = (now_ + 1) % window_;
+    }
+
+  private:
+    // Least |f + sum_j c_j (f_j - f)|, by its normal equations.
+    void combine(double own, const Eigen::VectorXd& with) {
+        std::vector<int> used;
+        for (int age = 0; age < filled_; ++age) {
+            const int slot = (last_ - age + window_) % window_;
+            // differences that are round-off of what they were taken from say nothing
+            if (products_(slot, slot) - 2 * with[slot] + own > 1e-14 * own) used.push_back(slot);
+        }
+        const auto n = static_cast<Eigen::Index>(used.size());
+        if (n == 0) return;
+        Eigen::MatrixXd a(n, n);
+        Eigen::VectorXd b(n);
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const int si = used[static_cast<std::size_t>(i)];
+            b[i] = own - with[si];
+            for (Eigen::Index j = 0; j < n; ++j) {
+                const int sj = used[static_cast<std::size_t>(j)];
+                a(i, j) = products_(si, sj) - with[si] - with[sj] + own;
+            }
+        }
+        const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
+        Eigen::MatrixXd scaled = scale.asDiagonal() * a * scale.asDiagonal();
+        scaled.diagonal().array() += 1e-10;
+        const Eigen::VectorXd c = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * b);
+        if (!c.allFinite()) return;
+        for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = c[i];
+    }
+
+    int window_;
+    Eigen::VectorXd coefficients_;  // by slot
+    Eigen::MatrixXd products_;      // f_i.f_j by slot
+    int now_, last_;                // slots of this iteration's change, and of the last one
+    int filled_ = 0, restarts_ = 0;
+    double previous_ = 0;
+};
+
+}  // namespace nscdd

@@ -1,0 +1,265 @@
+// Anderson acceleration: against exact answers, and the kernel's against a plain one that keeps whole vectors.
+#include <Eigen/QR>
+
+#include "../catch.hpp"
+#include "random_scenes.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+template <class M>
+void each_contact(auto& problem, auto&& visit) {
+    for (auto& c : problem.wall_contacts) visit(c, WithWall{});
+    for (auto& c : problem.contacts) visit(c, BetweenGrains{});
+}
+
+template <class M>
+Eigen::VectorXd impulses(const ContactProblem<M>& problem) {
+    std::vector<double> all;
+    each_contact<M>(problem,
+                    [&](const Contact<M>& c, auto) { all.insert(all.end(), c.r.data(), c.r.data() + c.r.size()); });
+    return Eigen::Map<Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
+}
+
+template <class M>
+void set_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
+    Eigen::Index at = 0;
+    each_contact<M>(problem, [&](Contact<M>& c, auto) {
+        c.r = r.segment(at, c.r.size());
+        at += c.r.size();
+    });
+}
+
+// Velocities from the impulses, by way of V_free.
+template <class M>
+void set_velocities(ContactProblem<M>& problem, const ContactProblem<M>& free) {
+    for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = free.bodies[g].v;
+    if constexpr (M::driven_walls)
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free.walls[w].speed;
+    apply_impulses(problem);
+}
+
+// Root of the metric times a change: W_n, a tenth of it for tangential parts.
+template <class M>
+Eigen::VectorXd weighted(const ContactProblem<M>& problem, const Eigen::VectorXd& change) {
+    Eigen::VectorXd out = change;
+    Eigen::Index at = 0;
+    each_contact<M>(problem, [&](const Contact<M>& c, auto kind) {
+        auto part = out.segment(at, c.r.size());
+        const double root = std::sqrt(delassus(problem, c, true, kind).normal);
+        if constexpr (M::friction) {
+            const double normal = c.normal.dot(part);
+            part = root * (std::sqrt(0.1) * (part - normal * c.normal) + normal * c.normal);
+        } else {
+            part *= root;
+        }
+        at += c.r.size();
+    });
+    return out;
+}
+
+// The same iteration by its definition: least squares over whole vectors, velocities from the impulses.
+template <class M>
+class ByDefinition {
+  public:
+    ByDefinition(const ContactProblem<M>& problem, const ContactProblem<M>& free, int window)
+        : problem_(problem), free_(free), window_(window), x_(impulses(problem)) {
+        prepare_contacts(problem_);
+    }
+    void iterate() {
+        set_impulses(problem_, x_);
+        set_velocities(problem_, free_);
+        sweep(problem_);
+        const Eigen::VectorXd g = impulses(problem_), f = weighted(problem_, g - x_);
+        if (!f_.empty() && f.squaredNorm() > f_.back().squaredNorm()) f_.clear(), g_.clear();
+        x_ = g;
+        const auto n = static_cast<Eigen::Index>(f_.size());
+        if (n > 0) {
+            Eigen::MatrixXd differences(f.size(), n);
+            for (Eigen::Index j = 0; j < n; ++j) differences.col(j) = f_[static_cast<std::size_t>(j)] - f;
+            const Eigen::VectorXd c = differences.colPivHouseholderQr().solve(-f);
+            for (Eigen::Index j = 0; j < n; ++j) x_ += c[j] * (g_[static_cast<std::size_t>(j)] - g);
+        }
+        f_.push_back(f), g_.push_back(g);
+        if (static_cast<int>(f_.size()) > window_) f_.erase(f_.begin()), g_.erase(g_.begin());
+    }
+    const ContactProblem<M>& problem() const { return problem_; }
+
+  private:
+    ContactProblem<M> problem_;
+    const ContactProblem<M>& free_;
+    int window_;
+    Eigen::VectorXd x_;
+    std::vector<Eigen::VectorXd> f_, g_;
+};
+
+// The problem of a second step without its warm start: velocities are V_free.
+template <class M>
+ContactProblem<M> cold_problem(const std::vector<Grain<M>>& grains, int side) {
+    Run<M> run(nlgs_alone, lattice_settings<M>(side), grains);
+    run.step();
+    ContactProblem<M> problem;
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+        problem = parts[0].problem;
+        for (auto& c : problem.contacts) c.r *= -1;
+        for (auto& c : problem.wall_contacts) c.r *= -1;
+        apply_impulses(problem);
+        for (auto& c : problem.contacts) c.r.setZero();
+        for (auto& c : problem.wall_contacts) c.r.setZero();
+        return SolveReport{};
+    });
+    return problem;
+}
+
+// Largest difference of velocities over the largest velocity.
+template <class M>
+double velocity_difference(const ContactProblem<M>& a, const ContactProblem<M>& b) {
+    double difference = 0, speed = 0;
+    for (std::size_t g = 0; g < a.bodies.size(); ++g) {
+        difference = std::max(difference, (a.bodies[g].v - b.bodies[g].v).cwiseAbs().maxCoeff());
+        speed = std::max(speed, a.bodies[g].v.cwiseAbs().maxCoeff());
+    }
+    if constexpr (M::driven_walls)
+        for (std::size_t w = 0; w < a.walls.size(); ++w)
+            difference = std::max(difference, std::abs(a.walls[w].speed - b.walls[w].speed));
+    return difference / speed;
+}
+
+template <class M>
+void compare_with_definition(const ContactProblem<M>& free, int window) {
+    ContactProblem<M> ours = free;
+    prepare_contacts(ours);
+    Sweeper<M> sweeper;
+    sweeper.load(ours, {}, window);
+    ContactProblem<M> ordered = free;  // contacts in the order of our sweep
+    if (sweeper.batched()) {
+        const auto sort = [](auto& contacts, const std::vector<int>& order) {
+            const auto all = contacts;
+            contacts.clear();
+            for (int c : order)
+                if (c >= 0) contacts.push_back(all[static_cast<std::size_t>(c)]);
+        };
+        sort(ordered.contacts, sweeper.order());
+        sort(ordered.wall_contacts, sweeper.wall_order());
+    }
+    ByDefinition<M> theirs(ordered, free, window);
+    Anderson anderson(window);
+    for (int k = 0; k < 12; ++k) {
+        INFO("iteration " << k << ", restarts so far " << anderson.restarts());
+        anderson.update(sweeper.sweep(ours, anderson).data());
+        sweeper.store(ours);
+        theirs.iterate();
+        CHECK(velocity_difference(theirs.problem(), ours) <= 1e-9);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("a linear iteration in n unknowns ends after n + 1 with a window of n", "[anderson]") {
+    constexpr int n = 4;
+    Random random(21);
+    Eigen::Matrix<double, n, n> a;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) a(i, j) = uniform(random, -0.25, 0.25);
+    const auto b = random_vector<Eigen::Vector<double, n>>(random);
+    const Eigen::Vector<double, n> exact = (Eigen::Matrix<double, n, n>::Identity() - a).lu().solve(b);
+
+    Anderson anderson(n);
+    std::vector<Eigen::Vector<double, n>> iterates(n, b), changes(n, b);
+    Eigen::Vector<double, n> g = Eigen::Vector<double, n>::Zero();
+    for (int k = 0; k <= n; ++k) {
+        CHECK((g - exact).norm() > 1e-5);  // there is something left to do
+        Eigen::Vector<double, n> x = g;
+        for (int j = 0; j < n; ++j) x += anderson.coefficient(j) * (iterates[static_cast<std::size_t>(j)] - g);
+        iterates[static_cast<std::size_t>(anderson.last())] = g;
+        g = a * x + b;
+        const Eigen::Vector<double, n> f = g - x;
+        std::vector<double> products{f.dot(f)};
+        for (const auto& change : changes) products.push_back(f.dot(change));
+        changes[static_cast<std::size_t>(anderson.now())] = f;
+        anderson.update(products.data());
+        REQUIRE(anderson.restarts() == 0);
+    }
+    Eigen::Vector<double, n> x = g;
+    for (int j = 0; j < n; ++j) x += anderson.coefficient(j) * (iterates[static_cast<std::size_t>(j)] - g);
+    CHECK((x - exact).norm() <= 1e-7 * exact.norm());  // normal equations, held up by 1e-10
+}
+
+TEST_CASE("a change that grows empties the window", "[anderson]") {
+    Anderson anderson(2);
+    anderson.update(std::array{1.0, 0.0, 0.0}.data());
+    CHECK(anderson.restarts() == 0);
+    anderson.update(std::array{0.5, 0.0, 0.6}.data());  // slot 1 is empty as yet: its 0.6 is nobody's
+    CHECK(anderson.coefficient(0) == Approx(0.5 / 1.5).epsilon(1e-9));
+    CHECK(anderson.coefficient(1) == 0);
+    anderson.update(std::array{0.6, 0.1, 0.1}.data());
+    CHECK(anderson.restarts() == 1);
+    CHECK(anderson.coefficient(0) == 0);
+    CHECK(anderson.coefficient(1) == 0);
+    anderson.update(std::array{0.2, 0.1, 0.4}.data());
+    CHECK(anderson.coefficient(0) == Approx((0.2 - 0.1) / (0.6 - 2 * 0.1 + 0.2)).epsilon(1e-9));  // of what came since
+    CHECK(anderson.coefficient(1) == 0);
+}
+
+TEMPLATE_TEST_CASE("accelerated sweeps are those of the definition", "[anderson]", Disks, FrictionDisks, DrivenDisks,
+                   DrivenFrictionDisks, Spheres, FrictionSpheres, DrivenSpheres, DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(22);
+    const int side = M::dim == 2 ? 9 : 5;
+    const auto problem = cold_problem<M>(shaken_lattice<M>(random, side), side);
+    REQUIRE(problem.contacts.size() > 15);
+    for (int window : {1, 2, 5}) {
+        INFO("window " << window);
+        compare_with_definition(problem, window);
+    }
+}
+
+TEMPLATE_TEST_CASE("so are those of contacts swept one by one", "[anderson]", FrictionSpheres, DrivenFrictionSpheres) {
+    using M = TestType;
+    Random random(23);
+    auto grains = shaken_lattice<M>(random, 4);
+    for (auto& g : grains) g.inertia *= 1 + 0.1 * (g.id % 3);  // no solid spheres
+    const auto problem = cold_problem<M>(grains, 4);
+    Sweeper<M> sweeper;
+    sweeper.load(problem);
+    REQUIRE_FALSE(sweeper.batched());
+    compare_with_definition(problem, 2);
+}
+
+TEST_CASE("velocities stay those of the impulses", "[anderson]") {
+    using M = DrivenFrictionSpheres;
+    Random random(24);
+    const auto free = cold_problem<M>(shaken_lattice<M>(random, 5), 5);
+    auto solved = free;
+    const SolveReport report = nlgs(solved, SolveOptions{.tolerance = 1e-8, .penetration = 1}.accelerated());
+    CHECK(report.converged);
+    CHECK(report.residual <= 1e-8);
+    auto again = solved;
+    set_velocities(again, free);
+    CHECK(velocity_difference(again, solved) <= 1e-12);
+}
+
+TEST_CASE("relaxation steps by omega, and further where masses are split", "[relaxation]") {
+    CHECK(Relaxation{1.5, false}.of(1, 2) == 1.5);
+    CHECK(Relaxation{1, true}.of(1, 1) == 1);
+    CHECK(Relaxation{1, true}.of(1, 2) == 1.5);
+    CHECK(Relaxation{1.5, true}.of(1, 2) == 1.75);
+    for (const int ranks : {1, 4})
+        for (const Relaxation relaxation : {Relaxation{1.5, false}, Relaxation{1, true}, Relaxation{0.7, true}}) {
+            Random same(26);
+            Run<Spheres> reference({Scheme::dcs, ranks}, lattice_settings<Spheres>(5),
+                                   shaken_lattice<Spheres>(same, 5));
+            same = Random(26);
+            Run<Spheres> relaxed({Scheme::dcs, ranks}, lattice_settings<Spheres>(5), shaken_lattice<Spheres>(same, 5));
+            relaxed.options.relaxation = relaxation;
+            const int before = reference.step().solve.iterations, after = relaxed.step().solve.iterations;
+            if (ranks > 1 || !relaxation.interface || relaxation.factor != 1)
+                CHECK(after != before);  // it did something
+            else
+                CHECK(after == before);  // nothing is split
+            const auto a = reference.grains(), b = relaxed.grains();
+            for (std::size_t g = 0; g < a.size(); ++g) CHECK((a[g].velocity - b[g].velocity).norm() <= 1e-7);
+        }
+}
