@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <functional>
+#include <limits>
 #include <numeric>
 #include <type_traits>
 
@@ -39,8 +39,28 @@ const char* kind_name() {
     return std::is_same_v<T, double> ? "numbers" : "integers";
 }
 
+// Number of values; the largest number there is when that is too small for it.
 hsize_t count(const Shape& shape) {
-    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>{});
+    constexpr hsize_t most = std::numeric_limits<hsize_t>::max();
+    if (std::find(shape.begin(), shape.end(), 0) != shape.end()) return 0;
+    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, [](hsize_t product, hsize_t extent) {
+        return extent > most / product ? most : product * extent;
+    });
+}
+
+// Bytes that reading a dataset takes in memory are declared, not stored: what was never written reads as the fill
+// value, and deflate shrinks by 1032 at most. May a file whose dataset is stored in so many bytes declare so many?
+bool plausible(hsize_t declared, hsize_t stored) {
+    constexpr hsize_t harmless = hsize_t{1} << 26;
+    return declared <= harmless || declared / 2000 <= stored;
+}
+
+// Of the chunks that it is stored in; 0 where there are none.
+hsize_t chunk_values(hid_t dataset, std::size_t rank) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+    if (H5Pget_layout(creation) != H5D_CHUNKED) return 0;
+    Shape chunk(rank);
+    return H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) < 0 ? 0 : count(chunk);
 }
 
 Handle string_type() {
@@ -134,6 +154,11 @@ std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) c
     const Handle handle = open(dataset);
     const Handle type(H5Dget_type(handle), H5Tclose);
     if (!converts<T>(type)) throw error(dataset, fmt::format("must hold {}", kind_name<T>()));
+
+    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 64;
+    const hsize_t declared = std::max(count(found), chunk_values(handle, found.size()));
+    if (declared > largest || !plausible(declared * std::max(sizeof(T), H5Tget_size(type)), stored))
+        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(found), stored));
 
     std::vector<T> values(count(found));
     if (H5Dread(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)

@@ -67,7 +67,10 @@ const toml::node& TomlTable::require(std::string_view key) {
 
 double TomlTable::number(const toml::node& node, std::string_view what, Bound bound) const {
     if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
-    const double value = *node.value<double>();
+    const auto number = node.value<double>();  // none of an integer beyond 2^53
+    if (!number)
+        fail_at(node.source(), what, fmt::format("must be a number that a double holds, found {}", describe(node)));
+    const double value = *number;
     if (!std::isfinite(value)) fail_at(node.source(), what, fmt::format("must be finite, found {}", value));
     if (!bound.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", bound.text, value));
     return value;
