@@ -10,6 +10,7 @@
 #include "nscdd/nscdd.hpp"
 #include "packing.hpp"
 #include "progress.hpp"
+#include "replace_file.hpp"
 #include "toml_table.hpp"
 
 namespace nscdd {
@@ -175,6 +176,7 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
 }  // namespace
 
 int pack(const PackArguments& arguments, const Provenance& provenance) {
+    require_folder(arguments.output);
     const PackSpecification spec = read_specification(arguments.specification);
     return spec.dimension == 3 ? pack_model<Model<3, Frictionless, DrivenWalls>>(spec, arguments, provenance)
                                : pack_model<Model<2, Frictionless, DrivenWalls>>(spec, arguments, provenance);
