@@ -63,9 +63,11 @@ hsize_t chunk_values(hid_t dataset, std::size_t rank) {
     return H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) < 0 ? 0 : count(chunk);
 }
 
-Handle string_type() {
+// Of fixed length, terminated: those of variable length are kept in a heap of the file, and the library crashes or
+// never ends when that is damaged.
+Handle string_type(std::size_t length) {
     Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_size(type, length + 1);
     H5Tset_cset(type, H5T_CSET_UTF8);
     return type;
 }
@@ -182,13 +184,12 @@ T Reader::attribute(const std::string& name) const {
     if (H5Sget_simple_extent_npoints(space) != 1) throw attribute_error(name, "must hold one value");
 
     if constexpr (std::is_same_v<T, std::string>) {
-        if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
-            throw attribute_error(name, "must hold a variable-length string");
-        char* text = nullptr;
-        const Handle memory_type(H5Tget_native_type(type, H5T_DIR_DEFAULT), H5Tclose);
-        if (H5Aread(handle, memory_type, &text) < 0) throw attribute_error(name, "cannot be read");
-        std::string value = text ? text : "";
-        H5free_memory(text);
+        const std::size_t size = H5Tget_size(type);
+        if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > 65536)
+            throw attribute_error(name, "must hold a string of fixed length");
+        std::string value(size, '\0');
+        if (H5Aread(handle, type, value.data()) < 0) throw attribute_error(name, "cannot be read");
+        value.resize(std::min(value.find('\0'), size));
         return value;
     } else {
         T value{};
@@ -229,7 +230,7 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
 }
 
 void Writer::text(const std::string& dataset, const std::string& value) {
-    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);  // ASCII, as libfclib reads it
     H5Tset_size(type, value.size() + 1);
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const Handle links = creating_groups();
@@ -267,9 +268,7 @@ void Writer::attribute(const std::string& name, std::int64_t value, const std::s
 }
 
 void Writer::attribute(const std::string& name, const std::string& value, const std::string& group) {
-    const Handle type = string_type();
-    const char* text = value.c_str();
-    write_attribute(group, name, type, &text);
+    write_attribute(group, name, string_type(value.size()), value.c_str());
 }
 
 void Writer::save() {
