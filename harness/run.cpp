@@ -169,6 +169,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         if (session.rank() != 0) return;
         if (!request.state.empty()) {
             write_state(request.state, result.state);
+            if (request.json.empty()) return;
             const auto folder = std::filesystem::absolute(request.json).parent_path();
             result.json["state"] =
                 std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();

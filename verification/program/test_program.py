@@ -65,6 +65,10 @@ class Program(ProgramTest):
         report, _ = self.run_case("nlgs")
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
 
+    def test_a_state_needs_no_json_beside_it(self):
+        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
+                      "--state", self.folder / "alone.h5")
+
     def test_newton_reaches_1e_10(self):
         report, _ = self.run_case("newton", "--scheme", "newton", "--tolerance", "1e-10", "--steps", 3)
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
