@@ -151,6 +151,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
     const std::vector<Bad> cases{
         // syntax
         {"name = \"triaxial\"", "name = ", "bad.toml:1: Error while parsing"},
+        {"count = 50\n", "count = f\n", "bad.toml:37: Error while parsing boolean: expected 'false', saw 'f?'"},
         {"radius = 0.5", "radius = 0.5\nradius = 0.6", "bad.toml:10: Error while parsing"},
         // the whole file
         {"name = \"triaxial\"\n", "", "bad.toml:1: name is missing"},
