@@ -368,3 +368,21 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
                     {"step", "finite"}) == "");
     }
 }
+
+TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no answer", "[detection]", Disks,
+                   FrictionSpheres) {
+    using M = TestType;
+    ContactProblem<M> problem;
+    Run<M> run(nlgs_alone, {}, two_grains<M>(1));
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+        problem = parts[0].problem;
+        return SolveReport{};
+    });
+    REQUIRE(problem.contacts.size() == 1);
+    CHECK(nlgs(problem, {}).converged);
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        ContactProblem<M> spoilt = problem;
+        spoilt.bodies[static_cast<std::size_t>(problem.contacts[0].i)].v[1] = bad;
+        CHECK(lacks(complaint<std::runtime_error>([&] { nlgs(spoilt, {}); }), {"not finite"}) == "");
+    }
+}
