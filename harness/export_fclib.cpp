@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "nscdd/comm/in_process.hpp"
+#include "replace_file.hpp"
 #include "run.hpp"
 
 namespace nscdd {
@@ -32,6 +33,7 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
 }
 
 int export_fclib(const ExportFclibArguments& arguments, const Provenance& provenance) {
+    require_folder(arguments.output);
     RunArguments run;
     run.scene = arguments.scene;
     run.packing = arguments.packing;

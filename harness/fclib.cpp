@@ -37,45 +37,38 @@ bool fit(const std::vector<int>& indices, int bound) {
     return std::all_of(indices.begin(), indices.end(), [=](int k) { return k >= 0 && k < bound; });
 }
 
-Sparse matrix(const hdf5::Reader& file, const std::string& group) {
-    const int rows = scalar(file, group + "/m"), columns = scalar(file, group + "/n"), nz = scalar(file, group + "/nz");
-    if (rows < 0 || columns < 0) throw file.error(group + "/m", fmt::format("{} by {} is no size", rows, columns));
+Sparse matrix(const hdf5::Reader& file, const std::string& group, Eigen::Index rows, Eigen::Index columns) {
+    const int m = scalar(file, group + "/m"), n = scalar(file, group + "/n"), nz = scalar(file, group + "/nz");
+    if (m != rows || n != columns)  // before anything of that size is made
+        throw file.error(group + "/m", fmt::format("must be {} by {}, found {} by {}", rows, columns, m, n));
     if (nz < by_rows) throw file.error(group + "/nz", fmt::format("must be -1, -2 or a count, found {}", nz));
     auto i = file.read<int>(group + "/i", {length(file, group + "/i")});
     auto p = file.read<int>(group + "/p", {length(file, group + "/p")});
     auto x = file.read<double>(group + "/x", {length(file, group + "/x")});
 
-    std::size_t used = static_cast<std::size_t>(std::max(nz, 0));
+    const auto majors = static_cast<std::size_t>(nz == by_columns ? n : m);
+    if (nz < 0 && (p.size() != majors + 1 || p.front() != 0 || !std::is_sorted(p.begin(), p.end())))
+        throw file.error(group + "/p", fmt::format("must rise from 0 over {} entries", majors + 1));
+    const auto used = static_cast<std::size_t>(nz < 0 ? p.back() : nz);
+    for (const auto& [name, size] : {std::pair("/i", i.size()), {"/x", x.size()}, {"/p", nz < 0 ? used : p.size()}})
+        if (size < used) throw file.error(group + name, fmt::format("must have {} entries, found {}", used, size));
     if (nz < 0) {
-        const int majors = nz == by_columns ? columns : rows;
-        if (p.size() != static_cast<std::size_t>(majors) + 1 || p.front() != 0 || !std::is_sorted(p.begin(), p.end()))
-            throw file.error(group + "/p", fmt::format("must rise from 0 over {} entries", majors + 1));
-        used = static_cast<std::size_t>(p.back());
         std::vector<int> majors_of_entries;
-        for (int major = 0; major < majors; ++major)
-            majors_of_entries.resize(static_cast<std::size_t>(p[static_cast<std::size_t>(major) + 1]), major);
+        for (std::size_t major = 0; major < majors; ++major)
+            majors_of_entries.resize(static_cast<std::size_t>(p[major + 1]), static_cast<int>(major));
         p = std::move(majors_of_entries);
     }
-    for (const auto& [name, size] : {std::pair("/i", i.size()), {"/p", p.size()}, {"/x", x.size()}})
-        if (size < used) throw file.error(group + name, fmt::format("must have {} entries, found {}", used, size));
     i.resize(used), p.resize(used);
-    if (nz == by_rows || (nz >= 0 && !(fit(i, rows) && fit(p, columns)))) std::swap(i, p);
-    if (!fit(i, rows) || !fit(p, columns))
-        throw file.error(group + "/i", fmt::format("an index is outside the matrix, {} by {}", rows, columns));
+    if (nz == by_rows || (nz >= 0 && !(fit(i, m) && fit(p, n)))) std::swap(i, p);
+    if (!fit(i, m) || !fit(p, n))
+        throw file.error(group + "/i", fmt::format("an index is outside the matrix, {} by {}", m, n));
 
     std::vector<Eigen::Triplet<double>> triplets;
     triplets.reserve(used);
     for (std::size_t k = 0; k < used; ++k) triplets.emplace_back(i[k], p[k], x[k]);
-    Sparse out(rows, columns);
+    Sparse out(m, n);
     out.setFromTriplets(triplets.begin(), triplets.end());
     return out;
-}
-
-void require_size(const hdf5::Reader& file, const std::string& group, const Sparse& m, Eigen::Index rows,
-                  Eigen::Index columns) {
-    if (m.rows() != rows || m.cols() != columns)
-        throw file.error(group + "/m",
-                         fmt::format("must be {} by {}, found {} by {}", rows, columns, m.rows(), m.cols()));
 }
 
 template <class Problem>
@@ -93,8 +86,7 @@ LocalProblem read_local(const hdf5::Reader& file) {
     LocalProblem problem;
     read_contacts(file, "fclib_local", problem);
     const Eigen::Index size = problem.dim * problem.friction.size();
-    problem.w = matrix(file, "fclib_local/W");
-    require_size(file, "fclib_local/W", problem.w, size, size);
+    problem.w = matrix(file, "fclib_local/W", size, size);
     problem.q = vector(file, "fclib_local/vectors/q", size);
     return problem;
 }
@@ -103,11 +95,11 @@ GlobalProblem read_global(const hdf5::Reader& file) {
     GlobalProblem problem;
     read_contacts(file, "fclib_global", problem);
     const Eigen::Index size = problem.dim * problem.friction.size();
-    problem.m = matrix(file, "fclib_global/M");
-    problem.h = matrix(file, "fclib_global/H");
-    require_size(file, "fclib_global/M", problem.m, problem.m.rows(), problem.m.rows());
-    require_size(file, "fclib_global/H", problem.h, problem.m.rows(), size);
-    problem.f = vector(file, "fclib_global/vectors/f", problem.m.rows());
+    const auto dof = static_cast<Eigen::Index>(length(file, "fclib_global/vectors/f"));
+    if (dof == 0) throw file.error("fclib_global/vectors/f", "is empty: there is nothing that moves");
+    problem.f = vector(file, "fclib_global/vectors/f", dof);
+    problem.m = matrix(file, "fclib_global/M", dof, dof);
+    problem.h = matrix(file, "fclib_global/H", dof, size);
     problem.w = vector(file, "fclib_global/vectors/w", size);
     return problem;
 }

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <functional>
+#include <limits>
 #include <numeric>
 #include <type_traits>
 
@@ -39,13 +39,35 @@ const char* kind_name() {
     return std::is_same_v<T, double> ? "numbers" : "integers";
 }
 
+// Number of values; the largest number there is when that is too small for it.
 hsize_t count(const Shape& shape) {
-    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>{});
+    constexpr hsize_t most = std::numeric_limits<hsize_t>::max();
+    if (std::find(shape.begin(), shape.end(), 0) != shape.end()) return 0;
+    return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, [](hsize_t product, hsize_t extent) {
+        return extent > most / product ? most : product * extent;
+    });
 }
 
-Handle string_type() {
+// Bytes that reading a dataset takes in memory are declared, not stored: what was never written reads as the fill
+// value, and deflate shrinks by 1032 at most. May a file whose dataset is stored in so many bytes declare so many?
+bool plausible(hsize_t declared, hsize_t stored) {
+    constexpr hsize_t harmless = hsize_t{1} << 26;
+    return declared <= harmless || declared / 2000 <= stored;
+}
+
+// Of the chunks that it is stored in; 0 where there are none.
+hsize_t chunk_values(hid_t dataset, std::size_t rank) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+    if (H5Pget_layout(creation) != H5D_CHUNKED) return 0;
+    Shape chunk(rank);
+    return H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) < 0 ? 0 : count(chunk);
+}
+
+// Of fixed length, terminated: those of variable length are kept in a heap of the file, and the library crashes or
+// never ends when that is damaged.
+Handle string_type(std::size_t length) {
     Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_size(type, length + 1);
     H5Tset_cset(type, H5T_CSET_UTF8);
     return type;
 }
@@ -135,6 +157,11 @@ std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) c
     const Handle type(H5Dget_type(handle), H5Tclose);
     if (!converts<T>(type)) throw error(dataset, fmt::format("must hold {}", kind_name<T>()));
 
+    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 64;
+    const hsize_t declared = std::max(count(found), chunk_values(handle, found.size()));
+    if (declared > largest || !plausible(declared * std::max(sizeof(T), H5Tget_size(type)), stored))
+        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(found), stored));
+
     std::vector<T> values(count(found));
     if (H5Dread(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
         throw error(dataset, "cannot be read: the file is damaged");
@@ -157,13 +184,12 @@ T Reader::attribute(const std::string& name) const {
     if (H5Sget_simple_extent_npoints(space) != 1) throw attribute_error(name, "must hold one value");
 
     if constexpr (std::is_same_v<T, std::string>) {
-        if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) <= 0)
-            throw attribute_error(name, "must hold a variable-length string");
-        char* text = nullptr;
-        const Handle memory_type(H5Tget_native_type(type, H5T_DIR_DEFAULT), H5Tclose);
-        if (H5Aread(handle, memory_type, &text) < 0) throw attribute_error(name, "cannot be read");
-        std::string value = text ? text : "";
-        H5free_memory(text);
+        const std::size_t size = H5Tget_size(type);
+        if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > 65536)
+            throw attribute_error(name, "must hold a string of fixed length");
+        std::string value(size, '\0');
+        if (H5Aread(handle, type, value.data()) < 0) throw attribute_error(name, "cannot be read");
+        value.resize(std::min(value.find('\0'), size));
         return value;
     } else {
         T value{};
@@ -204,7 +230,7 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
 }
 
 void Writer::text(const std::string& dataset, const std::string& value) {
-    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);  // ASCII, as libfclib reads it
     H5Tset_size(type, value.size() + 1);
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const Handle links = creating_groups();
@@ -242,9 +268,7 @@ void Writer::attribute(const std::string& name, std::int64_t value, const std::s
 }
 
 void Writer::attribute(const std::string& name, const std::string& value, const std::string& group) {
-    const Handle type = string_type();
-    const char* text = value.c_str();
-    write_attribute(group, name, type, &text);
+    write_attribute(group, name, string_type(value.size()), value.c_str());
 }
 
 void Writer::save() {

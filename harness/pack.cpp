@@ -10,6 +10,7 @@
 #include "nscdd/nscdd.hpp"
 #include "packing.hpp"
 #include "progress.hpp"
+#include "replace_file.hpp"
 #include "toml_table.hpp"
 
 namespace nscdd {
@@ -46,23 +47,16 @@ PackSpecification read_specification(const std::string& path) {
     return spec;
 }
 
-// Random sequential addition: a place is drawn until it is free.
+// Random sequential addition: a place is drawn until it is free. False when one is not found for a grain: beside walls
+// the sample saturates at lower fractions than in bulk.
 template <class M>
-std::vector<Grain<M>> throw_grains(const PackSpecification& spec, typename M::Vec& box) {
-    std::mt19937_64 random(static_cast<std::uint64_t>(spec.seed));
-    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };  // the same everywhere
-    std::vector<Grain<M>> grains;
-    double volume = 0;
-    for (int id = 0; id < spec.grains; ++id) {
-        const double radius = spec.radius * (1 + spec.spread * (2 * uniform() - 1));
-        volume += grains.emplace_back(make_grain<M>(id, radius, 1.0, M::Vec::Zero())).mass;
-    }
-    box = spec.aspect * std::pow(volume / spec.loose_fraction / spec.aspect.prod(), 1.0 / M::dim);
-
-    const double cell = 2 * spec.radius * (1 + spec.spread);
+bool place_grains(std::vector<Grain<M>>& grains, const typename M::Vec& box, double cell, auto&& uniform) {
+    constexpr int most_draws = 1'000'000;
     std::map<std::array<int, M::dim>, std::vector<const Grain<M>*>> cells;
     for (auto& grain : grains) {
-        for (bool free = false; !free;) {
+        bool free = false;
+        for (int draws = 0; !free; ++draws) {
+            if (draws == most_draws) return false;
             std::array<int, M::dim> at{}, near{};
             for (int d = 0; d < M::dim; ++d) {
                 grain.position[d] = grain.radius + uniform() * (box[d] - 2 * grain.radius);
@@ -79,6 +73,24 @@ std::vector<Grain<M>> throw_grains(const PackSpecification& spec, typename M::Ve
             if (free) cells[at].push_back(&grain);
         }
     }
+    return true;
+}
+
+// Grains in a box of the loose fraction, or of less where they find no place in that. None where it is too narrow.
+template <class M>
+std::vector<Grain<M>> throw_grains(const PackSpecification& spec, typename M::Vec& box) {
+    std::mt19937_64 random(static_cast<std::uint64_t>(spec.seed));
+    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };  // the same everywhere
+    std::vector<Grain<M>> grains;
+    double volume = 0;
+    for (int id = 0; id < spec.grains; ++id) {
+        const double radius = spec.radius * (1 + spec.spread * (2 * uniform() - 1));
+        volume += grains.emplace_back(make_grain<M>(id, radius, 1.0, M::Vec::Zero())).mass;
+    }
+    box = spec.aspect * std::pow(volume / spec.loose_fraction / spec.aspect.prod(), 1.0 / M::dim);
+    const double largest = 2 * spec.radius * (1 + spec.spread);
+    if (!(box.minCoeff() >= 2 * largest)) return {};
+    while (!place_grains<M>(grains, box, largest, uniform)) box *= 1.05;
     return grains;
 }
 
@@ -86,9 +98,9 @@ template <class M>
 int pack_model(const PackSpecification& spec, const PackArguments& arguments, const Provenance& provenance) {
     typename M::Vec box;
     const std::vector<Grain<M>> grains = throw_grains<M>(spec, box);
-    double mass = 0, largest = 0;
-    for (const auto& g : grains) mass += g.mass, largest = std::max(largest, g.radius);
-    if (box.minCoeff() < 4 * largest)
+    double mass = 0;
+    for (const auto& g : grains) mass += g.mass;
+    if (grains.empty())
         throw InputError(fmt::format("{}: too few grains for a box of this aspect", arguments.specification));
 
     // Unit density and pressure. The walls weigh as much as the sample; a step is a small part of the time in which
@@ -175,6 +187,7 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
 }  // namespace
 
 int pack(const PackArguments& arguments, const Provenance& provenance) {
+    require_folder(arguments.output);
     const PackSpecification spec = read_specification(arguments.specification);
     return spec.dimension == 3 ? pack_model<Model<3, Frictionless, DrivenWalls>>(spec, arguments, provenance)
                                : pack_model<Model<2, Frictionless, DrivenWalls>>(spec, arguments, provenance);

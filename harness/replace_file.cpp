@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "error.hpp"
 
@@ -35,6 +36,12 @@ void replace_file(const std::string& path, std::string_view bytes) {
     if (written) error = errno;
     std::remove(part.c_str());
     fail(path, error);
+}
+
+void require_folder(const std::string& path) {
+    const auto folder = std::filesystem::path(path).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+        throw InputError(fmt::format("{}: the folder {} does not exist", path, folder.string()));
 }
 
 }  // namespace nscdd

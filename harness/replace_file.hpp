@@ -10,4 +10,7 @@ namespace nscdd {
 // Throws OutputError, with the part removed and an old file untouched.
 void replace_file(const std::string& path, std::string_view bytes);
 
+// Throws InputError if `path` would be in a folder that does not exist, to be asked before long work; "" is no file.
+void require_folder(const std::string& path);
+
 }  // namespace nscdd

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <mpi.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <filesystem>
 
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
+#include "replace_file.hpp"
 
 namespace nscdd {
 
@@ -73,12 +75,6 @@ std::vector<int> read_grid(const std::string& text) {
     return cells;
 }
 
-void check_folder(const std::string& file) {
-    const auto folder = std::filesystem::path(file).parent_path();
-    if (!folder.empty() && !std::filesystem::is_directory(folder))
-        throw InputError(fmt::format("{}: the folder {} does not exist", file, folder.string()));
-}
-
 }  // namespace
 
 RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi) {
@@ -90,8 +86,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.progress = !arguments.quiet;
     request.json = arguments.json;
     request.state = arguments.state;
-    for (const auto& file : {request.json, request.state})
-        if (!file.empty()) check_folder(file);
+    for (const auto& file : {request.json, request.state}) require_folder(file);
     request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
     if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
         throw InputError(
@@ -174,6 +169,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         if (session.rank() != 0) return;
         if (!request.state.empty()) {
             write_state(request.state, result.state);
+            if (request.json.empty()) return;
             const auto folder = std::filesystem::absolute(request.json).parent_path();
             result.json["state"] =
                 std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
@@ -191,8 +187,10 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
                        json["subdomains"].get<int>(), json["subdomains"] == 1 ? "" : "s", iterations,
                        json["seconds"]["total"].get<double>());
         if (result.unconverged_steps > 0)
-            fmt::print(stderr, "nscdd: {} of {} steps stopped at {} iterations without reaching eta = {:g}\n",
-                       result.unconverged_steps, request.scene.step.count, request.scene.solver.max_iterations,
+            fmt::print(stderr,
+                       "nscdd: {} of {} steps stopped, after {} iterations at most, without reaching eta = {:g}\n",
+                       result.unconverged_steps, request.scene.step.count,
+                       std::max_element(json["iterations"].begin(), json["iterations"].end())->get<int>(),
                        request.scene.solver.tolerance);
     }
     return result.unconverged_steps > 0 ? 3 : 0;

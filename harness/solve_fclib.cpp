@@ -5,6 +5,7 @@
 #include "local_form.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
 #include "nscdd/solve/proximal_newton.hpp"
+#include "replace_file.hpp"
 
 namespace nscdd {
 
@@ -64,10 +65,19 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    command->add_option("--max-sweeps", arguments.max_sweeps, "Cap")->check(CLI::PositiveNumber)->capture_default_str();
-    command->add_option("--check-every", arguments.check_every, "Sweeps between two tests; 1 for studies of counts")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
+    auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap, of nlgs")
+                           ->check(CLI::PositiveNumber)
+                           ->capture_default_str();
+    auto* check_every = command
+                            ->add_option("--check-every", arguments.check_every,
+                                         "Sweeps of nlgs between two tests; 1 for studies of counts")
+                            ->check(CLI::PositiveNumber)
+                            ->capture_default_str();
+    command->parse_complete_callback([&arguments, max_sweeps, check_every] {
+        for (const auto* option : {max_sweeps, check_every})
+            if (arguments.solver == "newton" && option->count() > 0)
+                throw CLI::ValidationError(option->get_name(), "is of sweeps, which --solver newton does not make");
+    });
     command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution");
     command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json");
     command->footer("Example:\n  nscdd solve-fclib problem.hdf5 --tolerance 1e-6 -o solved.hdf5 --json solved.json");
@@ -75,6 +85,8 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
 }
 
 int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenance) {
+    require_folder(arguments.output);
+    require_folder(arguments.json);
     const auto problem = read_fclib(arguments.file);
     const auto* global = std::get_if<GlobalProblem>(&problem);
     Solved solved;
@@ -91,6 +103,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
     const ErrorMeasures& e = solved.measures;
     if (!arguments.json.empty()) {
         nlohmann::json json = provenance;
+        if (arguments.solver == "nlgs") json["check_every"] = arguments.check_every;
         json.update({{"schema", "nscdd.fclib/1"},
                      {"file", arguments.file},
                      {"form", global ? "global" : "local"},
@@ -99,7 +112,6 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"blocks", solved.blocks},
                      {"solver", arguments.solver},
                      {"tolerance", arguments.tolerance},
-                     {"check_every", arguments.check_every},
                      {"iterations", solved.report.iterations},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});

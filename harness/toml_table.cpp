@@ -25,6 +25,13 @@ std::string describe(const toml::node& node) {
     return "a date or time";
 }
 
+// The text with control characters, which names and the parser's quotations may have, made visible.
+std::string one_line(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');
+    return text;
+}
+
 }  // namespace
 
 toml::table parse_toml(const std::string& path) {
@@ -36,7 +43,7 @@ toml::table parse_toml(const std::string& path) {
     try {
         return toml::parse(content.str(), path);
     } catch (const toml::parse_error& error) {
-        throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+        throw InputError(one_line(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description())));
     }
 }
 
@@ -44,9 +51,7 @@ void TomlTable::fail_at(const toml::source_region& where, std::string_view key, 
     std::string line = fmt::format("{}:{}: ", file_, where.begin.line);
     if (!thing_.empty()) line += thing_ + ": ";
     line += key.empty() ? problem : fmt::format("{} {}", key, problem);
-    std::replace_if(
-        line.begin(), line.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');  // stays one line
-    throw InputError(line);
+    throw InputError(one_line(line));
 }
 
 void TomlTable::fail(std::string_view key, const std::string& problem) const {
@@ -67,7 +72,10 @@ const toml::node& TomlTable::require(std::string_view key) {
 
 double TomlTable::number(const toml::node& node, std::string_view what, Bound bound) const {
     if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
-    const double value = *node.value<double>();
+    const auto number = node.value<double>();  // none of an integer beyond 2^53
+    if (!number)
+        fail_at(node.source(), what, fmt::format("must be a number that a double holds, found {}", describe(node)));
+    const double value = *number;
     if (!std::isfinite(value)) fail_at(node.source(), what, fmt::format("must be finite, found {}", value));
     if (!bound.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", bound.text, value));
     return value;

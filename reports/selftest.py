@@ -234,6 +234,10 @@ class Verdict(Case):
         self.assertIn("All 13 rows of the hard cases are within their bounds", self.page())
         self.assertEqual(self.summary()["hard_rows"], 13)
 
+    def test_solved_exchange_files_are_passed_over(self):
+        (self.folder / "solved.json").write_text('{"schema": "nscdd.fclib/1"}')
+        self.assertEqual(self.report(), (0, ""))
+
     def test_unchecked_runs_are_named(self):
         (self.folder / "column-dcs-mpi-2.compare.json").unlink()
         self.assertEqual(self.report()[0], 0)

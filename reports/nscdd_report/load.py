@@ -208,7 +208,7 @@ def load(folder):
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
             except (KeyError, TypeError) as error:
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
-        elif data["schema"] != "nscdd.summary/1":
+        elif data["schema"] not in ("nscdd.summary/1", "nscdd.fclib/1"):  # nothing that the report shows
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
     if not runs and not hard:
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")

@@ -127,6 +127,9 @@ class FclibTest(ProgramTest):
         with h5py.File(out) as file:
             return json.loads(report.read_text()), {key: data[...] for key, data in file["solution"].items()}
 
+    def validate(self, report):
+        jsonschema.validate(report, json.loads((ROOT / "reports/fclib.schema.json").read_text()))
+
 
 class Files(FclibTest):
     def random_problem(self, dim, contacts=13):
@@ -181,7 +184,7 @@ class Files(FclibTest):
         for dim in (2, 3):
             path = self.export(dim, "--tolerance", "1e-9")
             report, solution = self.solve(path, "--tolerance", "1e-9")
-            jsonschema.validate(report, json.loads((ROOT / "reports/fclib.schema.json").read_text()))
+            self.validate(report)
             with self.subTest(dim=dim), h5py.File(path) as file, h5py.File(self.folder / "out.hdf5") as out:
                 u = file["solution/u"][...]
                 self.assertLess(np.linalg.norm(solution["u"] - u), 1e-4 * np.linalg.norm(u))
@@ -276,6 +279,33 @@ class Files(FclibTest):
         report, _ = self.solve(path, "--tolerance", "1e-14", "--max-sweeps", 2, "--check-every", 1, code=3)
         self.assertEqual((report["iterations"], report["converged"]), (2, False))
         self.assertGreater(report["measures"]["natural_map"], 1e-14)
+
+    def test_newton_takes_no_options_of_sweeps(self):
+        path = write_local(self.folder / "local.hdf5", *self.condensed(*self.random_problem(3)))
+        for option in ("--max-sweeps", "--check-every"):
+            done = self.run_program("solve-fclib", path, "--solver", "newton", option, 5)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn(option, done.stderr)
+        report, _ = self.solve(path, "--solver", "newton")
+        self.assertNotIn("check_every", report)
+        self.validate(report)
+
+    def test_a_problem_that_zero_impulses_solve(self):
+        w, q, mu = self.condensed(*self.random_problem(3))
+        path = write_local(self.folder / "open.hdf5", w, np.abs(q), mu)
+        for solver in ("nlgs", "newton"):
+            report, solution = self.solve(path, "--solver", solver)
+            self.validate(report)
+            self.assertTrue(report["converged"])
+            self.assertEqual(np.abs(solution["r"]).max(), 0)
+
+    def test_a_missing_folder_is_found_before_the_work(self):
+        scene, nowhere = self.write("scene.toml", "no TOML"), self.folder / "nowhere" / "out"
+        for command in (("export-fclib", scene, "-o"), ("pack", scene, "-o"), ("solve-fclib", scene, "-o"),
+                        ("solve-fclib", scene, "--json")):
+            done = self.run_program(*command, nowhere)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("nowhere does not exist", done.stderr)
 
     def test_a_step_without_contacts_is_refused(self):
         scene = self.write("scene.toml", SCENE.replace("[0, 0, 0.5]", "[0, 0, 5]").replace("[0.3, 0.1, 1.5]", "[0, 0, 9]"))

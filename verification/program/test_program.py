@@ -48,9 +48,26 @@ class Program(ProgramTest):
         with h5py.File(self.packing) as a, h5py.File(again) as b:
             np.testing.assert_array_equal(a["x"][...], b["x"][...])
 
+    def test_few_spheres_start_from_a_looser_box(self):
+        """Beside the walls of a small box there is no random place for them at the usual fraction."""
+        small = self.write("small.toml", "dimension = 3\ngrains = 40\nspread = 0.2\nseed = 3\n")
+        self.succeeds("pack", small, "-o", self.folder / "small.h5", "--quiet")
+        with h5py.File(self.folder / "small.h5") as file:
+            self.assertEqual(len(file["radius"]), 40)
+
+    def test_a_box_too_narrow_for_its_grains_is_refused(self):
+        narrow = self.write("narrow.toml", "dimension = 3\ngrains = 100\naspect = [1.0, 1.0, 1e-3]\n")
+        done = self.run_program("pack", narrow, "-o", self.folder / "narrow.h5")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("too few grains", done.stderr)
+
     def test_json_follows_its_schema(self):
         report, _ = self.run_case("nlgs")
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
+
+    def test_a_state_needs_no_json_beside_it(self):
+        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
+                      "--state", self.folder / "alone.h5")
 
     def test_newton_reaches_1e_10(self):
         report, _ = self.run_case("newton", "--scheme", "newton", "--tolerance", "1e-10", "--steps", 3)

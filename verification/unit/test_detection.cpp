@@ -1,8 +1,8 @@
 // Detection: nothing is missed however fast it flies, restitution acts on touch, and bad input is named.
 #include <limits>
 
-#include "scratch.hpp"
 #include "random_scenes.hpp"
+#include "scratch.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -281,7 +281,7 @@ TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", D
 
 TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", Disks, DrivenFrictionSpheres) {
     using M = TestType;
-    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     const auto spoilt = [&](auto&& spoil) {
         SimulationSettings<M> settings;
         settings.walls.resize(1);
@@ -290,19 +290,41 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", Disks, 
         return complaint_of<M, std::invalid_argument>(two_grains<M>(2), settings);
     };
     CHECK(spoilt([](auto&) {}) == "");
-    for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
-        CHECK(lacks(spoilt([&](auto& s) { s.h = bad; }), {"step"}) == "");
+    for (const double bad : {0.0, -1.0, nan, inf}) CHECK(lacks(spoilt([&](auto& s) { s.h = bad; }), {"step"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.theta = 1.1; }), {"theta"}) == "");
-    CHECK(lacks(spoilt([&](auto& s) { s.gravity[0] = nan; }), {"gravity"}) == "");
+    for (const double bad : {nan, inf}) {
+        CHECK(lacks(spoilt([&](auto& s) { s.gravity[0] = bad; }), {"gravity"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].normal[1] = bad; }), {"normal"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].offset = bad; }), {"wall 0"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].velocity[0] = bad; }), {"wall 0"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].force = bad; }), {"wall 0"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].mass = bad; }), {"wall 0"}) == "");
+        CHECK(lacks(spoilt([&](auto& s) { s.walls[0].speed = bad; }), {"wall 0"}) == "");
+        CHECK_THROWS_AS(Materials(1).set(0, 0, {bad, 0}), std::invalid_argument);
+        CHECK_THROWS_AS(Materials(1).set(0, 0, {0, bad}), std::invalid_argument);
+    }
+    CHECK(lacks(spoilt([&](auto& s) { s.theta = nan; }), {"theta"}) == "");
+    CHECK(lacks(spoilt([&](auto& s) { s.largest_overlap = nan; }), {"overlap"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].normal *= 1.1; }), {"normal"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].driven = true; }), {"driven"}) == "");  // no mass, or no such model
-    CHECK(lacks(spoilt([&](auto& s) { s.walls[0].offset = nan; }), {"wall 0"}) == "");
-    CHECK(lacks(spoilt([&](auto& s) { s.walls[0].velocity[0] = nan; }), {"wall 0"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].material = 1; }), {"wall 0", "material"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.cells.fill(2); }), {"cells"}) == "");
     CHECK_THROWS_AS(Materials(1).set(0, 0, {-0.1, 0}), std::invalid_argument);
     CHECK_THROWS_AS(Materials(1).set(0, 0, {0, 1.1}), std::invalid_argument);
-    CHECK_THROWS_AS(Materials(1).set(0, 0, {nan, 0}), std::invalid_argument);
+}
+
+TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", Disks, FrictionSpheres) {
+    using M = TestType;
+    const auto given = [](double r) {
+        return complaint<std::invalid_argument>([&] {
+            InProcess comm(1);
+            const PairImpulse<M> impulse{3, 7, M::Impulse::Constant(r)};
+            Simulation<M>(comm, {}, std::span<const Grain<M>>(two_grains<M>(1)), std::span(&impulse, 1));
+        });
+    };
+    CHECK(given(1) == "");
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+        CHECK(lacks(given(bad), {"impulse", "grain 3", "finite"}) == "");
 }
 
 TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]", Disks, DrivenFrictionSpheres) {
@@ -321,6 +343,21 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
                         for (int step = 0; step < 3; ++step) run.step();
                     })),
                     {"step", "finite"}) == "");
+        if constexpr (M::driven_walls)
+            for (const double bad : {nan, std::numeric_limits<double>::infinity()})
+                for (const bool touches : {false, true})
+                    CHECK(lacks((complaint<std::runtime_error>([&] {
+                                    auto settings = SimulationSettings<M>{};
+                                    settings.walls.resize(1);
+                                    settings.walls[0].offset = touches ? -0.5 : -5;
+                                    settings.walls[0].driven = true;
+                                    settings.walls[0].mass = 1;
+                                    Run<M> run(solver, settings, two_grains<M>(2));
+                                    run.step();
+                                    run.simulation.walls()[0].force = bad;
+                                    for (int step = 0; step < 3; ++step) run.step();
+                                })),
+                                {"finite"}) == "");
         CHECK(lacks((complaint<std::runtime_error>([&] {
                         auto grains = two_grains<M>(2);
                         grains[1].mass = 1e-200;
@@ -329,5 +366,23 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
                         for (int step = 0; step < 3; ++step) run.step();
                     })),
                     {"step", "finite"}) == "");
+    }
+}
+
+TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no answer", "[detection]", Disks,
+                   FrictionSpheres) {
+    using M = TestType;
+    ContactProblem<M> problem;
+    Run<M> run(nlgs_alone, {}, two_grains<M>(1));
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+        problem = parts[0].problem;
+        return SolveReport{};
+    });
+    REQUIRE(problem.contacts.size() == 1);
+    CHECK(nlgs(problem, {}).converged);
+    for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+        ContactProblem<M> spoilt = problem;
+        spoilt.bodies[static_cast<std::size_t>(problem.contacts[0].i)].v[1] = bad;
+        CHECK(lacks(complaint<std::runtime_error>([&] { nlgs(spoilt, {}); }), {"not finite"}) == "");
     }
 }

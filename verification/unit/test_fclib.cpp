@@ -1,6 +1,8 @@
 // FCLIB files written and read back, and the ways between them and the kernel's blocks.
 #include "fclib.hpp"
 
+#include <limits>
+
 #include "../catch.hpp"
 #include "hdf5.hpp"
 #include "local_form.hpp"
@@ -83,4 +85,37 @@ TEST_CASE("A local problem and its solution are written and read", "[fclib]") {
     const auto refused = complaint<InputError>([&] { read_fclib(scratch.write("text.hdf5", "no HDF5")); });
     CHECK(refused.find("text.hdf5") != std::string::npos);
     CHECK(!complaint<OutputError>([&] { write_fclib(scratch.path("no/folder"), local, solution, {}); }).empty());
+}
+
+TEST_CASE("A matrix that promises more than it holds is refused before it is made", "[fclib][bad-input]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("problem.hdf5");
+    struct Scalars {
+        int m = 2, n = 2, nz = -1;
+        std::vector<int> p{0, 1, 2};
+    };
+    const auto refused = [&](const Scalars& w, bool global = false) {
+        hdf5::Writer file(path);
+        const std::string group = global ? "fclib_global" : "fclib_local";
+        file.write<int>(group + "/spacedim", {2}, {1});
+        file.write<double>(group + "/vectors/mu", {0.3}, {1});
+        if (global) file.write<double>(group + "/vectors/f", {}, {0});
+        file.write<double>(group + "/vectors/q", {-1, 0}, {2});
+        for (const auto& [name, value] : {std::pair("m", w.m), {"n", w.n}, {"nz", w.nz}})
+            file.write<int>(group + "/W/" + name, {value}, {1});
+        file.write<int>(group + "/W/i", {0, 1}, {2});
+        file.write<int>(group + "/W/p", w.p, {w.p.size()});
+        file.write<double>(group + "/W/x", {1, 1}, {2});
+        file.save();
+        return complaint<InputError>([&] { read_fclib(path); });
+    };
+    constexpr int most = std::numeric_limits<int>::max();
+    CHECK(refused({}) == "");
+    CHECK(refused({.m = most, .n = most, .nz = 2}) ==
+          path + ": dataset 'fclib_local/W/m': must be 2 by 2, found 2147483647 by 2147483647");
+    CHECK(refused({.nz = most}) == path + ": dataset 'fclib_local/W/i': must have 2147483647 entries, found 2");
+    CHECK(refused({.p = {0, 1, most}}) == path + ": dataset 'fclib_local/W/i': must have 2147483647 entries, found 2");
+    CHECK(refused({.p = {}}) == path + ": dataset 'fclib_local/W/p': must rise from 0 over 3 entries");
+    CHECK(refused({.p = {0, 2, 1}}) == path + ": dataset 'fclib_local/W/p': must rise from 0 over 3 entries");
+    CHECK(refused({}, true) == path + ": dataset 'fclib_global/vectors/f': is empty: there is nothing that moves");
 }

@@ -197,6 +197,28 @@ TEST_CASE("a bad state is refused in one line that names the dataset", "[packing
     CHECK_THROWS_AS(write_state(scratch.path("end.xdmf"), made_up_state(2, 2)), OutputError);
 }
 
+TEST_CASE("a dataset that declares far more than is stored is refused, not made room for", "[packing][bad-input]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("vast.h5");
+    const auto declared = [&](const hdf5::Shape& shape, const hdf5::Shape& chunk) {
+        const hdf5::Shape unlimited(shape.size(), H5S_UNLIMITED);  // else no chunk may be larger than the dataset
+        const hdf5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose),
+            creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose),
+            space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), unlimited.data()), H5Sclose);
+        H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
+        const hdf5::Handle made(H5Dcreate2(file, "x", H5T_NATIVE_FLOAT, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                                H5Dclose);
+        REQUIRE(made.valid());
+    };
+    declared({1u << 30, 3}, {1024, 3});
+    CHECK_THROWS_WITH(read_packing(path),
+                      path + ": dataset 'x': declares shape (1073741824, 3), but only 0 bytes are stored");
+    declared({4, 3}, {1u << 28, 3});  // one chunk of 3 GB
+    CHECK_THROWS_WITH(read_packing(path), path + ": dataset 'x': declares shape (4, 3), but only 0 bytes are stored");
+    declared({4, 3}, {4, 3});  // never written, but small: zeros
+    CHECK_THROWS_WITH(read_packing(path), path + ": dataset 'radius': is missing");
+}
+
 TEST_CASE("a file that is missing, not HDF5 or cut short is named", "[packing][bad-input]") {
     const Scratch scratch;
     const std::string path = scratch.path("cut.h5");

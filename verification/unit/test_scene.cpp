@@ -151,6 +151,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
     const std::vector<Bad> cases{
         // syntax
         {"name = \"triaxial\"", "name = ", "bad.toml:1: Error while parsing"},
+        {"count = 50\n", "count = f\n", "bad.toml:37: Error while parsing boolean: expected 'false', saw 'f?'"},
         {"radius = 0.5", "radius = 0.5\nradius = 0.6", "bad.toml:10: Error while parsing"},
         // the whole file
         {"name = \"triaxial\"\n", "", "bad.toml:1: name is missing"},
@@ -170,6 +171,8 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"material = \"glass\"", "material = \"gold\"", "bad.toml:6: packing: material 'gold' is not a [[material]]"},
         {"radius = 0.5", "radius = -0.5", "bad.toml:9: grain 1: radius must be > 0, found -0.5"},
         {"radius = 0.5", "radius = inf", "bad.toml:9: grain 1: radius must be finite, found inf"},
+        {"radius = 0.5", "radius = 9007199254740993",
+         "bad.toml:9: grain 1: radius must be a number that a double holds, found 9007199254740993"},
         {"radius = 0.5", "radius = true", "bad.toml:9: grain 1: radius must be a number, found true"},
         {"radius = 0.5", "raduis = 0.5", "bad.toml:7: grain 1: radius is missing"},
         {"radius = 0.5", "radius = 1\nspin = 1", "bad.toml:10: grain 1: spin must be 3 numbers, found 1"},

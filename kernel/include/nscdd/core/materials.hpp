@@ -1,6 +1,7 @@
 // Friction and restitution, per pair of materials.
 #pragma once
 
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -16,8 +17,9 @@ class Materials {
     explicit Materials(int count = 1) : count_(count), table_(static_cast<std::size_t>(count * count)) {}
 
     void set(int a, int b, Pairing pairing) {
-        if (!(pairing.friction >= 0) || !(pairing.restitution >= 0 && pairing.restitution <= 1))
-            throw std::invalid_argument("friction must be >= 0 and restitution within [0, 1]");
+        if (!(pairing.friction >= 0 && std::isfinite(pairing.friction)) ||
+            !(pairing.restitution >= 0 && pairing.restitution <= 1))
+            throw std::invalid_argument("friction must be >= 0 and finite, restitution within [0, 1]");
         table_.at(index(a, b)) = table_.at(index(b, a)) = pairing;
     }
     const Pairing& operator()(int a, int b) const { return table_[index(a, b)]; }

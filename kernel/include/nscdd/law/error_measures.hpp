@@ -28,7 +28,7 @@ struct ErrorMeasures {
     double worst = 0;               // and how large it is there, over the same as natural_map
 };
 
-// The point of the cone |y_t| <= mu y_n nearest to y.
+// The point of the cone |y_t| <= mu y_n nearest to y. Newton's project_cone() is not used here: it is judged by this.
 template <class Vec>
 Vec project_on_cone(const Vec& y, double mu) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;

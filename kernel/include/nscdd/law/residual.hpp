@@ -19,6 +19,7 @@ struct ResidualParts {
 
     // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
     double eta() const {
+        if (!std::isfinite(round_off)) return round_off;  // without friction the law takes a NaN for an open contact
         if (change < 1e-28 * round_off) return 0;
         return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
     }

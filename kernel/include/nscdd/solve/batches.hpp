@@ -3,9 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <vector>
-
-#include "nscdd/core/contact_problem.hpp"
 
 namespace nscdd {
 

@@ -23,7 +23,8 @@ Eigen::VectorXd plain_contact_law(const Eigen::VectorXd& v, const Eigen::VectorX
     return next;
 }
 
-// Rows: normal, then tangents. Any orthonormal tangents do.
+// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): the twin shares no step with what is
+// held against it.
 template <class M>
 Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     Eigen::MatrixXd axes(M::friction ? M::dim : 1, M::dim);

@@ -44,11 +44,14 @@ template <class M>
 class Simulation {
   public:
     // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
-    // finite, a driven wall without mass, or in a model without DrivenWalls.
+    // finite, an impulse that is not finite, a driven wall without mass, or in a model without DrivenWalls.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {})
         : comm_(comm), settings_(std::move(settings)) {
         check(grains);
+        for (const auto& p : impulses)
+            if (!p.r.allFinite())
+                throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
         typename M::Vec low = grains.front().position, high = low;
         least_radius_ = largest_radius_ = grains.front().radius;
         for (const auto& g : grains) {
@@ -143,6 +146,7 @@ class Simulation {
         if (!settings_.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
         if (!(settings_.h > 0 && std::isfinite(settings_.h)) || !(settings_.theta >= 0 && settings_.theta <= 1))
             throw std::invalid_argument("the step must be positive and theta within [0, 1]");
+        if (!(settings_.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
         for (const auto& wall : settings_.walls) {
             const std::string name = "wall " + std::to_string(&wall - settings_.walls.data()) + ": ";
             if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())

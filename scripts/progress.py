@@ -1,0 +1,19 @@
+"""What the long scripts share: how times are shown, and how a record is written."""
+import json
+from pathlib import Path
+
+
+def clock(seconds):
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+def left(elapsed, done, total):
+    """", about 1:23 left" by the share of the cost that is done; nothing before there is one."""
+    return f", about {clock(elapsed * (total - done) / done)} left" if done > 0 else ""
+
+
+def write_record(path, record):
+    """As JSON, aside and then renamed: a reader meets the old file or the whole new one."""
+    part = Path(f"{path}.part")
+    part.write_text(json.dumps(record, indent=1) + "\n")
+    part.replace(path)

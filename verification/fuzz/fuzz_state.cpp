@@ -1,0 +1,36 @@
+// Packings and states: the shapes and values of a sound HDF5 file.
+#include "hdf5_image.hpp"
+#include "packing.hpp"
+#include "state.hpp"
+
+using namespace nscdd;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    static const fuzz::MemoryFile file;
+    FuzzedDataProvider bytes(data, size);
+    const hsize_t n = 1 + bytes.ConsumeIntegralInRange<hsize_t>(0, 3),
+                  dim = 2 + bytes.ConsumeIntegralInRange<hsize_t>(0, 1),
+                  w = bytes.ConsumeIntegralInRange<hsize_t>(0, 2), c = bytes.ConsumeIntegralInRange<hsize_t>(0, 3);
+    {
+        fuzz::Hdf5Image image(bytes);
+        const auto reals = [&](const char* name, hdf5::Shape shape) {
+            image.dataset(name, shape, std::vector<double>(n * dim + w * dim + c * dim, 1), false);
+        };
+        const auto integers = [&](const char* name, hsize_t extent, double value) {
+            image.dataset(name, {extent}, std::vector<double>(extent, value), true);
+        };
+        reals("x", {n, dim}), reals("radius", {n}), reals("box", {dim});
+        reals("velocity", {n, dim}), reals("spin", {n, dim == 3 ? hsize_t{3} : hsize_t{1}});
+        integers("material", n, 0), integers("subdomain", n, 0), integers("multiplicity", n, 1);
+        reals("walls/offset", {w}), reals("walls/normal", {w, dim}), reals("walls/velocity", {w, dim});
+        integers("contacts/i", c, 0), integers("contacts/j", c, 0), integers("contacts/subdomain", c, 0);
+        reals("contacts/impulse", {c, dim}), reals("contacts/normal", {c, dim}), reals("contacts/gap", {c});
+        image.attribute("time", 0.5, H5T_NATIVE_DOUBLE);
+        image.attribute("step", 3, H5T_NATIVE_INT64);
+        image.text_attribute("scene");
+        image.save(file);
+    }
+    fuzz::refuses_in_one_line([&] { read_packing(file.path()); });
+    fuzz::refuses_in_one_line([&] { read_state(file.path()); });
+    return 0;
+}
