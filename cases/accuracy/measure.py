@@ -14,7 +14,9 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
 LEVELS = (1e-4, 1e-6, 1e-8)  # of the profiles
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
-REFERENCE_SWEEPS, REFERENCE_SECONDS = 1000000, 600
+REFERENCE_SWEEPS = 1000000
+LONG = 600  # seconds for what is not compared: packings, states, references
+ALONE = os.environ | {"OMPI_MCA_ess_singleton_isolated": "1"}  # or Open MPI would start a daemon beside each run
 SICONOS = "Siconos NSGS"
 
 
@@ -24,14 +26,15 @@ class Failed(Exception):
 
 class Budget:
     """How much a run may take: what has not got there by then has stalled."""
-    sweeps, seconds = 20000, 60
+    sweeps, seconds = 50000, 60
 
 
 def call(command, needed=True, seconds=None):
     """Runs it within the budget of time. Exit code 3, not converged, is an answer too; None when out of time."""
     command = list(map(str, command))
     try:  # by the wall clock: with a limit on CPU time the clock that measures it would only move in ticks of 4 ms
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=seconds or Budget.seconds)
+        done = subprocess.run(command, cwd=ROOT, env=ALONE, capture_output=True, text=True,
+                              timeout=seconds or Budget.seconds)
     except subprocess.TimeoutExpired:
         if needed:
             raise Failed(f"{shlex.join(command)}: took more than {seconds or Budget.seconds} s") from None
@@ -82,6 +85,7 @@ def once(measure):
 
 class Scene:
     """A scene of cases/accuracy at one loaded state."""
+    packings = set()  # made so far
 
     def __init__(self, path, folder, grains):
         self.path, self.name, self.folder, self.grains = path, path.stem, folder, grains
@@ -95,10 +99,11 @@ class Scene:
             text = re.sub(r"grains = \d+", f"grains = {self.grains}", specification.read_text())
             specification = self.folder / specification.name
             specification.write_text(text)
-        if not packing.exists():
-            call([NSCDD, "pack", specification, "-o", packing, "--quiet"], seconds=REFERENCE_SECONDS)
+        if packing not in self.packings:  # two scenes may have one
+            call([NSCDD, "pack", specification, "-o", packing, "--quiet"], seconds=LONG)
+            self.packings.add(packing)
         call([NSCDD, "run", self.path, "--packing", packing, "--quiet", "--json", f"{self.folder / self.name}-load.json",
-              "--state", self.cold])
+              "--state", self.cold], seconds=LONG)
         with h5py.File(self.cold, "r+") as file:
             file["contacts/impulse"][...] = 0
         eta, command = self.solve_reference()
@@ -114,7 +119,7 @@ class Scene:
         """Long NLGS, then Newton from there if that is not enough. Leaves a state to go on from with the answer's impulses."""
         self.reference = self.folder / f"{self.name}-reference.json"
         command = self.command(f"--scheme nlgs --max-iterations {REFERENCE_SWEEPS}", REFERENCE, self.reference)
-        call(command, seconds=REFERENCE_SECONDS)
+        call(command, seconds=LONG)
         self.answer = self.folder / f"{self.name}-answer.h5"
         shutil.copy(self.cold, self.answer)
         with h5py.File(self.answer, "r+") as file, h5py.File(self.reference.with_suffix(".h5")) as solved:
@@ -123,7 +128,7 @@ class Scene:
         eta = read(self.reference)["residual"][0]
         if eta > REFERENCE_WORST:
             command = self.command("--scheme newton", REFERENCE, self.reference, start=self.answer)
-            call(command, seconds=REFERENCE_SECONDS)
+            call(command, seconds=LONG)
             eta = read(self.reference)["residual"][0]
         if eta > REFERENCE_WORST:
             raise Failed(f"{self.name}: the reference reached eta = {eta:.2g} only; choose a scene that can be solved")
@@ -174,7 +179,8 @@ class Scene:
     def siconos_rows(self, tolerances):
         """By Siconos on the exported problem; the distance is that of the velocities again, as H^T M^-1 H = W."""
         problem, solved = (self.folder / f"{self.name}-{kind}.hdf5" for kind in ("problem", "siconos"))
-        call([NSCDD, "export-fclib", self.path, "--from", self.answer, "--tolerance", REFERENCE_WORST, "-o", problem, "--quiet"])
+        call([NSCDD, "export-fclib", self.path, "--from", self.answer, "--tolerance", REFERENCE_WORST, "-o", problem, "--quiet"],
+             seconds=LONG)
         with h5py.File(problem) as file:
             import scipy.sparse
             w = scipy.sparse.csc_matrix(tuple(file[f"fclib_local/W/{key}"][...] for key in ("x", "i", "p")))

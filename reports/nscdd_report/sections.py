@@ -181,7 +181,8 @@ def speed_against_error(results, out):
                            "further down; a circle where it stalled, within "
                            f"{tables.count(record['budget']['sweeps'])} sweeps. In-process subdomains take turns on one core, so "
                            "their CPU time is the work of all. "
-                           + ("Distances are |V - V_ref|_M / |V_free|_M." if error == "distance" else ""))
+                           + ("Distances are |V - V_ref|_M / |V_free|_M; where one stays while \u03b7 goes on falling, the solver went to "
+                              "another answer, as velocities need not be unique with friction." if error == "distance" else ""))
                 figure = accuracy.draw_curves(record, cost, error, cost_label, error_label)
                 name = f"fig{number}-{cost}-{error}"
                 parts.append(block(image(save(figure, out, name), "svg", f"{cost_label} against {error_label}"), f"Fig. {number}",
