@@ -101,7 +101,7 @@ def draw_profiles(record, cost, label):
                 handles[solver], = axis.step([1, *values, 1e4], [0, *share, share[-1] if len(share) else 0], where="post",
                                              **{key: value for key, value in look(solver).items() if "marker" not in key})
             axis.set(xscale="log", xlim=(1, 1e3), ylim=(0, 1.03))
-            axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, {level:.0e}, {count} problems", fontsize=10)
+            axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, {tables.number(level)}, {count} problems", fontsize=10)
     figure.supxlabel(f"{label}, over that of the best solver", fontsize=11)
     figure.supylabel("share of problems", fontsize=11)
     figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
@@ -146,7 +146,7 @@ def siconos_table(record):
             best = min(ours, key=ours.get, default=None)
             def ratio(value):
                 return tables.number(theirs / value) if theirs and value else tables.NONE
-            lines.append([escape(scene["name"]), f"{level:.0e}", tables.number(theirs) if theirs else tables.NONE,
+            lines.append([escape(scene["name"]), tables.number(level), tables.number(theirs) if theirs else tables.NONE,
                           tables.number(cost["NLGS"]) if cost.get("NLGS") else tables.NONE, ratio(cost.get("NLGS")),
                           escape(best) if best else tables.NONE, tables.number(ours[best]) if best else tables.NONE,
                           ratio(ours.get(best))])
