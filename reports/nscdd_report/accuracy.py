@@ -27,15 +27,17 @@ def compact(record):
 
 
 def look(solver):
-    """Colour by the number of subdomains or the method, dashes by n_GS, thin marks."""
-    nscdd = re.match(r"NSCDD (\d+)(?:.*n_GS (\d+))?", solver)
-    if nscdd:
-        colour = SUBDOMAINS[min(int(math.log2(int(nscdd[1]))) // 2, 3)]
-        return {"color": colour, "linestyle": {"1": "-", "2": "--"}.get(nscdd[2] or "1", ":"), "linewidth": 1.0}
-    fixed = {"NLGS": ("#222222", "-", ""), "SPG": (SUBDOMAINS[4], "-", "^"), "APGD": (SUBDOMAINS[7], "-", "v"),
-             "Newton": (SUBDOMAINS[5], "-", "s"), SICONOS: (SUBDOMAINS[3], "-", "o")}
-    colour, line, marker = fixed.get(solver, (SUBDOMAINS[6], "-.", ""))
-    return {"color": colour, "linestyle": line, "marker": marker, "markersize": 3.5, "linewidth": 1.6}
+    """Colour by method and number of subdomains; dashes by n_GS; other variants, "NLGS, relaxation 1.5", by dots and a mark."""
+    name, _, variant = solver.partition(", ")
+    nscdd = re.match(r"NSCDD (\d+)", name)
+    fixed = {"NLGS": ("#222222", ""), "SPG": (SUBDOMAINS[4], "^"), "APGD": (SUBDOMAINS[7], "v"), "Newton": (SUBDOMAINS[5], "s"),
+             SICONOS: (SUBDOMAINS[3], "o")}
+    colour, marker = (SUBDOMAINS[min(int(math.log2(int(nscdd[1]))) // 2, 2)], "") if nscdd else fixed.get(name, (SUBDOMAINS[6], "d"))
+    line = {"": "-", "n_GS 1": "-", "n_GS 2": "--", "n_GS 5": ":"}.get(variant)
+    if line is None:
+        line, marker = "-.", "x+1234*"[sum(map(ord, variant)) % 7]
+    return {"color": colour, "linestyle": line, "marker": marker, "markersize": 3.5 if marker not in "x+1234*" else 5,
+            "linewidth": 1.0 if nscdd else 1.6}
 
 
 def solvers(rows):
