@@ -51,6 +51,11 @@ def answered(command, out):
     return read(out) if done and done.returncode in (0, 3) and out.exists() else None
 
 
+def shown(command):
+    """As typed in the repository, whatever machine this is."""
+    return shlex.join(["nscdd", *(os.path.relpath(a, ROOT) if isinstance(a, Path) else str(a) for a in command[1:])])
+
+
 def read(path):
     return json.loads(Path(path).read_text())
 
@@ -111,7 +116,7 @@ class Scene:
         self.free_norm = run["final"]["free_velocity_norm"]
         return {"name": self.name, "dimension": run["dimension"], "grains": run["grains"], "contacts": run["contacts"][0],
                 "model": run["model"], "shows": self.path.read_text().splitlines()[0].lstrip("# "),
-                "reference": {"command": shlex.join(map(str, command)), "scheme": run["scheme"], "eta": eta,
+                "reference": {"command": shown(command), "scheme": run["scheme"], "eta": eta,
                               "iterations": run["iterations"][0], "cpu": run["seconds"]["solver_cpu"]},
                 "ccs": self.ccs()}
 
