@@ -103,7 +103,7 @@ def draw_profiles(record, cost, label):
                 handles[solver], = axis.step([1, *values, 1e4], [0, *share, share[-1] if len(share) else 0], where="post",
                                              **{key: value for key, value in look(solver).items() if "marker" not in key})
             axis.set(xscale="log", xlim=(1, 1e3), ylim=(0, 1.03))
-            axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, {tables.number(level)}, {count} problems", fontsize=10)
+            axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, $10^{{{round(math.log10(level))}}}$, {count} problems", fontsize=10)
     figure.supxlabel(f"{label}, over that of the best solver", fontsize=11)
     figure.supylabel("share of problems", fontsize=11)
     figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
