@@ -158,6 +158,10 @@ std::variant<LocalProblem, GlobalProblem> read_fclib(const std::string& path) {
     throw InputError(path + ": is not an FCLIB file: it has neither fclib_local nor fclib_global");
 }
 
+Eigen::VectorXd read_fclib_impulses(const std::string& path, Eigen::Index components) {
+    return vector(hdf5::Reader(path), "solution/r", components);
+}
+
 LocalProblem condense(const GlobalProblem& problem) {
     Masses masses(problem.m);
     const Sparse moved = masses.solve(problem.h);

@@ -46,6 +46,9 @@ struct FclibInfo {
 // not fit, not finite, or bilateral constraints (V, G), which are not supported.
 std::variant<LocalProblem, GlobalProblem> read_fclib(const std::string& path);
 
+// /solution/r of a file whose problem has so many components. Throws InputError as read_fclib does.
+Eigen::VectorXd read_fclib_impulses(const std::string& path, Eigen::Index components);
+
 // W = H^T M^-1 H, q = w + H^T M^-1 f. Throws std::runtime_error when M is singular.
 LocalProblem condense(const GlobalProblem& problem);
 

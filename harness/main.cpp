@@ -58,8 +58,9 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     run_command->add_option("--from", run.from, "Go on from a state that --state wrote, with its impulses");
     run_command
         ->add_option("--scheme", run.scheme,
-                     "nlgs: sequential reference; newton: the same to high accuracy; ccs, dcs: NSCDD")
-        ->check(CLI::IsMember({"nlgs", "newton", "ccs", "dcs"}))
+                     "nlgs: sequential reference; newton: the same to high accuracy; spg, apgd: projected gradients, "
+                     "spectral and accelerated; ccs, dcs: NSCDD")
+        ->check(CLI::IsMember({"nlgs", "newton", "spg", "apgd", "ccs", "dcs"}))
         ->capture_default_str();
     run_command
         ->add_option("--interface", run.interface,

@@ -92,7 +92,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         throw InputError(
             fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
     if (!over_mpi && ranks > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
-    if ((request.scheme == "nlgs" || request.scheme == "newton") && request.subdomains > 1)
+    if (sequential(request.scheme) && request.subdomains > 1)
         throw InputError(
             fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
     if (!arguments.grid.empty()) {

@@ -20,7 +20,7 @@ struct RunRequest {
     Packing packing;  // empty if the scene has none
     State from;       // to go on from; empty (no grain) to start from the packing
     std::string from_file;
-    std::string scheme = "nlgs";  // nlgs, newton, ccs, dcs
+    std::string scheme = "nlgs";  // nlgs, newton, spg, apgd, ccs, dcs
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1;
     std::vector<int> grid;  // cells per axis; empty: chosen
@@ -53,6 +53,9 @@ RunResult run_model(const RunRequest& request, Communicator& comm);
 
 // Chooses the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);
+
+// Of one subdomain: all schemes but CCS and DCS.
+inline bool sequential(const std::string& scheme) { return scheme != "ccs" && scheme != "dcs"; }
 
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {

@@ -3,6 +3,7 @@
 
 #include <Eigen/CholmodSupport>
 #include <Eigen/UmfPackSupport>
+#include <ctime>
 #include <map>
 
 #include "build_scene.hpp"
@@ -16,8 +17,6 @@ namespace detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 using UmfPack = Eigen::UmfPackLU<Eigen::SparseMatrix<double>>;
-
-inline bool sequential(const RunRequest& request) { return request.scheme == "nlgs" || request.scheme == "newton"; }
 
 // The way to solve a step, and the name of what solves its interface problem.
 template <class M>
@@ -41,6 +40,8 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
         newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
         return {by_newton<M, UmfPack>(newton), "none"};
     }
+    if (request.scheme == "spg") return {by_gradient<M>(options, Descent::spectral), "none"};
+    if (request.scheme == "apgd") return {by_gradient<M>(options, Descent::accelerated), "none"};
     const bool factorised = request.interface.empty() ? request.scheme == "ccs" : request.interface == "factorised";
     if (request.scheme == "ccs")
         return factorised ? chosen<Ccs<M, Cholmod>>(options) : chosen<Ccs<M, ClosedForm>>(options);
@@ -54,25 +55,29 @@ std::string model_name() {
            (M::driven_walls ? "driven walls" : "kinematic walls");
 }
 
+// Of this process, all its threads [s].
+inline double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
 // Per-process figures, summed or averaged over processes. Each process speaks through its first rank.
 template <class M>
-nlohmann::json costs(const Simulation<M>& simulation, double total, const Traffic& solving, double iterations) {
+nlohmann::json costs(const Simulation<M>& simulation, double total, double solver_cpu, const Traffic& solving,
+                     double iterations) {
     Communicator& comm = simulation.comm();
     const CommSeconds mpi = comm.seconds();
     const PhaseSeconds& own = simulation.seconds();
     std::vector<Buffer> mine, totals;
     for (std::size_t k = 0; k < comm.ranks().size(); ++k) {
         const double work = comm.work()[k];
-        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
                              : Buffer{work, 1, total, own.detect, own.sweep, own.interface, mpi.wait, mpi.transfer,
-                                      solving.messages, solving.bytes});
+                                      solving.messages, solving.bytes, solver_cpu});
         totals.push_back({total});
     }
     const std::span<const double> all = comm.all_gather(mine);
     std::vector<double> work;
-    std::array<double, 10> sum{};
+    std::array<double, 11> sum{};
     sum_in_rank_order(all, sum);
-    for (std::size_t p = 0; p < all.size(); p += 10) work.push_back(all[p]);
+    for (std::size_t p = 0; p < all.size(); p += 11) work.push_back(all[p]);
     double longest = 0;
     for (double seconds : comm.all_gather(totals)) longest = std::max(longest, seconds);
     const double processes = sum[1];
@@ -84,7 +89,8 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, const Traffi
               {"sweep", sum[4] / processes},
               {"interface", sum[5] / processes},
               {"mpi_wait", sum[6] / processes},
-              {"mpi_transfer", sum[7] / processes}}},
+              {"mpi_transfer", sum[7] / processes},
+              {"solver_cpu", sum[10] / processes}}},
             {"mpi_fraction", sum[2] > 0 ? (sum[6] + sum[7]) / sum[2] : 0},
             {"messages", sum[8]},
             {"bytes", sum[9]},
@@ -188,9 +194,12 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     std::vector<double> residual, penetration, contacts;
     double interface_grains = 0, free_norm = 0, total_iterations = 0;
     Traffic solving;
+    double solver_cpu = 0;
     const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
         const Traffic before = c.traffic();
+        const double cpu = cpu_seconds();
         const SolveReport report = solve(parts, c, seconds);
+        solver_cpu += cpu_seconds() - cpu;
         solving.messages += c.traffic().messages - before.messages;
         solving.bytes += c.traffic().bytes - before.bytes;
         return report;
@@ -221,7 +230,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     const double total = comm.now() - began;
 
     nlohmann::json json = request.provenance;
-    json.update(costs(simulation, total, solving, total_iterations));
+    json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
     result.state = gather_state(simulation, request);
@@ -237,10 +246,10 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"subdomains", comm.size()},
          {"scheme", request.scheme},
          {"interface", interface},
-         {"partition", sequential(request) ? "none" : Grid<M>::name(simulation.settings().cells)},
-         {"transport", request.over_mpi      ? "mpi"
-                       : sequential(request) ? "sequential"
-                                             : "in-process"},
+         {"partition", sequential(request.scheme) ? "none" : Grid<M>::name(simulation.settings().cells)},
+         {"transport", request.over_mpi             ? "mpi"
+                       : sequential(request.scheme) ? "sequential"
+                                                    : "in-process"},
          {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
          {"steps", scene.step.count},
          {"h", scene.step.h},

@@ -1,9 +1,11 @@
 #include "solve_fclib.hpp"
 
 #include <Eigen/UmfPackSupport>
+#include <ctime>
 
 #include "local_form.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
+#include "nscdd/solve/projected_gradient.hpp"
 #include "nscdd/solve/proximal_newton.hpp"
 #include "replace_file.hpp"
 
@@ -25,11 +27,15 @@ nlohmann::json to_json(const ErrorMeasures& e) {
             {"worst", e.worst}};
 }
 
+// In many cheap steps, tested now and then.
+bool iterates(const std::string& solver) { return solver != "newton" && solver != "none"; }
+
 struct Solved {
     FclibSolution solution;
     SolveReport report;
     ErrorMeasures measures;
     std::size_t blocks;
+    double cpu;  // [s]
 };
 
 template <int dim>
@@ -37,15 +43,29 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     const DelassusProblem<dim> problem = to_blocks<dim>(local);
     LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
     Solved solved;
-    if (arguments.solver == "newton")
+    const auto measure = [&](const LocalVectors<dim>& now) { return natural_map_error(problem, now); };
+    const std::clock_t began = std::clock();
+    if (arguments.solver == "none") {
+        r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
+        solved.report.residual = measure(r);
+        solved.report.converged = solved.report.residual <= arguments.tolerance;
+    } else if (arguments.solver == "newton") {
         solved.report = proximal_newton<Eigen::UmfPackLU<Eigen::SparseMatrix<double>>>(
-            problem, r, {.tolerance = arguments.tolerance},
-            [&](const auto& now) { return natural_map_error(problem, now); });
-    else
+            problem, r, {.tolerance = arguments.tolerance}, measure);
+    } else if (arguments.solver == "spg" || arguments.solver == "apgd") {
+        solved.report =
+            projected_gradient(problem, r,
+                               {.tolerance = arguments.tolerance,
+                                .check_every = arguments.check_every,
+                                .max_iterations = arguments.max_sweeps},
+                               arguments.solver == "spg" ? Descent::spectral : Descent::accelerated, measure);
+    } else {
         solved.report = block_nlgs(problem, r,
                                    {.tolerance = arguments.tolerance,
                                     .check_every = arguments.check_every,
                                     .max_iterations = arguments.max_sweeps});
+    }
+    solved.cpu = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
     solved.measures = error_measures(problem, r);
     solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
     solved.blocks = problem.blocks.size();
@@ -58,25 +78,28 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
     command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
     command
-        ->add_option("--solver", arguments.solver,
-                     "nlgs: Gauss-Seidel in the file's order, from zero; newton: slow and accurate")
-        ->check(CLI::IsMember({"nlgs", "newton"}))
+        ->add_option(
+            "--solver", arguments.solver,
+            "nlgs: Gauss-Seidel in the file's order, from zero; newton: slow and accurate; spg, apgd: projected "
+            "gradients; none: judge the file's own /solution")
+        ->check(CLI::IsMember({"nlgs", "newton", "spg", "apgd", "none"}))
         ->capture_default_str();
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap, of nlgs")
+    auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap on sweeps or gradient steps")
                            ->check(CLI::PositiveNumber)
                            ->capture_default_str();
     auto* check_every = command
                             ->add_option("--check-every", arguments.check_every,
-                                         "Sweeps of nlgs between two tests; 1 for studies of counts")
+                                         "Sweeps or gradient steps between two tests; 1 for studies of counts")
                             ->check(CLI::PositiveNumber)
                             ->capture_default_str();
     command->parse_complete_callback([&arguments, max_sweeps, check_every] {
         for (const auto* option : {max_sweeps, check_every})
-            if (arguments.solver == "newton" && option->count() > 0)
-                throw CLI::ValidationError(option->get_name(), "is of sweeps, which --solver newton does not make");
+            if (option->count() > 0 && !iterates(arguments.solver))
+                throw CLI::ValidationError(option->get_name(),
+                                           "is of sweeps, which --solver " + arguments.solver + " does not make");
     });
     command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution");
     command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json");
@@ -103,7 +126,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
     const ErrorMeasures& e = solved.measures;
     if (!arguments.json.empty()) {
         nlohmann::json json = provenance;
-        if (arguments.solver == "nlgs") json["check_every"] = arguments.check_every;
+        if (iterates(arguments.solver)) json["check_every"] = arguments.check_every;
         json.update({{"schema", "nscdd.fclib/1"},
                      {"file", arguments.file},
                      {"form", global ? "global" : "local"},
@@ -113,6 +136,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"solver", arguments.solver},
                      {"tolerance", arguments.tolerance},
                      {"iterations", solved.report.iterations},
+                     {"solver_cpu", solved.cpu},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});
         write_json(arguments.json, json);
@@ -121,8 +145,11 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         "{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
         arguments.file, local.friction.size(), local.dim, solved.report.iterations,
-        arguments.solver == "newton" ? "Newton steps" : "sweeps", e.natural_map, e.eta, e.cone_excess,
-        e.complementarity, e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
+        arguments.solver == "newton" ? "Newton steps"
+        : arguments.solver == "nlgs" ? "sweeps"
+                                     : "iterations",
+        e.natural_map, e.eta, e.cone_excess, e.complementarity, e.dissipation, e.worst_contact, e.worst,
+        solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }
 

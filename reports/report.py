@@ -34,8 +34,9 @@ def make(folder, out):
                 ("pictures", "Partition and multiplicity", sections.pictures(results, out)),
                 ("scaling", "Speed-up and iterations", scaling),
                 ("agreement", "Agreement", sections.agreement(results)),
-                ("hard", "Hard cases", sections.hard_cases(results, out))]
-    runs, sources = results.runs, [*results.runs, *results.hard]
+                ("hard", "Hard cases", sections.hard_cases(results, out)),
+                ("accuracy", "Speed against error", sections.speed_against_error(results, out))]
+    runs, sources = results.runs, [*results.runs, *results.hard, *results.accuracy]
     dates = sorted(source["date"] for source in sources)
     scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
     systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))

@@ -13,6 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
+from nscdd_report import accuracy as figures
 from nscdd_report import curves, packings  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
 
@@ -67,6 +68,29 @@ def hard(**changed):
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "commit": "fabricated", "date": "2000-01-01T00:00:00Z"}
 
 
+def accuracy(**changed):
+    """The JSON of speed against error: two solvers and Siconos on one scene, the last of which stalls; profiles of two sets."""
+    def curve(solver, cost, levels, **last):
+        rows = [{"scene": "dense", "solver": solver, "arguments": "FABRICATED", "tolerance": 10.0**-k, "iterations": 10 * k,
+                 "sweeps": 10 * k, "cpu": cost * k, "eta": 10.0**-k, "distance": 10.0**(1 - k), "converged": True, "repeats": 3}
+                for k in range(1, levels + 1)]
+        rows[-1].update(last)
+        return rows
+
+    profiles = [{"set": group, "problem": problem, "solver": solver, "tolerance": 1e-4, "iterations": 10, "sweeps": 10,
+                 "cpu": cost * (1 + (problem == "b")), "error": 1e-5, "converged": (problem, solver) != ("b", "SPG")}
+                for group in ("hard", "fclib") for problem in "ab" for solver, cost in (("NLGS", 1.0), ("SPG", 4.0))]
+    record = {"schema": "nscdd.accuracy/1", "command": "scripts/accuracy FABRICATED", "commit": "fabricated",
+              "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "quick": False,
+              "budget": {"sweeps": 100, "seconds": 60}, "left_out": ["FABRICATED"],
+              "scenes": [{"name": "dense", "dimension": 3, "grains": 8, "contacts": 9, "model": "fabricated", "shows": "Nothing.",
+                          "reference": {"command": "nscdd FABRICATED", "scheme": "nlgs", "eta": 1e-11, "iterations": 1, "cpu": 1.0},
+                          "ccs": {"iterations_dcs": 10, "iterations_ccs": 10, "velocity_difference": 0.0}}],
+              "runs": [*curve("NLGS", 1.0, 8), *curve("NSCDD 8, n_GS 2", 2.0, 4, converged=False), *curve("Siconos NSGS", 30.0, 8)],
+              "profiles": profiles}
+    return record | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -99,6 +123,7 @@ def fabricate(folder, scenes):
 
     if "network" in scenes:
         write_state(folder / "network-dcs-in-process-2.h5", 2)
+        put("accuracy.json", accuracy())
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
     put("hard.json", hard())
@@ -163,7 +188,8 @@ class Page(Case):
     def test_good_results_pass_with_all_captions_in_one_file(self):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
-        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5"):
+        for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5",
+                      "Table 6", "Table 7", *(f"Fig. {k}" for k in range(8, 14))):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -226,6 +252,22 @@ class Verdict(Case):
             self.assert_fails_with("hard case column-10-3d by nlgs: impulse")
             self.assertIn("<details open><summary>column: 11 of 12 rows", self.page())
 
+    def test_cost_at_equal_error_lies_on_the_curve(self):
+        rows = [row for row in accuracy()["runs"] if row["solver"] == "NLGS"]
+        self.assertAlmostEqual(figures.at_level(rows, 1e-4), 4.0)
+        self.assertAlmostEqual(figures.at_level(rows, 10**-4.5), np.sqrt(20.0))
+        self.assertEqual(figures.at_level(rows, 0.5), 1.0)
+        self.assertIsNone(figures.at_level(rows, 1e-9))
+        self.assertIn(">30<", figures.siconos_table(accuracy()))
+        self.assertIsNone(figures.siconos_table(accuracy(runs=rows)))
+
+    def test_profile_counts_what_is_solved(self):
+        rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
+        self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
+        missing = figures.complete(rows + [rows[0] | {"tolerance": 1e-6}])
+        self.assertEqual(len(missing), 8)
+        self.assertEqual(figures.profile([row for row in missing if row["tolerance"] == 1e-6], "cpu"), ({"NLGS": [1.0]}, 1))
+
     def test_hard_cases_alone_make_a_report(self):
         for path in self.folder.iterdir():
             if path.name != "hard.json":
@@ -258,6 +300,10 @@ class Input(Case):
         self.change("column-dcs-mpi-2.json", iterations=[1])
         self.assert_one_line("column-dcs-mpi-2.json", "1 entries for 3 steps")
 
+    def test_damaged_speed_against_error_is_one_line(self):
+        (self.folder / "accuracy.json").write_text(json.dumps(accuracy(runs=[{"scene": "dense"}])))
+        self.assert_one_line("accuracy.json", "runs")
+
     def test_damaged_hard_cases_are_one_line(self):
         self.change("hard.json", rows=[])
         self.assert_one_line("hard.json", "rows")
@@ -276,7 +322,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 9)  # Tables 1 to 3, 5, Figs. 1 to 5
+        self.assertEqual(self.page().count("Not in these results"), 10)  # Tables 1 to 3, 5, 6, Figs. 1 to 5
         self.assertIn("agreement was not checked", self.page())
 
 

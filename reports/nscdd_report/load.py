@@ -75,8 +75,8 @@ class Run:
             yield f"{self.name}: called converged, yet its residual {self.eta_max:.3g} exceeds {self['tolerance']:g}"
 
 
-class HardCases(dict):
-    """The JSON of the hard cases; its command and fields are asked for like those of a run."""
+class Record(dict):
+    """The JSON of the hard cases, or of speed against error; its command and fields are asked for like those of a run."""
 
     @property
     def command(self):
@@ -86,8 +86,8 @@ class HardCases(dict):
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, runs, compares, jobs, hard):
-        self.runs, self.compares, self.jobs, self.hard = runs, compares, jobs, hard
+    def __init__(self, runs, compares, jobs, hard, accuracy):
+        self.runs, self.compares, self.jobs, self.hard, self.accuracy = runs, compares, jobs, hard, accuracy
 
     @property
     def hard_rows(self):
@@ -188,7 +188,7 @@ def read_json(path):
 
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, hard = [], [], [], []
+    runs, compares, jobs, hard, accuracy = [], [], [], [], []
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -202,7 +202,10 @@ def load(folder):
             compares.append(data)
         elif data["schema"] == "nscdd.hard/1":
             check(path, data, "hard.schema.json")
-            hard.append(HardCases(data))
+            hard.append(Record(data))
+        elif data["schema"] == "nscdd.accuracy/1":
+            check(path, data, "accuracy.schema.json")
+            accuracy.append(Record(data))
         elif data["schema"] == "nscdd.job/1":
             try:
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
@@ -210,8 +213,8 @@ def load(folder):
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
         elif data["schema"] not in ("nscdd.summary/1", "nscdd.fclib/1"):  # nothing that the report shows
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
-    if not runs and not hard:
+    if not runs and not hard and not accuracy:
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(runs, compares, jobs, hard)
+    return Results(runs, compares, jobs, hard, accuracy)

@@ -55,6 +55,8 @@ def verdict(results):
         return f'<div class="verdict bad"><b>Failed: {len(failures)} finding{"s" * (len(failures) > 1)}.</b>' \
                f"<ul>{items}</ul></div>", False
     hard = f"All {len(results.hard_rows)} rows of the hard cases are within their bounds." if results.hard else ""
+    if not results.runs and not results.hard:
+        return '<div class="verdict open"><b>Speed against error alone: nothing here is judged.</b></div>', True
     if not results.runs:
         return f'<div class="verdict good"><b>{hard}</b></div>', True
     text = f"{hard} All {len(results.runs)} runs converged".strip()

@@ -1,7 +1,7 @@
 """The sections of the page: what each figure and table shows, says, and lacks."""
 from html import escape
 
-from . import curves, hard, packings, tables
+from . import accuracy, curves, hard, packings, tables
 from .page import block, image, missing, origin
 from .style import SCHEMES, save
 
@@ -159,4 +159,46 @@ def hard_cases(results, out):
                    "\u03b8 = 1/2 follows exactly (no line); an impact with e = 0.5; a ball sinking into others, against much smaller "
                    "steps.")
         parts.append(block(image(save(figure, out, "fig7-orders"), "svg", "Error against step size"), "Fig. 7", caption, source))
+    return "\n".join(parts)
+
+
+def speed_against_error(results, out):
+    if not results.accuracy:
+        return missing("Tables 6 and 7, Figs. 8 to 13, speed against error (scripts/accuracy)")
+    parts = []
+    for record in results.accuracy:
+        source = origin([record], "Measured")
+        if record["quick"]:
+            parts.append("<p>From a quick job with small scenes, made to test the command: its times say nothing.</p>")
+        parts += [f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"]]
+        if record["scenes"]:
+            caption = ("Scenes of the work-precision curves, one loaded state of each, solved for one step from impulses zero; the "
+                       "reference answer that distances are measured from, with its own residual; and that CCS makes the "
+                       "iterates of DCS (8 subdomains, to 1e-3), which is why DCS alone is in the figures.")
+            parts.append(block(accuracy.scene_table(record), "Table 6", caption, source, wide=True))
+            for number, (cost, error, cost_label, error_label) in enumerate(accuracy.VIEWS, 8):
+                caption = (f"{escape(cost_label)} against {escape(error_label)}, a curve for each solver, better to the right and "
+                           "further down; a circle where it stalled, within "
+                           f"{tables.count(record['budget']['sweeps'])} sweeps. In-process subdomains take turns on one core, so "
+                           "their CPU time is the work of all. "
+                           + ("Distances are |V - V_ref|_M / |V_free|_M; where one stays while \u03b7 goes on falling, the solver went to "
+                              "another answer, as velocities need not be unique with friction." if error == "distance" else ""))
+                figure = accuracy.draw_curves(record, cost, error, cost_label, error_label)
+                name = f"fig{number}-{cost}-{error}"
+                parts.append(block(image(save(figure, out, name), "svg", f"{cost_label} against {error_label}"), f"Fig. {number}",
+                                   caption, source, wide=True))
+        table = accuracy.siconos_table(record)
+        if table:
+            caption = ("CPU time of the solvers' calls at equal \u03b7, as our measure judges it for both, interpolated on the curves of "
+                       "Fig. 8. Siconos solves the exported problem, with its stored <i>W</i>, by its own default stopping test.")
+            parts.append(block(table, "Table 7", caption, source, wide=True))
+        if record["profiles"]:
+            for number, (cost, label) in enumerate((("cpu", "CPU time"), ("sweeps", "sweeps")), 12):
+                caption = (f"Performance profiles [DolanMore02] in {label}: the share of problems that a solver solves with at most so "
+                           "many times the cost of the best solver of that problem. Hard cases: their first step, by \u03b7; FCLIB "
+                           "files: by the natural map as Siconos 4.4 normalises it. Problems that no solver solves are not counted."
+                           + (" Newton has no sweeps." if cost == "sweeps" else ""))
+                figure = accuracy.draw_profiles(record, cost, label)
+                parts.append(block(image(save(figure, out, f"fig{number}-profile-{cost}"), "svg", f"Performance profiles, {label}"),
+                                   f"Fig. {number}", caption, source, wide=True))
     return "\n".join(parts)

@@ -192,6 +192,33 @@ class Files(FclibTest):
                 self.assertEqual(out["fclib_local/info/title"][()], file["fclib_local/info/title"][()])
                 self.assertEqual(out["fclib_local/info"].attrs["solution_natural_map"], report["measures"]["natural_map"])
 
+    def test_projected_gradients_solve_an_export_to_the_same_velocities(self):
+        for dim in (2, 3):
+            path = self.export(dim, "--tolerance", "1e-9")
+            with h5py.File(path) as file:
+                u = file["solution/u"][...]
+            for solver, tolerance in (("spg", 1e-9), ("apgd", 1e-5)):
+                report, solution = self.solve(path, "--solver", solver, "--tolerance", tolerance)
+                jsonschema.validate(report, json.loads((ROOT / "reports/fclib.schema.json").read_text()))
+                with self.subTest(dim=dim, solver=solver):
+                    self.assertLess(np.linalg.norm(solution["u"] - u), 1e5 * tolerance * np.linalg.norm(u))
+
+    def test_a_file_s_own_solution_is_judged(self):
+        path = self.export(3, "--tolerance", "1e-9")
+        with h5py.File(path) as file:
+            own = file["fclib_local/info"].attrs["solution_natural_map"]
+        report, _ = self.solve(path, "--solver", "none", "--tolerance", 2 * own)
+        self.assertEqual((report["iterations"], report["measures"]["natural_map"]), (0, own))
+        with h5py.File(path, "r+") as file:
+            file["solution/r"][4] += 1
+        report, _ = self.solve(path, "--solver", "none", "--tolerance", 2 * own, code=3)
+        self.assertGreater(report["measures"]["natural_map"], 1e-3)
+        with h5py.File(path, "r+") as file:
+            del file["solution/r"]
+        done = self.run_program("solve-fclib", path, "--solver", "none")
+        self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1))
+        self.assertIn("solution/r", done.stderr)
+
     def test_a_frictionless_scene_has_all_components_without_friction(self):
         with h5py.File(self.export(3, mu=0.0)) as file:
             self.assertEqual(np.abs(file["fclib_local/vectors/mu"][...]).max(), 0)

@@ -1,0 +1,302 @@
+// Projected gradient methods on Coulomb's law as it is, for comparison with Gauss-Seidel: spectral (Barzilai-Borwein)
+// steps, or Nesterov's acceleration with restarts.
+//
+//   nscdd::SolveReport report = nscdd::projected_gradient(problem, {.tolerance = 1e-6});
+//
+// With De Saxce's correction s = mu |u_t| n [DeSaxce98] the law is r = P_K(r - rho (u + s)), P_K the nearest point of
+// the cone. With s frozen u + s is the gradient of a convex quadratic, and s follows. Gradients, steps and distances
+// are in the metric of D, the mean of the diagonal of each W_cc: one number a contact keeps the cone round, and takes
+// mass ratios out.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+#include "nscdd/law/coulomb_projection.hpp"
+#include "nscdd/solve/linear_contacts.hpp"
+#include "nscdd/solve/options.hpp"
+
+namespace nscdd {
+
+enum class Descent {
+    spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
+    accelerated,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
+};
+
+// The contacts as the iteration sees them, in one order: those between grains first.
+template <int size>
+struct GradientContacts {
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
+    std::vector<Vec> r, u, normal;  // impulse, velocity with the bias [m/s], unit
+    std::vector<double> friction, weight;
+
+    std::size_t count() const { return r.size(); }
+    void add(const Vec& impulse, const Vec& velocity, const Vec& n, double mu, double w) {
+        r.push_back(impulse), u.push_back(velocity), normal.push_back(n);
+        friction.push_back(mu), weight.push_back(w);
+    }
+};
+
+// Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
+template <class M>
+class BodyGradient {
+  public:
+    static constexpr int size = impulse_size<M>;
+    using Vec = typename M::Impulse;
+
+    explicit BodyGradient(ContactProblem<M>& problem) : problem_(problem) {
+        each([&](std::size_t, Contact<M>& c, auto kind) {
+            const DelassusDiagonal w = delassus(problem, c, true, kind);
+            if constexpr (M::friction)
+                contacts.add(c.r, velocity(c, kind), c.normal, c.friction_coefficient,
+                             (w.normal + (size - 1) * w.tangential) / size);
+            else
+                contacts.add(c.r, velocity(c, kind), Vec{1.0}, 0, w.normal);
+        });
+    }
+    void move(const std::vector<Vec>& d, double t) {
+        each([&](std::size_t k, Contact<M>& c, auto kind) {
+            const Vec change = t * d[k];
+            contacts.r[k] = c.r += change;
+            apply_impulse(problem_, c, change, kind);
+        });
+        each([&](std::size_t k, const Contact<M>& c, auto kind) { contacts.u[k] = velocity(c, kind); });
+    }
+
+    GradientContacts<size> contacts;
+
+  private:
+    void each(auto&& f) {
+        std::size_t k = 0;
+        for (Contact<M>& c : problem_.contacts) f(k++, c, BetweenGrains{});
+        for (Contact<M>& c : problem_.wall_contacts) f(k++, c, WithWall{});
+    }
+    Vec velocity(const Contact<M>& c, auto kind) const {
+        Vec u = relative_velocity(problem_, c, kind);
+        if constexpr (M::friction)
+            u += c.bias * c.normal;
+        else
+            u[0] += c.bias;
+        return u;
+    }
+    ContactProblem<M>& problem_;
+};
+
+// The same from a stored W. Throws std::invalid_argument where its diagonal is not positive.
+template <int dim>
+class BlockGradient {
+  public:
+    static constexpr int size = dim;
+    using Vec = typename DelassusProblem<dim>::Vec;
+
+    BlockGradient(const DelassusProblem<dim>& problem, const std::vector<Vec>& r) : problem_(problem) {
+        for (std::size_t c = 0; c < problem.contact_count(); ++c) {
+            const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
+            if (!(weight > 0 && std::isfinite(weight)))
+                throw std::invalid_argument("contact " + std::to_string(c) + ": the diagonal of W is not positive");
+            contacts.add(r[c], problem.velocity(c, r), Vec::Unit(0), problem.friction[c], weight);
+        }
+    }
+    void move(const std::vector<Vec>& d, double t) {
+        for (std::size_t c = 0; c < d.size(); ++c) contacts.r[c] += t * d[c];
+        for (std::size_t c = 0; c < d.size(); ++c) contacts.u[c] = problem_.velocity(c, contacts.r);
+    }
+
+    GradientContacts<dim> contacts;
+
+  private:
+    const DelassusProblem<dim>& problem_;
+};
+
+// The iteration, on either. One call of iterate() is one product with W, as a sweep is, but for steps refused.
+template <class Gradient>
+class ProjectedGradient {
+  public:
+    using Vec = typename Gradient::Vec;
+    static constexpr int size = Gradient::size;
+
+    ProjectedGradient(Gradient& gradient, Descent descent)
+        : of_(gradient), contacts_(gradient.contacts), descent_(descent), d_(contacts_.count()), u_(contacts_.count()) {
+        short_.fill(largest_step);
+    }
+
+    void iterate() {
+        if (descent_ == Descent::spectral)
+            spectral();
+        else
+            accelerated();
+    }
+
+  private:
+    static constexpr double least_step = 1e-8, largest_step = 1e8;
+
+    // mu |u_t|, what De Saxce adds to u_n.
+    double correction(std::size_t c) const {
+        if constexpr (size == 1) return 0;
+        const Vec &u = contacts_.u[c], &n = contacts_.normal[c];
+        return contacts_.friction[c] * (u - u.dot(n) * n).norm();
+    }
+    Vec project(std::size_t c, const Vec& z) const {
+        return project_cone<size>(z, contacts_.normal[c], contacts_.friction[c]).value;
+    }
+
+    struct Sums {
+        double slope = 0;   // g . d
+        double length = 0;  // d . D d
+    };
+    // d = P_K(r - t D^-1 g) - r, and u kept aside.
+    Sums direction(double t) {
+        Sums sums;
+        for (std::size_t c = 0; c < d_.size(); ++c) {
+            const Vec g = contacts_.u[c] + correction(c) * contacts_.normal[c];
+            d_[c] = project(c, contacts_.r[c] - t / contacts_.weight[c] * g) - contacts_.r[c];
+            sums.slope += g.dot(d_[c]);
+            sums.length += contacts_.weight[c] * d_[c].squaredNorm();
+            u_[c] = contacts_.u[c];
+        }
+        return sums;
+    }
+
+    struct Curvature {
+        double along = 0;  // d . W d
+        double image = 0;  // W d . D^-1 W d
+    };
+    Curvature curvature() const {
+        Curvature w;
+        for (std::size_t c = 0; c < d_.size(); ++c) {
+            const Vec change = contacts_.u[c] - u_[c];
+            w.along += d_[c].dot(change);
+            w.image += change.squaredNorm() / contacts_.weight[c];
+        }
+        return w;
+    }
+
+    void spectral() {
+        const Sums sums = direction(step_);
+        if (!(sums.length > 0)) return;
+        of_.move(d_, 1);
+        const Curvature w = curvature();
+        // the change of the quadratic with s frozen, compared with the largest of the last values; beyond it the exact
+        // minimum along d, which always is below
+        const double highest = *std::max_element(values_.begin(), values_.end());
+        double t = 1;
+        if (value_ + sums.slope + 0.5 * w.along > highest + 1e-4 * sums.slope && w.along > 0) {
+            t = std::clamp(-sums.slope / w.along, 0.0, 1.0);
+            of_.move(d_, t - 1);
+        }
+        value_ += t * (sums.slope + 0.5 * t * w.along);
+        values_[++slot_ % values_.size()] = value_;
+        if (w.along > 0) choose_step(sums.length / w.along, w.along / w.image);
+    }
+
+    // Of Barzilai and Borwein's two steps the long one, or the least of the last short ones where they differ much;
+    // what is much adapts itself [Bonettini09]. Either of them alone takes four times the iterations.
+    void choose_step(double length, double shorter) {
+        short_[slot_ % short_.size()] = shorter;
+        if (shorter < switch_ * length) {
+            step_ = *std::min_element(short_.begin(), short_.end());
+            switch_ *= 0.9;
+        } else {
+            step_ = length;
+            switch_ *= 1.1;
+        }
+        step_ = std::clamp(step_, least_step, largest_step);
+    }
+
+    // From y, extrapolated past r by the last change, to P_K(y - t D^-1 (u + s)); t is cut until the quadratic lies
+    // below its model there, and grows again. s stays for some iterations: extrapolating with one that moves goes round
+    // in circles.
+    void accelerated() {
+        if (y_.empty()) {
+            y_.resize(d_.size()), slip_.resize(d_.size());
+            before_ = contacts_.r, u_before_ = contacts_.u;
+        }
+        if (age_++ % 30 == 0)
+            for (std::size_t c = 0; c < d_.size(); ++c) slip_[c] = correction(c);
+        const double next = 0.5 * momentum_ * (std::sqrt(momentum_ * momentum_ + 4) - momentum_);
+        const double beta = momentum_ * (1 - momentum_) / (momentum_ * momentum_ + next);
+        momentum_ = next;
+        for (std::size_t c = 0; c < d_.size(); ++c) {
+            Vec &r = contacts_.r[c], &u = contacts_.u[c];
+            y_[c] = r + beta * (r - before_[c]);
+            u_[c] = u + beta * (u - u_before_[c]);
+            before_[c] = r, u_before_[c] = u;
+        }
+        double climb = 0;
+        for (int k = 0; k < 50; ++k) {
+            double length = 0, along = 0;
+            climb = 0;
+            for (std::size_t c = 0; c < d_.size(); ++c) {
+                const Vec g = u_[c] + slip_[c] * contacts_.normal[c];
+                const Vec p = project(c, y_[c] - step_ / contacts_.weight[c] * g);
+                d_[c] = p - contacts_.r[c];
+                length += contacts_.weight[c] * (p - y_[c]).squaredNorm();
+                climb += g.dot(p - before_[c]);
+            }
+            of_.move(d_, 1);
+            for (std::size_t c = 0; c < d_.size(); ++c) along += (contacts_.r[c] - y_[c]).dot(contacts_.u[c] - u_[c]);
+            if (!(step_ * along > length)) break;
+            step_ = 0.9 * length / along;
+        }
+        step_ *= 1.1;
+        if (climb > 0) {
+            momentum_ = 1;
+            before_ = contacts_.r, u_before_ = contacts_.u;
+        }
+    }
+
+    Gradient& of_;
+    GradientContacts<size>& contacts_;
+    Descent descent_;
+    std::vector<Vec> d_, u_, y_, before_, u_before_;
+    std::vector<double> slip_;
+    double step_ = 1;
+
+    double value_ = 0, switch_ = 0.5;  // spectral
+    std::array<double, 10> values_{};
+    std::array<double, 5> short_;
+    std::size_t slot_ = 0;
+
+    double momentum_ = 1;  // accelerated
+    int age_ = 0;          // of s
+};
+
+// The problem of bodies, in and out as for nlgs(); of the options the sweeps are of no concern. Throws
+// std::runtime_error when the residual is not finite.
+template <class M>
+SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
+                               Descent descent = Descent::spectral) {
+    SolveReport report;
+    if (problem.contact_count() == 0) return report;
+    BodyGradient<M> gradient(problem);
+    ProjectedGradient iteration(gradient, descent);
+    do {
+        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
+        report.iterations += options.check_every;
+    } while (!finished(residual_parts(problem), options, problem.least_radius, report));
+    return report;
+}
+
+// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, answer out, one of each contact.
+// Throws std::invalid_argument where W has no positive diagonal, std::runtime_error when the measure is not finite.
+template <int dim>
+SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
+                               const SolveOptions& options, Descent descent, auto&& measure) {
+    SolveReport report;
+    if (problem.contact_count() == 0) return report;
+    BlockGradient<dim> gradient(problem, r);
+    ProjectedGradient iteration(gradient, descent);
+    do {
+        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
+        report.iterations += options.check_every;
+        report.residual = measure(gradient.contacts.r);
+        if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
+        report.converged = report.residual <= options.tolerance;
+    } while (!report.converged && report.iterations < options.max_iterations);
+    r = gradient.contacts.r;
+    return report;
+}
+
+}  // namespace nscdd

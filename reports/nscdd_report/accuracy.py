@@ -1,0 +1,186 @@
+"""Speed against error: work-precision curves, performance profiles, and CPU times beside those of Siconos at equal error."""
+import json
+import math
+import re
+from html import escape
+
+import numpy as np
+
+from . import tables
+from .style import SUBDOMAINS, plt, save, write
+
+SICONOS = "Siconos NSGS"
+LEVELS = (1e-2, 1e-4, 1e-6)  # of the table
+VIEWS = (("cpu", "eta", "CPU time of the solver [s]", "\u03b7"),
+         ("cpu", "distance", "CPU time of the solver [s]", "distance of the velocities"),
+         ("sweeps", "eta", "sweeps", "\u03b7"),
+         ("sweeps", "distance", "sweeps", "distance of the velocities"))
+
+
+def compact(record):
+    """JSON with a line for each row."""
+    def value(data):
+        if isinstance(data, list) and data:
+            return "[\n  " + ",\n  ".join(json.dumps(row) for row in data) + "\n ]"
+        return json.dumps(data)
+    return "{\n" + ",\n".join(f" {json.dumps(key)}: {value(data)}" for key, data in record.items()) + "\n}\n"
+
+
+def look(solver):
+    """Colour by method and number of subdomains; dashes by n_GS; other variants, "NLGS, relaxation 1.5", by dots and a mark."""
+    name, _, variant = solver.partition(", ")
+    nscdd = re.match(r"NSCDD (\d+)", name)
+    fixed = {"NLGS": ("#222222", ""), "SPG": (SUBDOMAINS[4], "^"), "APGD": (SUBDOMAINS[7], "v"), "Newton": (SUBDOMAINS[5], "s"),
+             SICONOS: (SUBDOMAINS[3], "o")}
+    colour, marker = (SUBDOMAINS[min(int(math.log2(int(nscdd[1]))) // 2, 2)], "") if nscdd else fixed.get(name, (SUBDOMAINS[6], "d"))
+    line = {"": "-", "n_GS 1": "-", "n_GS 2": "--", "n_GS 5": ":"}.get(variant)
+    if line is None:
+        line, marker = "-.", "x+1234*"[sum(map(ord, variant)) % 7]
+    return {"color": colour, "linestyle": line, "marker": marker, "markersize": 3.5 if marker not in "x+1234*" else 5,
+            "linewidth": 1.0 if nscdd else 1.6}
+
+
+def solvers(rows):
+    return list(dict.fromkeys(row["solver"] for row in rows))
+
+
+def points(rows, x, y):
+    return [(row[x], row[y]) for row in rows if row[x] and row[y]]  # logarithmic: zeros have no place
+
+
+def draw_curves(record, cost, error, cost_label, error_label):
+    """A panel for each scene, a curve for each solver; an open circle where it stalled."""
+    scenes = record["scenes"]
+    columns = min(3, len(scenes))
+    figure, axes = plt.subplots(-(-len(scenes) // columns), columns, squeeze=False,
+                                figsize=(3.3 * columns + 2.2, 2.9 * -(-len(scenes) // columns)))
+    handles = {}
+    for axis, scene in zip(axes.flat, scenes):
+        own = [row for row in record["runs"] if row["scene"] == scene["name"]]
+        for solver in solvers(own):
+            rows = [row for row in own if row["solver"] == solver]
+            drawn = points(rows, error, cost)
+            if not drawn:
+                continue
+            handles[solver], = axis.plot(*zip(*drawn), **look(solver))
+            stalled = points([row for row in rows if not row["converged"]], error, cost)
+            axis.plot(*(zip(*stalled) if stalled else ([], [])), "o", color=look(solver)["color"], markerfacecolor="none", markersize=7)
+        axis.set(xscale="log", yscale="log")
+        axis.invert_xaxis()
+        axis.set_title(scene["name"])
+    for axis in list(axes.flat)[len(scenes):]:
+        axis.set_axis_off()
+    figure.supxlabel(error_label, fontsize=11)
+    figure.supylabel(cost_label, fontsize=11)
+    figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def profile(rows, cost):
+    """{solver: sorted ratios of its cost to that of the best solver, of the problems it solved}, and the number of problems
+    that any solver solved. Rows of one set and tolerance; solvers whose cost is not counted take no part."""
+    counted = [row for row in rows if row["converged"] and row[cost] is not None]
+    best = {}
+    for row in counted:
+        best[row["problem"]] = min(best.get(row["problem"], math.inf), row[cost])
+    ratios = {solver: sorted(row[cost] / best[row["problem"]] if best[row["problem"]] > 0 else 1.0
+                             for row in counted if row["solver"] == solver) for solver in solvers(counted)}
+    return ratios, len(best)
+
+
+def draw_profiles(record, cost, label):
+    """Dolan and More: rows are sets of problems, columns tolerances."""
+    filled = complete(record["profiles"])
+    sets = list(dict.fromkeys(row["set"] for row in filled))
+    levels = sorted({row["tolerance"] for row in filled}, reverse=True)
+    figure, axes = plt.subplots(len(sets), len(levels), squeeze=False, figsize=(3.1 * len(levels) + 1.8, 2.7 * len(sets)))
+    handles = {}
+    for line, group in zip(axes, sets):
+        for axis, level in zip(line, levels):
+            ratios, count = profile([r for r in filled if r["set"] == group and r["tolerance"] == level], cost)
+            for solver, values in ratios.items():
+                share = np.arange(1, len(values) + 1) / count
+                handles[solver], = axis.step([1, *values, 1e4], [0, *share, share[-1] if len(share) else 0], where="post",
+                                             **{key: value for key, value in look(solver).items() if "marker" not in key})
+            axis.set(xscale="log", xlim=(1, 1e3), ylim=(0, 1.03))
+            axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, $10^{{{round(math.log10(level))}}}$, {count} problems", fontsize=10)
+    figure.supxlabel(f"{label}, over that of the best solver", fontsize=11)
+    figure.supylabel("share of problems", fontsize=11)
+    figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
+    return figure
+
+
+def complete(rows):
+    """With a row for each tolerance of each problem and solver: those after a stall, which were not run, not converged."""
+    levels = sorted({row["tolerance"] for row in rows}, reverse=True)
+    keys = {(row["set"], row["problem"], row["solver"]) for row in rows}
+    have = {(row["set"], row["problem"], row["solver"], row["tolerance"]) for row in rows}
+    blank = {"iterations": None, "sweeps": None, "cpu": None, "error": None, "converged": False}
+    return rows + [dict(zip(("set", "problem", "solver"), key)) | {"tolerance": level} | blank
+                   for key in sorted(keys) for level in levels if (*key, level) not in have]
+
+
+def at_level(rows, level, cost="cpu"):
+    """Cost of a solver at eta = level, between the runs before and after it on the curve in logarithms; None beyond its ends,
+    but the first run where that was better than asked."""
+    curve = sorted(points([row for row in rows if row["eta"] is not None and row[cost]], "eta", cost), reverse=True)
+    if not curve or curve[-1][0] > level:
+        return None
+    if curve[0][0] <= level:
+        return curve[0][1]
+    for (e0, c0), (e1, c1) in zip(curve, curve[1:]):
+        if e1 <= level < e0:
+            part = math.log(e0 / level) / math.log(e0 / e1)
+            return math.exp((1 - part) * math.log(c0) + part * math.log(c1))
+    return None
+
+
+def siconos_table(record):
+    """CPU seconds at equal eta: NLGS, the fastest of ours, Siconos; None when Siconos took no part."""
+    if SICONOS not in solvers(record["runs"]):
+        return None
+    lines = []
+    for scene in record["scenes"]:
+        own = [row for row in record["runs"] if row["scene"] == scene["name"]]
+        for level in LEVELS:
+            cost = {solver: at_level([row for row in own if row["solver"] == solver], level) for solver in solvers(own)}
+            theirs, ours = cost.pop(SICONOS, None), {solver: value for solver, value in cost.items() if value is not None}
+            best = min(ours, key=ours.get, default=None)
+            def ratio(value):
+                return tables.number(theirs / value) if theirs and value else tables.NONE
+            lines.append([escape(scene["name"]), tables.number(level), tables.number(theirs) if theirs else tables.NONE,
+                          tables.number(cost["NLGS"]) if cost.get("NLGS") else tables.NONE, ratio(cost.get("NLGS")),
+                          escape(best) if best else tables.NONE, tables.number(ours[best]) if best else tables.NONE,
+                          ratio(ours.get(best))])
+    head = [[("scene", 1), ("\u03b7", 1), ("Siconos NSGS [s]", 1), ("NLGS [s]", 1), ("times faster", 1), ("fastest of ours", 1),
+             ("[s]", 1), ("times faster", 1)]]
+    return tables.table(head, lines, "CPU time at equal error")
+
+
+def scene_table(record):
+    """What the scenes are, their reference answers, and that CCS makes the iterates of DCS."""
+    lines = [[escape(scene["name"]), escape(scene["shows"]), tables.count(scene["grains"]), tables.count(scene["contacts"]),
+              escape(scene["reference"]["scheme"].upper()), tables.number(scene["reference"]["eta"]),
+              f"{scene['ccs']['iterations_dcs']} / {scene['ccs']['iterations_ccs']}",
+              tables.number(scene["ccs"]["velocity_difference"])] for scene in record["scenes"]]
+    head = [[("scene", 1), ("", 1), ("grains", 1), ("contacts", 1), ("reference", 1), ("its \u03b7", 1),
+             ("iterations DCS / CCS", 1), ("their velocities differ by", 1)]]
+    return tables.table(head, lines, "Scenes of the work-precision curves")
+
+
+def draw_all(record, folder):
+    """Writes all figures, as SVG alone; returns their names."""
+    names = []
+
+    def keep(figure, name):
+        names.append(f"{name}.svg")
+        write(folder / names[-1], save(figure, folder, name)["svg"])
+        (folder / f"{name}.png").unlink()
+
+    if record["scenes"]:
+        for cost, error, cost_label, error_label in VIEWS:
+            keep(draw_curves(record, cost, error, cost_label, error_label), f"accuracy-{cost}-{error}")
+    if record["profiles"]:
+        for cost, label in (("cpu", "CPU time"), ("sweeps", "sweeps")):
+            keep(draw_profiles(record, cost, label), f"accuracy-profile-{cost}")
+    return names
