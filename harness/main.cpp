@@ -6,6 +6,7 @@
 
 #include "compare.hpp"
 #include "export_fclib.hpp"
+#include "nscdd/solve/anderson.hpp"
 #include "pack.hpp"
 #include "run.hpp"
 #include "solve_fclib.hpp"
@@ -78,6 +79,14 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(CLI::PositiveNumber);
     run_command->add_option("--max-iterations", run.max_iterations, "Cap per step")->check(CLI::PositiveNumber);
     run_command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
+    run_command
+        ->add_option("--method", run.method,
+                     "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)")
+        ->check(CLI::IsMember({"auto", "paper"}));
+    run_command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
+        ->check(CLI::Range(0, nscdd::Anderson::largest_window));
+    run_command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")
+        ->check(CLI::Range(1e-3, 1.999));
     run_command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
     run_command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
     run_command->add_flag("--quiet", run.quiet, "No progress, no summary");

@@ -110,6 +110,9 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.check_every > 0) scene.solver.check_every = arguments.check_every;
     if (arguments.max_iterations > 0) scene.solver.max_iterations = arguments.max_iterations;
     if (arguments.sweeps > 0) scene.solver.sweeps = arguments.sweeps;
+    if (!arguments.method.empty()) scene.solver.method = arguments.method;
+    if (arguments.window) scene.solver.window = arguments.window;
+    if (arguments.relaxation > 0) scene.solver.relaxation = arguments.relaxation;
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     const auto same_dimension = [&](const Packing& packing, const std::string& file) {
         if (packing.dim != scene.dimension)

@@ -61,7 +61,9 @@ inline bool sequential(const std::string& scheme) { return scheme != "ccs" && sc
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";
     int subdomains = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0;
-    double tolerance = 0;
+    double tolerance = 0, relaxation = 0;
+    std::string method;
+    std::optional<int> window;
     bool quiet = false;
 };
 

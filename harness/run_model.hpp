@@ -30,6 +30,18 @@ Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
     return {by_nscdd<Scheme>(options), Scheme::interface_name};
 }
 
+inline SolveOptions solve_options(const SolverSettings& solver) {
+    SolveOptions options;
+    options.tolerance = solver.tolerance;
+    options.check_every = solver.check_every;
+    options.max_iterations = solver.max_iterations;
+    options.sweeps = solver.sweeps;
+    if (solver.method == "auto") options = options.accelerated();
+    if (solver.window) options.window = *solver.window;
+    options.relaxation = solver.relaxation;
+    return options;
+}
+
 template <class M>
 Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
     if (request.scheme == "nlgs") return {by_nlgs<M>(options), "none"};
@@ -182,11 +194,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                     std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
-    SolveOptions options;
-    options.tolerance = scene.solver.tolerance;
-    options.check_every = scene.solver.check_every;
-    options.max_iterations = scene.solver.max_iterations;
-    options.sweeps = scene.solver.sweeps;
+    const SolveOptions options = solve_options(scene.solver);
     const auto [solve, interface] = choose_solver<M>(request, options);
 
     RunResult result;
@@ -256,6 +264,8 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"tolerance", options.tolerance},
          {"check_every", options.check_every},
          {"sweeps", options.sweeps},
+         {"window", options.window},
+         {"relaxation", options.relaxation},
          {"iterations", iterations},
          {"residual", residual},
          {"penetration", penetration},

@@ -187,6 +187,10 @@ class SceneReader {
         solver.check_every = table.integer("check_every", 1, solver.check_every);
         solver.max_iterations = table.integer("max_iterations", 1, solver.max_iterations);
         solver.sweeps = table.integer("sweeps", 1, solver.sweeps);
+        if (table.has("method")) solver.method = table.choice("method", {"auto", "paper"}) == 0 ? "auto" : "paper";
+        if (table.has("window")) solver.window = table.integer("window", 0);
+        solver.relaxation =
+            table.number("relaxation", {"in (0, 2)", [](double v) { return v > 0 && v < 2; }}, solver.relaxation);
         table.finish();
     }
 

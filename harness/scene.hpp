@@ -64,6 +64,10 @@ struct SolverSettings {
     int check_every = 10;        // iterations between two evaluations of eta, >= 1
     int max_iterations = 20000;  // per step, >= 1
     int sweeps = 1;              // n_GS, >= 1
+    // auto: Anderson acceleration; paper: Alg. 1 as it is written
+    std::string method = "auto";
+    std::optional<int> window;  // of Anderson acceleration, 0 to 8; as the method says
+    double relaxation = 1;      // omega, in (0, 2)
 };
 
 struct Scene {

@@ -123,7 +123,7 @@ class Scene:
     def solve_reference(self):
         """Long NLGS, then Newton from there if that is not enough. Leaves a state to go on from with the answer's impulses."""
         self.reference = self.folder / f"{self.name}-reference.json"
-        command = self.command(f"--scheme nlgs --max-iterations {REFERENCE_SWEEPS}", REFERENCE, self.reference)
+        command = self.command(f"--scheme nlgs --method paper --max-iterations {REFERENCE_SWEEPS}", REFERENCE, self.reference)
         call(command, seconds=LONG)
         self.answer = self.folder / f"{self.name}-answer.h5"
         shutil.copy(self.cold, self.answer)
@@ -156,7 +156,7 @@ class Scene:
         found = []
         for scheme in ("dcs", "ccs"):
             out = self.folder / f"{self.name}-{scheme}.json"
-            call(self.command(f"--scheme {scheme} --subdomains 8", 1e-3, out))
+            call(self.command(f"--scheme {scheme} --method paper --subdomains 8", 1e-3, out))
             found.append(read(out)["iterations"][0])
         velocity = []
         for scheme in ("dcs", "ccs"):

@@ -28,10 +28,7 @@ void second_step(Solver solver, SimulationSettings<M> settings, const std::vecto
     Run<M> run(solver, std::move(settings), grains);
     run.step();
     run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
-        for (auto& part : parts) {
-            prepare_contacts(part.problem);
-            inspect(part.problem);
-        }
+        for (auto& part : parts) inspect(part.problem);
         return by_nscdd<Dcs<M>>(run.options)(parts, comm, seconds);
     });
 }

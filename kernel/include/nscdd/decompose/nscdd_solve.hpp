@@ -58,6 +58,7 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicato
 template <class M, class Scheme>
 SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Scheme& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds) {
+    check_options(options);
     Stopwatch watch(comm);
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree

@@ -25,8 +25,8 @@ class Anderson {
     // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
     static constexpr double tangential_weight = 0.1;
 
-    explicit Anderson(int window)
-        : window_(std::clamp(window, 0, largest_window)),
+    explicit Anderson(int window)  // 0 to largest_window
+        : window_(window),
           coefficients_(Eigen::VectorXd::Zero(window_)),
           products_(Eigen::MatrixXd::Zero(window_, window_)),
           now_(0),

@@ -36,7 +36,6 @@ struct BatchGroup {
     std::vector<char> shared;      // of each batch: has a body or a wall of it several copies?
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
-    AlignedDoubles stretch;        // of each contact: 1/omega; empty where nothing is relaxed
     AlignedDoubles past;           // of each batch and slot of Anderson: iterate and change
     std::size_t count = 0;         // batches
 

@@ -9,11 +9,14 @@
 namespace nscdd {
 
 // Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
-// saves its memory for the next call. Throws std::runtime_error when the residual is not finite.
+// saves its memory for the next call. Throws std::runtime_error when numbers are not finite,
+// std::invalid_argument for options with which it would not end.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
+    check_options(options);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
+    require_finite(problem);
     prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation, options.window);
     Anderson anderson(options.window);

@@ -3,9 +3,10 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 #include "nscdd/law/residual.hpp"
-#include "nscdd/solve/relaxation.hpp"
+#include "nscdd/solve/anderson.hpp"
 
 namespace nscdd {
 
@@ -15,14 +16,13 @@ struct SolveOptions {
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // reported when hit, never silent
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
-    Relaxation relaxation{};
-    int window = 0;  // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
+    double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
+    int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
     // The same with what has been found to need the fewest iterations (METHOD.md, section 6).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
-        options.relaxation.interface = true;
         return options;
     }
 };
@@ -33,6 +33,16 @@ struct SolveReport {
     double penetration = 0;  // [m]
     bool converged = true;
 };
+
+// Throws std::invalid_argument for options with which no solver ends.
+inline void check_options(const SolveOptions& options) {
+    const double omega = options.relaxation;
+    if (options.check_every < 1 || options.sweeps < 1)
+        throw std::invalid_argument("check_every and sweeps must be at least 1");
+    if (!(omega > 0 && omega < 2)) throw std::invalid_argument("the relaxation must be between 0 and 2");
+    if (options.window < 0 || options.window > Anderson::largest_window)
+        throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
+}
 
 // Notes the residual in the report; true when the iteration is over.
 inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,

@@ -1,10 +1,12 @@
 // One nonlinear Gauss-Seidel sweep, contact by contact, on the problem as it stands.
 #pragma once
 
+#include <cmath>
+#include <stdexcept>
+
 #include "nscdd/law/contact_law.hpp"
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/solve/anderson.hpp"
-#include "nscdd/solve/relaxation.hpp"
 
 namespace nscdd {
 
@@ -40,20 +42,29 @@ void sweep(ContactProblem<M>& problem) {
     sweep(problem, Unaccelerated{});
 }
 
-// Sets inv_wn and inv_wt of every contact from the (split) inverse masses.
+// Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega.
 template <class M>
-void prepare_contacts(ContactProblem<M>& problem, const Relaxation& relaxation = {}) {
+void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     const auto prepare = [&](std::vector<Contact<M>>& contacts, auto kind) {
         for (Contact<M>& c : contacts) {
             const DelassusDiagonal w = delassus(problem, c, true, kind);
-            const double omega =
-                relaxation.none() ? 1.0 : relaxation.of(delassus(problem, c, false, kind).normal, w.normal);
-            c.inv_wn = omega / w.normal;
-            if constexpr (M::friction) c.inv_wt = omega / w.tangential;
+            c.inv_wn = relaxation / w.normal;
+            if constexpr (M::friction) c.inv_wt = relaxation / w.tangential;
         }
     };
     prepare(problem.contacts, BetweenGrains{});
     prepare(problem.wall_contacts, WithWall{});
+}
+
+// Throws std::runtime_error where a number is not finite: the law takes NaN for an open contact.
+template <class M>
+void require_finite(const ContactProblem<M>& problem) {
+    bool finite = true;
+    for (const auto& body : problem.bodies) finite = finite && body.v.allFinite() && std::isfinite(body.inv_mass);
+    for (const auto* contacts : {&problem.contacts, &problem.wall_contacts})
+        for (const Contact<M>& c : *contacts)
+            finite = finite && c.r.allFinite() && c.normal.allFinite() && std::isfinite(c.bias);
+    if (!finite) throw std::runtime_error("the contact problem has numbers that are not finite");
 }
 
 // V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.

@@ -20,13 +20,12 @@ class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
     // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem, const Relaxation& relaxation = {}, int window = 0) {
+    void load(const ContactProblem<M>& problem, double relaxation = 1, int window = 0) {
         batched_ = true;
         load_bodies(problem);
         load_contacts<false>(problem, problem.contacts, grains_);
         load_contacts<true>(problem, problem.wall_contacts, walls_);
-        load_stretch<Rows<Layout::row>>(problem, grains_, relaxation);
-        load_stretch<BatchWalls<M>>(problem, walls_, relaxation);
+        stretch_ = 1 / relaxation;
         make_room(problem, static_cast<std::size_t>(window));
     }
 
@@ -190,25 +189,6 @@ class Sweeper {
         }
     }
 
-    template <class Other>
-    void load_stretch(const ContactProblem<M>& problem, BatchGroup<M>& group, const Relaxation& relaxation) {
-        group.stretch.assign(relaxation.none() ? 0 : group.count * lanes, 1 / relaxation.factor);
-        if (!relaxation.interface) return;
-        for (std::size_t k = 0; k < group.count; ++k) {
-            if (!group.shared[k]) continue;
-            Batch<M, Other> batch;
-            batch.load(problem, rows_, group, k);
-            Packet share_i, share_j, split, whole, unused;
-            load_shares<Other>(group, k, share_i, share_j);
-            batch.delassus(Packet(1), Packet(1), split, unused);
-            batch.delassus(share_i, share_j, whole, unused);
-            alignas(sizeof(Packet)) double w[2][lanes];
-            whole.store(w[0]);
-            split.store(w[1]);
-            for (std::size_t l = 0; l < lanes; ++l) group.stretch[k * lanes + l] = 1 / relaxation.of(w[0][l], w[1][l]);
-        }
-    }
-
     // For the iterates and changes of the acceleration.
     void make_room(const ContactProblem<M>& problem, std::size_t window) {
         for (BatchGroup<M>* group : {&grains_, &walls_})
@@ -325,6 +305,7 @@ class Sweeper {
 
     template <class Other>
     void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, auto&& acceleration) {
+        const Packet stretch(stretch_);
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_, group, k);
@@ -332,11 +313,8 @@ class Sweeper {
             prefetch<Other>(group, k + 1);
             Packet wn, wt, next[Layout::components], dr[Layout::components];
             batch.delassus(Packet(1), Packet(1), wn, wt);
-            if (!group.stretch.empty()) {
-                const Packet stretch = Packet::load(group.stretch.data() + k * lanes);
-                wn = wn * stretch;
-                wt = wt * stretch;
-            }
+            wn = wn * stretch;
+            if constexpr (M::friction) wt = wt * stretch;
             batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
             for (int d = 0; d < Layout::components; ++d) {
                 dr[d] = next[d] - batch.r[d];
@@ -402,6 +380,7 @@ class Sweeper {
     std::vector<double> inverse_rho_, share_, wall_share_;  // share: 1/multiplicity
     BatchGroup<M> grains_, walls_;
     bool batched_ = false;
+    double stretch_ = 1;                     // of W: 1/omega
     std::vector<typename M::Impulse> past_;  // where contacts are swept one by one: BatchGroup::past of the others
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot

@@ -261,6 +261,7 @@ class Simulation {
         split_masses<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         count_scene(report);
         for (auto& part : parts_) {
+            prepare_contacts(part.problem);
             apply_impulses(part.problem);
         }
     }
