@@ -99,7 +99,7 @@ int compare(const std::string& reference_file, const std::string& candidate_file
                                          a.at(key).dump(), reference_file));
 
     // One step from one state tells solvers apart. After many, packings that are free to rearrange have drifted apart
-    // within the tolerance, whoever solved them: the bounds of whole runs are about twice what 50 steps of the
+    // within the tolerance, whoever solved them: the bounds of whole runs are 1.5 to 3 times what 50 steps of the
     // reference differ from those of the reference at half its tolerance (the main job makes that comparison too).
     const bool one_step = a.at("steps") == 1;
     const double free_norm = a.at("final").at("free_velocity_norm");
