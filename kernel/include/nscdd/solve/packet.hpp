@@ -103,7 +103,8 @@ EIGEN_ALWAYS_INLINE void transpose(Packet* packets) {
 
 }  // namespace detail
 
-// One row of `row` doubles per lane, seen by component. Always inlined: as calls they cost a sweep a fifth more, a residual a third.
+// One row of `row` doubles per lane, seen by component. Always inlined: as calls they cost a sweep a fifth more, a
+// residual a third.
 template <int row>
 class Rows {
   public:
