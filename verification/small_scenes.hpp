@@ -8,7 +8,7 @@
 #include <string>
 #include <type_traits>
 
-#include "nscdd/nscdd.hpp"
+#include "compiled_solvers.hpp"
 
 namespace scenes {
 
@@ -199,26 +199,6 @@ std::vector<Scene<M>> dense_scenes() {
     for (auto& scene : scenes) scene.settings.rough_every = 3;  // so that short runs change the decomposition
     return scenes;
 }
-
-// Compiled once for all programs, in small_scenes_2d.cpp and small_scenes_3d.cpp: it takes long.
-#define SMALL_SCENES_RUNS(prefix, M)                                                                   \
-    prefix template Outcome<M> run_nlgs(const Scene<M>&, int, const nscdd::SolveOptions&);             \
-    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::ClosedForm>(const Scene<M>&, int, int,     \
-                                                                        const nscdd::SolveOptions&);   \
-    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::ClosedForm>(const Scene<M>&, int, int,     \
-                                                                        const nscdd::SolveOptions&);   \
-    prefix template Outcome<M> run_nscdd<nscdd::Ccs, nscdd::Factorised<>>(const Scene<M>&, int, int,   \
-                                                                          const nscdd::SolveOptions&); \
-    prefix template Outcome<M> run_nscdd<nscdd::Dcs, nscdd::Factorised<>>(const Scene<M>&, int, int,   \
-                                                                          const nscdd::SolveOptions&);
-SMALL_SCENES_RUNS(extern, SmoothDisks)
-SMALL_SCENES_RUNS(extern, SmoothDisksDriven)
-SMALL_SCENES_RUNS(extern, Disks)
-SMALL_SCENES_RUNS(extern, DisksDriven)
-SMALL_SCENES_RUNS(extern, SmoothSpheres)
-SMALL_SCENES_RUNS(extern, SmoothSpheresDriven)
-SMALL_SCENES_RUNS(extern, Spheres)
-SMALL_SCENES_RUNS(extern, SpheresDriven)
 
 // Where two buffers differ first in any bit, or -1 if nowhere.
 inline std::ptrdiff_t first_difference(const Buffer& a, const Buffer& b) {

@@ -1,8 +1,3 @@
-# Runs of the small scenes, compiled once for all that use them.
-add_library(small_scenes OBJECT small_scenes_2d.cpp small_scenes_3d.cpp)
-target_link_libraries(small_scenes PUBLIC nscdd::kernel PRIVATE nscdd_flags)
-target_compile_options(small_scenes PRIVATE -O1)
-
 nscdd_test(test_communicator quick unit/test_communicator.cpp)
 nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_sweeper quick unit/test_sweeper.cpp)
@@ -20,10 +15,6 @@ nscdd_test(test_invariance quick unit/test_invariance.cpp)
 nscdd_test(test_gradient quick unit/test_gradient.cpp)
 nscdd_test(test_schemes quick agreement/test_schemes.cpp)
 nscdd_test(test_reference quick agreement/test_reference.cpp)
-target_link_libraries(test_newton PRIVATE small_scenes)
-target_link_libraries(test_gradient PRIVATE small_scenes)
-target_link_libraries(test_schemes PRIVATE small_scenes)
-target_link_libraries(test_reference PRIVATE small_scenes)
 
 if(TARGET nscdd_files)
     nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
@@ -37,7 +28,7 @@ if(MPI_CXX_FOUND)
     add_library(mpi_main OBJECT mpi/mpi_main.cpp)
     target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
     target_link_libraries(test_communicator_mpi PRIVATE mpi_main)
-    target_link_libraries(test_mpi_bitwise PRIVATE small_scenes mpi_main)
+    target_link_libraries(test_mpi_bitwise PRIVATE mpi_main)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)

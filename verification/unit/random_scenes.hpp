@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../catch.hpp"
-#include "nscdd/nscdd.hpp"
+#include "../compiled_solvers.hpp"
 
 namespace nscdd::test {
 
