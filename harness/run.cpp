@@ -95,6 +95,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (sequential(request.scheme) && request.subdomains > 1)
         throw InputError(
             fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
+    for (const auto& [option, given] : {std::pair("--method", !arguments.method.empty()),
+                                        {"--window", arguments.window.has_value()},
+                                        {"--relaxation", arguments.relaxation > 0},
+                                        {"--sweeps", arguments.sweeps > 0}})
+        if (given && !sweeps(request.scheme))
+            throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
     if (!arguments.grid.empty()) {
         request.grid = read_grid(arguments.grid);
         int product = 1;
@@ -112,6 +118,9 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.sweeps > 0) scene.solver.sweeps = arguments.sweeps;
     if (!arguments.method.empty()) scene.solver.method = arguments.method;
     if (arguments.window) scene.solver.window = arguments.window;
+    if (scene.solver.window > Anderson::largest_window)
+        throw InputError(fmt::format("{}: solver: window must be <= {}, found {}", scene.file, Anderson::largest_window,
+                                     *scene.solver.window));
     if (arguments.relaxation > 0) scene.solver.relaxation = arguments.relaxation;
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     const auto same_dimension = [&](const Packing& packing, const std::string& file) {

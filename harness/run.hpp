@@ -57,6 +57,9 @@ RunFunction choose_model(const Scene& scene);
 // Of one subdomain: all schemes but CCS and DCS.
 inline bool sequential(const std::string& scheme) { return scheme != "ccs" && scheme != "dcs"; }
 
+// Of sweeps: all schemes but Newton and the gradients, which neither relax nor accelerate.
+inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequential(scheme); }
+
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";

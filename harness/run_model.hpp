@@ -30,11 +30,12 @@ Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
     return {by_nscdd<Scheme>(options), Scheme::interface_name};
 }
 
-inline SolveOptions solve_options(const SolverSettings& solver) {
+inline SolveOptions solve_options(const SolverSettings& solver, const std::string& scheme) {
     SolveOptions options;
     options.tolerance = solver.tolerance;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
+    if (!sweeps(scheme)) return options;
     options.sweeps = solver.sweeps;
     if (solver.method == "auto") options = options.accelerated();
     if (solver.window) options.window = *solver.window;
@@ -194,7 +195,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                     std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
-    const SolveOptions options = solve_options(scene.solver);
+    const SolveOptions options = solve_options(scene.solver, request.scheme);
     const auto [solve, interface] = choose_solver<M>(request, options);
 
     RunResult result;

@@ -102,7 +102,7 @@ TEMPLATE_TEST_CASE("more sweeps between two gluings converge in fewer iterations
         }
 }
 
-TEMPLATE_TEST_CASE("acceleration saves iterations on any subdomains", "", EVERY_MODEL) {
+TEMPLATE_TEST_CASE("acceleration saves half the iterations or more on any subdomains", "", EVERY_MODEL) {
     for (auto scene : dense_scenes<TestType>()) {
         scene.impulses.clear();  // a cold start
         for (int ranks : {1, 4, 8}) {
@@ -110,8 +110,7 @@ TEMPLATE_TEST_CASE("acceleration saves iterations on any subdomains", "", EVERY_
             const auto plain = run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, every_iteration).last().solve;
             const auto fast = run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, accelerated).last().solve;
             CHECK((plain.converged && fast.converged));
-            CHECK(fast.iterations <= plain.iterations);
-            if (plain.iterations > 100) CHECK(2 * fast.iterations <= plain.iterations);
+            CHECK(2 * fast.iterations <= plain.iterations);
         }
     }
 }

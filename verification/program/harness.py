@@ -1,7 +1,10 @@
 """What the tests of the program share: a scratch folder, small scenes, and a way to run `nscdd`."""
+import importlib.machinery
+import importlib.util
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -43,6 +46,15 @@ count = 5
 """
 
 PACKED = SCENE[:SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmaterial = "glass"\n\n' + SCENE[SCENE.index("[[wall]]"):]
+
+
+def load_script(name):
+    """scripts/NAME as a module."""
+    loader = importlib.machinery.SourceFileLoader(name, str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / name))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
+    sys.modules[name] = module
+    loader.exec_module(module)
+    return module
 
 
 class ProgramTest(unittest.TestCase):

@@ -1,6 +1,4 @@
 """Speed against error: the command at its smallest, what its numbers must satisfy, and a stopped job that is gone on with."""
-import importlib.machinery
-import importlib.util
 import json
 import os
 import pathlib
@@ -10,24 +8,14 @@ import unittest
 
 import jsonschema
 
-from harness import NSCDD, ProgramTest
+from harness import NSCDD, ProgramTest, load_script
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "cases/accuracy"))
 os.environ["NSCDD"] = str(pathlib.Path(NSCDD).resolve())  # absolute, so that the program under test is the one run
 import measure  # noqa: E402  (after the path is set)
 
-
-def load_script():
-    """scripts/accuracy as a module."""
-    loader = importlib.machinery.SourceFileLoader("accuracy_script", str(ROOT / "scripts/accuracy"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("accuracy_script", loader))
-    sys.modules["accuracy_script"] = module
-    loader.exec_module(module)
-    return module
-
-
-script = load_script()
+script = load_script("accuracy")
 
 
 class Quick(ProgramTest):

@@ -67,6 +67,20 @@ class BadInput(ProgramTest):
             self.assertEqual(done.returncode, 1)
             self.assertIn(f"{scheme} is sequential", done.stderr)
 
+    def test_options_of_sweeps_for_a_scheme_without(self):
+        scene = self.write("scene.toml", SCENE)
+        for scheme, option in (("newton", ("--window", 2)), ("spg", ("--method", "paper")), ("apgd", ("--relaxation", 1.5)),
+                               ("newton", ("--sweeps", 2))):
+            done = self.run_program("run", scene, "--scheme", scheme, *option)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(f"{option[0]} is of sweeps, which --scheme {scheme} does not make", done.stderr)
+
+    def test_window_of_a_scene_too_large(self):
+        scene = self.write("scene.toml", SCENE + "\n[solver]\nwindow = 9\n")
+        done = self.run_program("run", scene, "--scheme", "dcs", ranks=2)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("solver: window must be <= 8, found 9", done.stderr)
+
     def packing(self, x=((1.0, 1.0, 0.5), (3.0, 1.0, 0.5)), radius=(0.5, 0.5)):
         with h5py.File(self.folder / "packing.h5", "w") as file:
             file["x"] = np.array(x)

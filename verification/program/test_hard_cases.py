@@ -1,6 +1,4 @@
 """The hard cases: the quick ones within their bounds, the scenes as their generator writes them, and a judge that fails."""
-import importlib.machinery
-import importlib.util
 import json
 import os
 import pathlib
@@ -11,21 +9,11 @@ import unittest
 import jsonschema
 import numpy as np
 
-from harness import NSCDD, ProgramTest
+from harness import NSCDD, ProgramTest, load_script
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-
-def load_script():
-    """scripts/hard_cases as a module."""
-    loader = importlib.machinery.SourceFileLoader("hard_cases", str(ROOT / "scripts/hard_cases"))
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("hard_cases", loader))
-    sys.modules["hard_cases"] = module
-    loader.exec_module(module)
-    return module
-
-
-hard_cases = load_script()
+hard_cases = load_script("hard_cases")
 
 
 class HardCases(ProgramTest):

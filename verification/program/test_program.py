@@ -69,10 +69,23 @@ class Program(ProgramTest):
         self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
                       "--state", self.folder / "alone.h5")
 
+    def test_methods_are_what_they_say(self):
+        found = {}
+        for name, options in {"scene": (), "auto": ("--method", "auto"), "window": ("--method", "paper", "--window", 2),
+                              "relaxed": ("--relaxation", 1.5)}.items():
+            report, _ = self.run_case(name, *options)
+            self.assertTrue(report["converged"])
+            found[name] = sum(report["iterations"]), report["window"], report["relaxation"]
+        self.assertEqual([entry[1:] for entry in found.values()], [(0, 1), (2, 1), (2, 1), (0, 1.5)])
+        self.assertEqual(found["auto"], found["window"])
+        self.assertLess(found["auto"][0], found["scene"][0])
+        self.assertNotEqual(found["relaxed"][0], found["scene"][0])
+
     def test_newton_reaches_1e_10(self):
         report, _ = self.run_case("newton", "--scheme", "newton", "--tolerance", "1e-10", "--steps", 3)
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
         self.assertEqual((report["scheme"], report["transport"], report["partition"]), ("newton", "sequential", "none"))
+        self.assertEqual(report["window"], 0)
         self.assertTrue(report["converged"])
         self.assertLessEqual(max(report["residual"]), 1e-10)
 

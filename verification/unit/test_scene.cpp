@@ -113,6 +113,9 @@ TEST_CASE("a scene is read whole", "[scene]") {
     CHECK(scene.solver.check_every == 10);
     CHECK(scene.solver.max_iterations == 20000);
     CHECK(scene.solver.sweeps == 1);
+    CHECK(scene.solver.method == "auto");
+    CHECK_FALSE(scene.solver.window);
+    CHECK(scene.solver.relaxation == 1);
 }
 
 TEST_CASE("a 2D scene has one spin, given bare or as an array", "[scene]") {
@@ -213,6 +216,8 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"count = 50", "count = 3000000000", "bad.toml:37: step: count must be <= 2147483647, found 3000000000"},
         {"count = 50", "count = 50\ntheta = 1.5", "bad.toml:38: step: theta must be in [0, 1], found 1.5"},
         {"tolerance = 1e-6", "tolerance = 0", "bad.toml:39: solver: tolerance must be > 0, found 0"},
+        {"tolerance = 1e-6", "window = -1", "bad.toml:39: solver: window must be >= 0, found -1"},
+        {"tolerance = 1e-6", "relaxation = 2", "bad.toml:39: solver: relaxation must be in (0, 2), found 2"},
         {"tolerance = 1e-6", "check_every = 0", "bad.toml:39: solver: check_every must be >= 1, found 0"},
         {"tolerance = 1e-6", "sweep = 2",
          "bad.toml:39: solver: unknown key 'sweep' (known here: tolerance, check_every, "},

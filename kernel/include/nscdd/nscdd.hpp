@@ -11,6 +11,7 @@
 #include "nscdd/solve/proximal_newton.hpp"
 #include "nscdd/step/by_gradient.hpp"
 #include "nscdd/step/by_newton.hpp"
+#include "nscdd/step/by_nscdd.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"
 #include "nscdd/step/simulation.hpp"

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -21,6 +22,7 @@ namespace nscdd {
 class Anderson {
   public:
     static constexpr int largest_window = 8;
+    using Products = std::array<double, largest_window + 1>;
     // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
     // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
     static constexpr double tangential_weight = 0.1;
@@ -94,6 +96,12 @@ class Anderson {
     int now_, last_;                // slots of this iteration's change, and of the last one
     int filled_ = 0, restarts_ = 0;
     double previous_ = 0;
+};
+
+// What a sweep without it does at each contact besides solving it.
+struct Unaccelerated {
+    void before(const auto&...) {}
+    void after(const auto&...) {}
 };
 
 }  // namespace nscdd

@@ -263,11 +263,12 @@ class ProjectedGradient {
     int age_ = 0;          // of s
 };
 
-// The problem of bodies, in and out as for nlgs(); of the options the sweeps are of no concern. Throws
-// std::runtime_error when the residual is not finite.
+// The problem of bodies, in and out as for nlgs(); of the options sweeps, relaxation and window are of no
+// concern. Throws std::runtime_error when the residual is not finite, std::invalid_argument for options without an end.
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {
+    check_options(options);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     BodyGradient<M> gradient(problem);
@@ -284,6 +285,7 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
 template <int dim>
 SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                                const SolveOptions& options, Descent descent, auto&& measure) {
+    check_options(options);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     BlockGradient<dim> gradient(problem, r);

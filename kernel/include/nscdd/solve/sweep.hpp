@@ -10,12 +10,6 @@
 
 namespace nscdd {
 
-// What a sweep does besides: nothing.
-struct Unaccelerated {
-    void before(auto&) {}
-    void after(const auto&, const auto&) {}
-};
-
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {
     for (Contact<M>& c : contacts) {

@@ -7,10 +7,8 @@
 //   sweeper.store(problem);
 #pragma once
 
-#include <array>
-
 #include "nscdd/law/residual.hpp"
-#include "nscdd/solve/batch.hpp"
+#include "nscdd/solve/combine.hpp"
 #include "nscdd/solve/sweep.hpp"
 
 namespace nscdd {
@@ -32,21 +30,20 @@ class Sweeper {
     // One pass over all contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
-        sweep_group<BatchWalls<M>>(problem, walls_, Plain{});
-        sweep_group<Rows<Layout::row>>(problem, grains_, Plain{});
+        sweep_group<BatchWalls<M>>(problem, walls_, Unaccelerated{});
+        sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
     }
 
     // The same from the combination of iterates that `anderson` says. Returns the products that it asks for, of this
     // subdomain.
-    using Products = std::array<double, Anderson::largest_window + 1>;
-    Products sweep(ContactProblem<M>& problem, const Anderson& anderson) {
+    Anderson::Products sweep(ContactProblem<M>& problem, const Anderson& anderson) {
         combine_velocities(problem, anderson);
-        Products products{};
+        Anderson::Products products{};
         if (!batched_) {
-            nscdd::sweep(problem, OneByOne{anderson, past_.data(), products});
+            nscdd::sweep(problem, OneByOne<M>{anderson, past_.data(), products});
             return products;
         }
-        BatchByBatch batches{anderson, {}};
+        BatchByBatch<M> batches{anderson, {}};
         sweep_group<BatchWalls<M>>(problem, walls_, batches);
         sweep_group<Rows<Layout::row>>(problem, grains_, batches);
         for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
@@ -227,72 +224,6 @@ class Sweeper {
                 past[anderson.last()] = before;
             }
     }
-
-    struct Plain {
-        void before(const auto&, const auto&, std::size_t) {}
-        void after(const auto&, const auto&, std::size_t, const Packet*, Packet) {}
-    };
-
-    struct BatchByBatch {
-        const Anderson& anderson;
-        std::array<Packet, Anderson::largest_window + 1> products;
-
-        EIGEN_ALWAYS_INLINE void before(auto& batch, BatchGroup<M>& group, std::size_t k) {
-            const int window = anderson.window();
-            Packet iterate[Layout::components];
-            for (int d = 0; d < Layout::components; ++d) iterate[d] = batch.r[d];
-            for (int j = 0; j < window; ++j) {
-                const double* past = group.iterate(k, j, window);
-                const Packet c(anderson.coefficient(j));
-                for (int d = 0; d < Layout::components; ++d)
-                    batch.r[d] = madd(c, Packet::load(past + d * Packet::width) - iterate[d], batch.r[d]);
-            }
-            double* last = group.iterate(k, anderson.last(), window);
-            for (int d = 0; d < Layout::components; ++d) iterate[d].store(last + d * Packet::width);
-        }
-        EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, const Packet* change,
-                                       Packet wn) {
-            const int window = anderson.window();
-            Packet weighted[Layout::components];
-            batch.weigh(change, wn, Packet(Anderson::tangential_weight) * wn, weighted);
-            const auto times = [&](auto&& other, Packet total) {
-                for (int d = 0; d < Layout::components; ++d) total = madd(weighted[d], other(d), total);
-                return total;
-            };
-            products[0] = times([&](int d) { return change[d]; }, products[0]);
-            for (int j = 0; j < window; ++j) {
-                const double* past = group.change(k, j, window);
-                Packet& product = products[static_cast<std::size_t>(j) + 1];
-                product = times([&](int d) { return Packet::load(past + d * Packet::width); }, product);
-            }
-            double* now = group.change(k, anderson.now(), window);
-            for (int d = 0; d < Layout::components; ++d) change[d].store(now + d * Packet::width);
-        }
-    };
-
-    struct OneByOne {
-        const Anderson& anderson;
-        typename M::Impulse* past;  // of the contact at hand: iterate and change of each slot
-        Products& products;
-
-        void before(Contact<M>& c) {
-            const typename M::Impulse iterate = c.r;
-            for (int j = 0; j < anderson.window(); ++j) c.r += anderson.coefficient(j) * (past[2 * j] - iterate);
-            past[2 * anderson.last()] = iterate;
-        }
-        void after(const Contact<M>& c, const typename M::Impulse& change) {
-            typename M::Impulse weighted = change / c.inv_wn;
-            if constexpr (M::friction) {
-                constexpr double t = Anderson::tangential_weight;
-                weighted = (t * change + (1 - t) * change.dot(c.normal) * c.normal) / c.inv_wn;
-            }
-            products[0] += weighted.dot(change);
-            for (int j = 0; j < anderson.window(); ++j)
-                products[static_cast<std::size_t>(j) + 1] += weighted.dot(past[2 * j + 1]);
-            past[2 * anderson.now() + 1] = change;
-            past += 2 * anderson.window();
-        }
-    };
 
     void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) const {
         const std::vector<int>& order = group.batches.contact;

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <limits>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -261,7 +260,7 @@ class Simulation {
         split_masses<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         count_scene(report);
         for (auto& part : parts_) {
-            prepare_contacts(part.problem);
+            prepare_contacts(part.problem);  // for solvers of the caller's own
             apply_impulses(part.problem);
         }
     }
@@ -378,27 +377,5 @@ class Simulation {
     int since_rough_ = 0, steps_ = 0;
     PhaseSeconds seconds_;
 };
-
-// The sequential reference: needs a communicator of one rank.
-template <class M>
-StepSolver<M> by_nlgs(const SolveOptions& options) {
-    return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
-        if (comm.size() != 1) throw std::logic_error("sequential NLGS runs on one rank");
-        Stopwatch watch(comm);
-        const SolveReport report = nlgs(parts[0].problem, options, parts[0].sweeper);
-        comm.charge(0, double(report.iterations) * options.sweeps * double(parts[0].problem.contact_count()));
-        watch.lap(seconds.sweep);
-        return report;
-    };
-}
-
-// Alg. 1 with a scheme of its own, Ccs or Dcs.
-template <class Scheme, class M = typename Scheme::Model>
-StepSolver<M> by_nscdd(const SolveOptions& options) {
-    return [scheme = std::make_shared<Scheme>(), options](std::vector<Subdomain<M>>& parts, Communicator& comm,
-                                                          PhaseSeconds& seconds) {
-        return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
-    };
-}
 
 }  // namespace nscdd
