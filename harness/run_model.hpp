@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/CholmodSupport>
-#include <Eigen/UmfPackSupport>
 #include <ctime>
 #include <map>
 
@@ -10,13 +9,13 @@
 #include "local_form.hpp"
 #include "nscdd/nscdd.hpp"
 #include "progress.hpp"
+#include "umfpack.hpp"
 
 namespace nscdd {
 
 namespace detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
-using UmfPack = Eigen::UmfPackLU<Eigen::SparseMatrix<double>>;
 
 // The way to solve a step, and the name of what solves its interface problem.
 template <class M>

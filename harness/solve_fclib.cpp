@@ -1,13 +1,13 @@
 #include "solve_fclib.hpp"
 
-#include <Eigen/UmfPackSupport>
 #include <ctime>
 
 #include "local_form.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
+#include "nscdd/solve/newton.hpp"
 #include "nscdd/solve/projected_gradient.hpp"
-#include "nscdd/solve/proximal_newton.hpp"
 #include "replace_file.hpp"
+#include "umfpack.hpp"
 
 namespace nscdd {
 
@@ -50,8 +50,7 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
         solved.report.residual = measure(r);
         solved.report.converged = solved.report.residual <= arguments.tolerance;
     } else if (arguments.solver == "newton") {
-        solved.report = proximal_newton<Eigen::UmfPackLU<Eigen::SparseMatrix<double>>>(
-            problem, r, {.tolerance = arguments.tolerance}, measure);
+        solved.report = newton_solve<UmfPack>(problem, r, {.tolerance = arguments.tolerance}, measure);
     } else if (arguments.solver == "spg" || arguments.solver == "apgd") {
         solved.report =
             projected_gradient(problem, r,

@@ -1,8 +1,5 @@
-// Contact problems to high accuracy: proximal-point iteration around a semismooth Newton method, on Coulomb's law as
-// it is. For reference answers: where NLGS stalls between 1e-5 and 1e-8 this goes on to round-off, at the price of a
-// sparse factorisation a step.
-//
-//   nscdd::NewtonReport report = nscdd::proximal_newton(problem, {.tolerance = 1e-10});
+// Proximal-point iteration around a semismooth Newton method, on Coulomb's law as it is: exact to round-off, and quick
+// where it starts near an answer.
 //
 // Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc, which makes
 // the problem regular however hyperstatic the packing is; its answer is r_{k+1}, and a fixed point satisfies the law
@@ -13,36 +10,18 @@
 #pragma once
 
 #include <Eigen/SparseCore>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include "nscdd/law/coulomb_projection.hpp"
 #include "nscdd/solve/linear_contacts.hpp"
-#include "nscdd/solve/nlgs.hpp"
-#include "nscdd/solve/options.hpp"
+#include "nscdd/solve/newton_options.hpp"
 
 namespace nscdd {
 
-struct NewtonOptions {
-    double tolerance = 1e-10;   // on eta, or on the measure given
-    double penetration = 1e-3;  // as in SolveOptions; bodies only
-    int max_iterations = 2000;  // Newton steps in all
-    int max_outer = 200;
-    int warm_sweeps = 500;  // of NLGS before, bodies only: a factorisation costs more
-};
-
-struct NewtonReport : SolveReport {  // iterations: Newton steps
-    int outer = 0;
-    int factorisations = 0;
-};
-
 // The iteration on any LinearContacts. Factorisation: of square sparse matrices that need not be symmetric, with
-// Eigen's interface: Eigen::SparseLU here, UMFPACK through Eigen's wrapper in the harness.
-using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
-
-template <int size, class Factorisation = SparseLU>
+// Eigen's interface.
+template <int size, class Factorisation>
 class ProximalNewton {
   public:
     ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options)
@@ -211,85 +190,5 @@ class ProximalNewton {
     std::vector<double> slip_;      // mu |u_t| of u_k
     double rho_ = 1;
 };
-
-// Sets the impulses of all contacts, in the order of gather_impulses(), and the velocities that follow from them.
-template <class M>
-void scatter_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
-    std::size_t k = 0;
-    const auto set = [&](std::vector<Contact<M>>& contacts, auto kind) {
-        for (Contact<M>& c : contacts) {
-            const typename M::Impulse next = LinearContactsOf<M>::at(r, k++), dr = next - c.r;
-            c.r = next;
-            apply_impulse(problem, c, dr, kind);
-        }
-    };
-    set(problem.contacts, BetweenGrains{});
-    set(problem.wall_contacts, WithWall{});
-}
-
-// The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
-// with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
-// std::runtime_error when the residual is not finite.
-template <class Factorisation = SparseLU, class M>
-NewtonReport proximal_newton(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
-    NewtonReport report;
-    if (problem.contact_count() == 0) return report;
-    const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
-    for (int k = 0; k < options.warm_sweeps; ++k) sweep(problem);
-    const LinearContactsOf<M> linear = linear_contacts(problem);
-    Eigen::VectorXd r = gather_impulses(problem);
-    ProximalNewton<impulse_size<M>, Factorisation> iterate(linear, options);
-    iterate(
-        r,
-        [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
-            scatter_impulses(problem, answer);
-            finished(residual_parts(problem), stop, problem.least_radius, so_far);
-            return so_far.converged;
-        },
-        report);
-    return report;
-}
-
-// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
-// Throws std::invalid_argument where W has no positive diagonal, std::runtime_error when the measure is not finite.
-template <class Factorisation = SparseLU, int dim>
-NewtonReport proximal_newton(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
-                             const NewtonOptions& options, auto&& measure) {
-    NewtonReport report;
-    if (problem.contact_count() == 0) return report;
-    const LinearContacts<dim> linear = linear_contacts(problem);
-    Eigen::VectorXd all(linear.free.size());
-    for (std::size_t c = 0; c < linear.contacts(); ++c) linear.at(all, c) = r[c];
-    ProximalNewton<dim, Factorisation> iterate(linear, options);
-    iterate(
-        all,
-        [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
-            for (std::size_t c = 0; c < linear.contacts(); ++c) r[c] = linear.at(answer, c);
-            so_far.residual = measure(std::as_const(r));
-            if (!std::isfinite(so_far.residual)) throw std::runtime_error("the residual is not finite: check W and q");
-            return so_far.converged = so_far.residual <= options.tolerance;
-        },
-        report);
-    return report;
-}
-
-// The same by the energy residual, METHOD.md section 2, with the mean of the diagonal of W_cc for W_cc.
-template <class Factorisation = SparseLU, int dim>
-NewtonReport proximal_newton(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
-                             const NewtonOptions& options = {}) {
-    return proximal_newton<Factorisation>(problem, r, options, [&](const auto& answer) {
-        double change = 0, energy = 0, next_energy = 0;
-        for (std::size_t c = 0; c < problem.contact_count(); ++c) {
-            const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
-            using Vec = typename DelassusProblem<dim>::Vec;
-            const Vec z = answer[c] - problem.velocity(c, answer) / weight;
-            const Vec next = project_coulomb<dim>(z, Vec::Unit(0), problem.friction[c]).value;
-            change += weight * (next - answer[c]).squaredNorm();
-            energy += weight * answer[c].squaredNorm();
-            next_energy += weight * next.squaredNorm();
-        }
-        return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;
-    });
-}
 
 }  // namespace nscdd

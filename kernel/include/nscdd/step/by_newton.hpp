@@ -1,7 +1,7 @@
 // Steps solved to high accuracy, for reference answers: sequential, as by_nlgs().
 #pragma once
 
-#include "nscdd/solve/proximal_newton.hpp"
+#include "nscdd/solve/newton.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd {
@@ -10,10 +10,10 @@ namespace nscdd {
 template <class M, class Factorisation = SparseLU>
 StepSolver<M> by_newton(const NewtonOptions& options) {
     return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) -> SolveReport {
-        if (comm.size() != 1) throw std::logic_error("the proximal Newton method runs on one rank");
+        if (comm.size() != 1) throw std::logic_error("the Newton methods run on one rank");
         Stopwatch watch(comm);
-        const NewtonReport report = proximal_newton<Factorisation>(parts[0].problem, options);
-        comm.charge(0, double(report.iterations + options.warm_sweeps) * double(parts[0].problem.contact_count()));
+        const NewtonReport report = newton_solve<Factorisation>(parts[0].problem, options);
+        comm.charge(0, double(report.iterations) * double(parts[0].problem.contact_count()));
         watch.lap(seconds.sweep);
         return report;
     };

@@ -1,0 +1,23 @@
+// When the Newton methods stop, and how they ended.
+#pragma once
+
+#include "nscdd/solve/options.hpp"
+
+namespace nscdd {
+
+struct NewtonOptions {
+    double tolerance = 1e-10;   // on eta, or on the measure given
+    double penetration = 1e-3;  // as in SolveOptions; bodies only
+    int max_iterations = 2000;  // Newton steps in all
+    int max_interior = 100;     // of them by the interior-point method
+    int warm_sweeps = 1000;     // of NLGS before, bodies only: they cost what a factorisation does
+    int max_outer = 200;        // proximal iterations
+};
+
+struct NewtonReport : SolveReport {  // iterations: Newton steps, of both methods
+    int interior = 0;                // by the interior-point method
+    int outer = 0;                   // proximal iterations
+    int factorisations = 0;
+};
+
+}  // namespace nscdd
