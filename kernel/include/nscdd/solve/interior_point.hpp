@@ -1,9 +1,9 @@
-// From nothing to where the statuses of all contacts are known: an interior-point method on Coulomb's law as it is, in
-// De Saxce's form [DeSaxce98],
+// From an estimate, or none, to where the statuses of all contacts are known: an interior-point method on Coulomb's law
+// as it is, in De Saxce's form [DeSaxce98],
 //     x = B r,   w = u_free + L x + mu |w_t| n,   r in K,  w in K*,  r . w = 0       (LinearContacts for L, B)
-// It needs a few dozen factorisations whatever the rank of W: of all the impulses that hyperstaticity allows it heads
-// for the centre. The Jacobian is I + B Q L with one block in Q for each contact. The velocity mu |w_t| n
-// is differentiated like the rest, which makes it unsymmetric; [Acary24] freezes it and iterates on it.
+// Hyperstaticity does no harm: of all impulses that are answers it heads for the centre. The Jacobian is I + B Q L with
+// one block of Q for each contact. The velocity mu |w_t| n is differentiated like the rest, so Q is not symmetric;
+// [Acary11] freezes it, and iterates on it.
 #pragma once
 
 #include <Eigen/LU>
@@ -48,7 +48,7 @@ class InteriorPoint {
                 for (Local& local : contacts_) local.compliance = local.compliance > 1e-8 ? local.compliance / 3 : 0;
             x_ += length * dx_;
             r_ += length * dr_;
-            w_ += length * dw_;
+            advance(length);
         }
     }
 
@@ -145,7 +145,7 @@ class InteriorPoint {
         return jacobian;
     }
 
-    // Mehrotra's predictor and corrector; returns the length of the step to take.
+    // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
     double find_direction(Factorisation& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
         const double reach = std::min(1.0, longest());
@@ -186,10 +186,23 @@ class InteriorPoint {
         }
     }
 
-    // The step at which the contact would leave its cone, at most `most`.
+    // w += length dw, and with |w_t| as it then is: w would leave its cone by the curvature of |w_t| otherwise.
+    void advance(double length) {
+        w_ += length * dw_;
+        for (std::size_t c = 0; c < contacts_.size(); ++c) {
+            const Local& local = contacts_[c];
+            const Vec w = problem_.at(w_, c);
+            problem_.at(w_, c) +=
+                (problem_.friction[c] * local.cone.tangent(w).norm() - local.slip.dot(w)) * local.cone.n;
+        }
+    }
+
+    // The step at which the contact would leave its cones, at most `most`. For w this is where w_n = mu |w_t|.
     double reach(std::size_t c, double most) const {
         const Local& local = contacts_[c];
-        const double t = local.cone.reach(local.w, local.to_world * problem_.at(dw_, c), most);
+        const Vec edge = local.cone.n - local.slip;
+        const double slack = edge.dot(problem_.at(w_, c)), slope = edge.dot(problem_.at(dw_, c));
+        const double t = slope < 0 ? std::min(most, -slack / slope) : most;
         return local.cone.reach(local.r, local.to_cone * problem_.at(dr_, c), t);
     }
 

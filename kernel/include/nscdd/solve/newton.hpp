@@ -56,13 +56,11 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
     approach(r, least, judge, std::min(options.max_interior, options.max_iterations), report);
     report.interior = report.iterations;
     r.swap(best);
-    // Answers from inside the cones are on the law to within their residual only: Newton's method puts them there
-    // exactly.
-    bool from_inside = report.interior > 0;
+    // From inside the cones the law holds to within the residual only: one step of Newton's method makes it exact.
     ProximalNewton<size, Factorisation>(linear, options)(
         r,
         [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
-            return done(answer, so_far) && !std::exchange(from_inside, false);
+            return done(answer, so_far) && (so_far.outer > 0 || so_far.interior == 0);
         },
         report);
 }
@@ -77,7 +75,9 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
     const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
-    for (int k = 0; k < options.warm_sweeps; ++k) sweep(problem);
+    SolveOptions sweeps = stop.accelerated();
+    sweeps.max_iterations = options.warm_sweeps;
+    if (options.warm_sweeps > 0) nlgs(problem, sweeps);
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r = gather_impulses(problem);
     detail::newton_solve<Factorisation>(

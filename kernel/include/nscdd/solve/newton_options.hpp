@@ -10,7 +10,7 @@ struct NewtonOptions {
     double penetration = 1e-3;  // as in SolveOptions; bodies only
     int max_iterations = 2000;  // Newton steps in all
     int max_interior = 100;     // of them by the interior-point method
-    int warm_sweeps = 1000;     // of NLGS before, bodies only: they cost what a factorisation does
+    int warm_sweeps = 1000;     // of NLGS before, at most; bodies only. They cost what a factorisation does
     int max_outer = 200;        // proximal iterations
 };
 
