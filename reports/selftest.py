@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 import sys
 import tempfile
 import unittest
@@ -189,7 +190,7 @@ class Page(Case):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
         for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5",
-                      "Table 6", "Table 7", *(f"Fig. {k}" for k in range(8, 14))):
+                      "Table 6", "Table 7", "Table 8", *(f"Fig. {k}" for k in range(8, 14))):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -260,6 +261,7 @@ class Verdict(Case):
         self.assertIsNone(figures.at_level(rows, 1e-9))
         self.assertIn(">30<", figures.siconos_table(accuracy()))
         self.assertIsNone(figures.siconos_table(accuracy(runs=rows)))
+        self.assertEqual(re.findall("<td>(.*?)</td>", figures.distance_table(accuracy()))[1:], ["0.01", "0.001", "10⁻⁵"])
 
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]

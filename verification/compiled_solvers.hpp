@@ -8,7 +8,7 @@
 #define COMPILED_SOLVERS(prefix, ...)                                                                           \
     namespace nscdd {                                                                                           \
     prefix template SolveReport nlgs(ContactProblem<__VA_ARGS__>&, const SolveOptions&, Sweeper<__VA_ARGS__>&); \
-    prefix template NewtonReport proximal_newton<SparseLU>(ContactProblem<__VA_ARGS__>&, const NewtonOptions&); \
+    prefix template NewtonReport newton_solve<SparseLU>(ContactProblem<__VA_ARGS__>&, const NewtonOptions&);    \
     prefix template SolveReport projected_gradient(ContactProblem<__VA_ARGS__>&, const SolveOptions&, Descent); \
     prefix template StepSolver<__VA_ARGS__> by_nlgs(const SolveOptions&);                                       \
     prefix template StepSolver<__VA_ARGS__> by_newton(const NewtonOptions&);                                    \

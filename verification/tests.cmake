@@ -13,6 +13,7 @@ nscdd_test(test_analytic quick unit/test_analytic.cpp)
 nscdd_test(test_newton quick unit/test_newton.cpp)
 nscdd_test(test_invariance quick unit/test_invariance.cpp)
 nscdd_test(test_gradient quick unit/test_gradient.cpp)
+nscdd_test(test_single_precision quick unit/test_single_precision.cpp)
 nscdd_test(test_schemes quick agreement/test_schemes.cpp)
 nscdd_test(test_reference quick agreement/test_reference.cpp)
 

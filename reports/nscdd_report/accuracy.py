@@ -11,6 +11,7 @@ from .style import SUBDOMAINS, plt, save, write
 
 SICONOS = "Siconos NSGS"
 LEVELS = (1e-2, 1e-4, 1e-6)  # of the table
+DISTANCES = (1e-3, 1e-4, 1e-6)
 VIEWS = (("cpu", "eta", "CPU time of the solver [s]", "\u03b7"),
          ("cpu", "distance", "CPU time of the solver [s]", "distance of the velocities"),
          ("sweeps", "eta", "sweeps", "\u03b7"),
@@ -166,6 +167,15 @@ def scene_table(record):
     head = [[("scene", 1), ("", 1), ("grains", 1), ("contacts", 1), ("reference", 1), ("its \u03b7", 1),
              ("iterations DCS / CCS", 1), ("their velocities differ by", 1)]]
     return tables.table(head, lines, "Scenes of the work-precision curves")
+
+
+def distance_table(record):
+    """How far the answers of NLGS are from the reference at each tolerance."""
+    lines = [[escape(scene["name"]), *[tables.number(row["distance"]) if row and row["converged"] else tables.NONE
+              for row in (next((row for row in record["runs"] if (row["scene"], row["solver"], row["tolerance"]) ==
+                                (scene["name"], "NLGS", level)), None) for level in DISTANCES)]] for scene in record["scenes"]]
+    head = [[("scene", 1), *[(f"\u03b7 \u2264 {level:g}", 1) for level in DISTANCES]]]
+    return tables.table(head, lines, "Distance of NLGS velocities from the reference answer, |V - V_ref|_M / |V_free|_M")
 
 
 def draw_all(record, folder):

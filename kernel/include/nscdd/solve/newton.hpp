@@ -42,25 +42,45 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
                   NewtonReport& report) {
     constexpr double statuses_known = 1e-7;  // from there Newton's method takes a few steps
     if (done(r, report)) return;
-    double least = report.residual;
-    Eigen::VectorXd best = r;
-    const auto judge = [&](const Eigen::VectorXd& answer) {
-        const bool stop = done(answer, report);
-        if (report.residual < least) {
-            least = report.residual;
-            best = answer;
-        }
-        return stop || report.residual <= statuses_known;
+    // Where walls leave the grains no room impulses grow without end, and eta, relative to them, falls. So an answer
+    // whose velocities are hardly better than those of the first guess must not need far larger impulses.
+    const double first = report.residual, energy = linear.energy(r);
+    const auto judge = [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
+        const bool stop = done(answer, so_far);
+        const double now = linear.energy(answer);
+        if (energy == 0 || now <= 10 * energy || so_far.residual * std::sqrt(now) <= 0.1 * first * std::sqrt(energy))
+            return stop;
+        so_far.converged = false;
+        so_far.residual = std::max(so_far.residual, first);
+        return false;
     };
-    InteriorPoint<size, Factorisation> approach(linear);
-    approach(r, least, judge, std::min(options.max_interior, options.max_iterations), report);
-    report.interior = report.iterations;
-    r.swap(best);
+    if (first > statuses_known) {
+        double least = first;
+        Eigen::VectorXd best = r;
+        InteriorPoint<size, Factorisation> approach(linear);
+        approach(
+            r, first,
+            [&](const Eigen::VectorXd& answer) {
+                const bool stop = judge(answer, report);
+                if (report.residual < least) {
+                    least = report.residual;
+                    best = answer;
+                }
+                return stop || report.residual <= statuses_known;
+            },
+            std::min(options.max_interior, options.max_iterations), report);
+        report.interior = report.iterations;
+        if (energy > 0 && least == first) {  // no way on from a good guess: there is no answer
+            judge(r, report);
+            return;
+        }
+        r.swap(best);
+    }
     // From inside the cones the law holds to within the residual only: one step of Newton's method makes it exact.
     ProximalNewton<size, Factorisation>(linear, options)(
         r,
         [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
-            return done(answer, so_far) && (so_far.outer > 0 || so_far.interior == 0);
+            return judge(answer, so_far) && (so_far.outer > 0 || so_far.interior == 0);
         },
         report);
 }
