@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
 from nscdd_report import accuracy as figures
-from nscdd_report import curves, packings  # noqa: E402
+from nscdd_report import curves, packings, tables  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
 
 CORES, STEPS = 2, 3
@@ -92,6 +92,16 @@ def accuracy(**changed):
     return record | changed
 
 
+def acceleration(**changed):
+    """The JSON of what acceleration saves: one scene, on one and on eight subdomains."""
+    rows = [{"scene": "dense", "start": "cold", "method": method, "subdomains": n, "steps": 1, "grains": 8, "contacts": 9.0,
+             "iterations": iterations * (2 if n > 1 else 1), "cpu": 1e-3 * iterations, "repeats": 3, "eta": 1e-5, "converged": True}
+            for n in (1, 8) for method, iterations in (("paper", 100), ("auto", 25))]
+    return {"schema": "nscdd.acceleration/1", "command": "scripts/acceleration FABRICATED", "commit": "fabricated",
+            "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "quick": False,
+            "rows": rows} | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -125,6 +135,7 @@ def fabricate(folder, scenes):
     if "network" in scenes:
         write_state(folder / "network-dcs-in-process-2.h5", 2)
         put("accuracy.json", accuracy())
+        put("acceleration.json", acceleration())
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
     put("hard.json", hard())
@@ -190,7 +201,7 @@ class Page(Case):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
         for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5",
-                      "Table 6", "Table 7", "Table 8", *(f"Fig. {k}" for k in range(8, 14))):
+                      "Table 6", "Table 7", "Table 8", "Table 9", *(f"Fig. {k}" for k in range(8, 14))):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -263,6 +274,11 @@ class Verdict(Case):
         self.assertIsNone(figures.siconos_table(accuracy(runs=rows)))
         self.assertEqual(re.findall("<td>(.*?)</td>", figures.distance_table(accuracy()))[1:], ["0.01", "0.001", "10⁻⁵"])
 
+    def test_savings_are_ratios_of_both_methods(self):
+        cells = re.findall("<td>(.*?)</td>", tables.acceleration(acceleration()))
+        self.assertEqual(cells[4:12], ["1", "100", "25", "0.25", "1", "0.1", "0.025", "0.25"])
+        self.assertEqual(cells[16:21], ["8", "200", "50", "0.25", "2"])
+
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
         self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
@@ -306,6 +322,10 @@ class Input(Case):
         (self.folder / "accuracy.json").write_text(json.dumps(accuracy(runs=[{"scene": "dense"}])))
         self.assert_one_line("accuracy.json", "runs")
 
+    def test_damaged_acceleration_is_one_line(self):
+        (self.folder / "acceleration.json").write_text(json.dumps(acceleration(rows=[])))
+        self.assert_one_line("acceleration.json", "rows")
+
     def test_damaged_hard_cases_are_one_line(self):
         self.change("hard.json", rows=[])
         self.assert_one_line("hard.json", "rows")
@@ -324,7 +344,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 10)  # Tables 1 to 3, 5, 6, Figs. 1 to 5
+        self.assertEqual(self.page().count("Not in these results"), 11)  # Tables 1 to 3, 5, 6, 9, Figs. 1 to 5
         self.assertIn("agreement was not checked", self.page())
 
 

@@ -83,6 +83,11 @@ def ladder(tolerances, measure, repeat=timed):
             return
 
 
+def clear_impulses(state):
+    with h5py.File(state, "r+") as file:
+        file["contacts/impulse"][...] = 0
+
+
 def once(measure):
     return measure()
 
@@ -108,8 +113,7 @@ class Scene:
             self.packings.add(packing)
         call([NSCDD, "run", self.path, "--packing", packing, "--quiet", "--json", f"{self.folder / self.name}-load.json",
               "--state", self.cold], seconds=LONG)
-        with h5py.File(self.cold, "r+") as file:
-            file["contacts/impulse"][...] = 0
+        clear_impulses(self.cold)
         eta, command = self.solve_reference()
         run = read(self.reference)
         self.free_norm = run["final"]["free_velocity_norm"]

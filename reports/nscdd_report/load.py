@@ -76,7 +76,7 @@ class Run:
 
 
 class Record(dict):
-    """The JSON of the hard cases, or of speed against error; its command and fields are asked for like those of a run."""
+    """The JSON of the hard cases, of speed against error, or of what acceleration saves; its command and fields are asked for like those of a run."""
 
     @property
     def command(self):
@@ -86,8 +86,9 @@ class Record(dict):
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, runs, compares, jobs, hard, accuracy):
-        self.runs, self.compares, self.jobs, self.hard, self.accuracy = runs, compares, jobs, hard, accuracy
+    def __init__(self, runs, compares, jobs, hard, accuracy, acceleration):
+        self.runs, self.compares, self.jobs, self.hard = runs, compares, jobs, hard
+        self.accuracy, self.acceleration = accuracy, acceleration
 
     @property
     def hard_rows(self):
@@ -188,7 +189,7 @@ def read_json(path):
 
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, hard, accuracy = [], [], [], [], []
+    runs, compares, jobs, hard, accuracy, acceleration = [], [], [], [], [], []
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -206,6 +207,9 @@ def load(folder):
         elif data["schema"] == "nscdd.accuracy/1":
             check(path, data, "accuracy.schema.json")
             accuracy.append(Record(data))
+        elif data["schema"] == "nscdd.acceleration/1":
+            check(path, data, "acceleration.schema.json")
+            acceleration.append(Record(data))
         elif data["schema"] == "nscdd.job/1":
             try:
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
@@ -213,8 +217,8 @@ def load(folder):
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
         elif data["schema"] not in ("nscdd.summary/1", "nscdd.fclib/1"):  # nothing that the report shows
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
-    if not runs and not hard and not accuracy:
+    if not (runs or hard or accuracy or acceleration):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(runs, compares, jobs, hard, accuracy)
+    return Results(runs, compares, jobs, hard, accuracy, acceleration)

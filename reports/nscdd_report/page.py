@@ -56,7 +56,7 @@ def verdict(results):
                f"<ul>{items}</ul></div>", False
     hard = f"All {len(results.hard_rows)} rows of the hard cases are within their bounds." if results.hard else ""
     if not results.runs and not results.hard:
-        return '<div class="verdict open"><b>Speed against error alone: nothing here is judged.</b></div>', True
+        return '<div class="verdict open"><b>Costs alone: nothing here is judged.</b></div>', True
     if not results.runs:
         return f'<div class="verdict good"><b>{hard}</b></div>', True
     text = f"{hard} All {len(results.runs)} runs converged".strip()

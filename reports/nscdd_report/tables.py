@@ -152,3 +152,23 @@ def all_runs(runs):
         "run", "subd.", "transport", "partition", "interface", "contacts,<br>most", "steps", "iterations",
         "checked<br>every", "largest \u03b7", "seconds", "converged")]]
     return table(head, rows, "All runs")
+
+
+def acceleration(record):
+    """Table 9: both methods side by side, and their ratios; growth is over the iterations of one subdomain."""
+    rows = {(row["scene"], row["subdomains"], row["method"]): row for row in record["rows"]}
+    lines = []
+    for scene, subdomains in dict.fromkeys(key[:2] for key in rows):
+        plain, fast, alone = (rows.get(key) for key in ((scene, subdomains, "paper"), (scene, subdomains, "auto"), (scene, 1, "auto")))
+        if not plain or not fast:
+            continue
+        pair = [number(value) if row["converged"] else f"{number(value)} (not converged)"
+                for row, value in ((plain, plain["iterations"] / plain["steps"]), (fast, fast["iterations"] / fast["steps"]))]
+        lines.append([escape(scene), f"{plain['start']}, {plain['steps']}", count(plain["grains"]), count(round(plain["contacts"])),
+                      str(subdomains), *pair, number(fast["iterations"] / plain["iterations"]),
+                      number(fast["iterations"] / alone["iterations"]) if alone else NONE,
+                      number(plain["cpu"]), number(fast["cpu"]), number(fast["cpu"] / plain["cpu"]) if plain["cpu"] else NONE])
+    head = [[("", 5), ("iterations a step", 4), ("CPU time [s]", 3)],
+            [("scene", 1), ("start, steps", 1), ("grains", 1), ("contacts", 1), ("subdomains", 1), ("plain", 1), ("accelerated", 1),
+             ("ratio", 1), ("growth", 1), ("plain", 1), ("accelerated", 1), ("ratio", 1)]]
+    return table(head, lines, "What acceleration saves")

@@ -45,11 +45,13 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
     // Where walls leave the grains no room impulses grow without end, and eta, relative to them, falls. So an answer
     // whose velocities are hardly better than those of the first guess must not need far larger impulses.
     const double first = report.residual, energy = linear.energy(r);
+    bool runaway = false;
     const auto judge = [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
         const bool stop = done(answer, so_far);
         const double now = linear.energy(answer);
         if (energy == 0 || now <= 10 * energy || so_far.residual * std::sqrt(now) <= 0.1 * first * std::sqrt(energy))
             return stop;
+        runaway = runaway || so_far.residual < first;
         so_far.converged = false;
         so_far.residual = std::max(so_far.residual, first);
         return false;
@@ -70,7 +72,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
             },
             std::min(options.max_interior, options.max_iterations), report);
         report.interior = report.iterations;
-        if (energy > 0 && least == first) {  // no way on from a good guess: there is no answer
+        if (runaway && least == first) {  // there is no answer
             judge(r, report);
             return;
         }
@@ -105,7 +107,8 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             scatter_impulses(problem, answer);
             finished(residual_parts(problem), stop, problem.least_radius, so_far);
-            return so_far.converged;
+            // solved, and contacts still close: there is no answer
+            return so_far.converged || so_far.residual <= std::min(1e-7, options.tolerance);
         },
         report);
     return report;

@@ -1,0 +1,40 @@
+"""What acceleration saves: the command at its smallest, and what its numbers must satisfy."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+import jsonschema
+
+from harness import NSCDD, ProgramTest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+class Quick(ProgramTest):
+    def test_accelerated_runs_need_fewer_iterations_for_the_same_error(self):
+        environment = os.environ | {"NSCDD": str(pathlib.Path(NSCDD).resolve())}
+        done = subprocess.run([sys.executable, ROOT / "scripts/acceleration", "--quick", "--results", self.folder],
+                              capture_output=True, text=True, env=environment)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        record = json.loads((self.folder / "acceleration.json").read_text())
+        jsonschema.validate(record, json.loads((ROOT / "reports/acceleration.schema.json").read_text()))
+        rows = {(row["scene"], row["subdomains"], row["method"]): row for row in record["rows"]}
+        self.assertEqual(len(rows), 5 * 2 * 2)
+        for (scene, subdomains, method), row in rows.items():
+            with self.subTest(scene=scene, subdomains=subdomains, method=method):
+                self.assertTrue(row["converged"])
+                self.assertLessEqual(row["eta"], 1e-4)
+                if method == "auto":
+                    self.assertLess(row["iterations"], rows[scene, subdomains, "paper"]["iterations"])
+
+    def test_nothing_to_do_is_said(self):
+        done = subprocess.run([sys.executable, ROOT / "scripts/acceleration", "--only", "no such", "--results", self.folder],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (1, "acceleration: no scene matches 'no such'\n"))
+
+
+if __name__ == "__main__":
+    unittest.main()
