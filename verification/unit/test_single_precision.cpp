@@ -40,6 +40,8 @@ double true_eta(const ContactProblem<M>& problem, const ContactProblem<M>& start
     return residual_parts(judged).eta();
 }
 
+constexpr int check_every = 10;  // sweeps
+
 template <class M>
 struct Study {
     std::array<int, 3> sweeps{};  // to eta <= 1e-3, 1e-5, 1e-7; 0: never
@@ -59,7 +61,7 @@ Study<M> study(const ContactProblem<M>& start, Rounded what, ContactProblem<M>& 
     for (int k = 1; k <= 20000 && found.floor > 1e-10; ++k) {
         sweep_rounded(problem, problem.wall_contacts, WithWall{}, what);
         sweep_rounded(problem, problem.contacts, BetweenGrains{}, what);
-        if (k % 10 != 0) continue;
+        if (k % check_every != 0) continue;
         const double eta = true_eta(problem, rounded);
         for (std::size_t level = 0; level < levels.size(); ++level)
             if (found.sweeps[level] == 0 && eta <= levels[level]) found.sweeps[level] = k;
@@ -67,6 +69,9 @@ Study<M> study(const ContactProblem<M>& start, Rounded what, ContactProblem<M>& 
     }
     return found;
 }
+
+// An eta that passes its level closely does so at another check with a compiler that rounds otherwise.
+bool within_a_check(int sweeps, int others) { return sweeps > 0 && std::abs(sweeps - others) <= check_every; }
 
 }  // namespace
 
@@ -80,14 +85,14 @@ TEMPLATE_TEST_CASE("single precision: what it costs and what it does not", "", s
             const auto found = study(start, what, other);
             INFO(scene.name << ": " << found.sweeps[0] << ", " << found.sweeps[1] << " and " << found.sweeps[2]
                             << " sweeps, floor " << found.floor);
-            CHECK(found.sweeps[0] == in_double.sweeps[0]);
-            CHECK(found.sweeps[1] == in_double.sweeps[1]);
+            CHECK(within_a_check(found.sweeps[0], in_double.sweeps[0]));
+            CHECK(within_a_check(found.sweeps[1], in_double.sweeps[1]));
             return found;
         };
         CHECK(in_double.floor <= 1e-10);
 
         const auto impulses = with(Rounded::impulses);
-        CHECK(impulses.sweeps[2] == in_double.sweeps[2]);
+        CHECK(within_a_check(impulses.sweeps[2], in_double.sweeps[2]));
         CHECK((impulses.floor > 1e-8 && impulses.floor < 1e-7));
 
         CHECK(with(Rounded::impulses_alone).floor > 1.5 * impulses.floor);
