@@ -39,15 +39,31 @@ class Cells {
     }
     static std::uint64_t code(const Coordinates& c) {
         std::uint64_t code = 0;
-        for (int bit = 0; bit < bits; ++bit)
-            for (int d = 0; d < M::dim; ++d)
-                code |= ((static_cast<std::uint64_t>(c[static_cast<std::size_t>(d)]) >> bit) & 1u)
-                        << (bit * M::dim + d);
+        for (int d = 0; d < M::dim; ++d)
+            code |= spread(static_cast<std::uint64_t>(c[static_cast<std::size_t>(d)])) << d;
         return code;
     }
 
   private:
     static constexpr int bits = 63 / M::dim;
+    // The lower bits, `dim` places apart: halves, then quarters ... are moved where they belong.
+    static std::uint64_t spread(std::uint64_t x) {
+        if constexpr (M::dim == 3) {
+            x &= 0x1fffff;
+            x = (x | x << 32) & 0x001f00000000ffff;
+            x = (x | x << 16) & 0x001f0000ff0000ff;
+            x = (x | x << 8) & 0x100f00f00f00f00f;
+            x = (x | x << 4) & 0x10c30c30c30c30c3;
+            return (x | x << 2) & 0x1249249249249249;
+        } else {
+            x &= 0x7fffffff;
+            x = (x | x << 16) & 0x0000ffff0000ffff;
+            x = (x | x << 8) & 0x00ff00ff00ff00ff;
+            x = (x | x << 4) & 0x0f0f0f0f0f0f0f0f;
+            x = (x | x << 2) & 0x3333333333333333;
+            return (x | x << 1) & 0x5555555555555555;
+        }
+    }
     static constexpr std::int64_t max_coordinate = std::int64_t{1} << std::min(bits, 30);
 
     typename M::Vec low_;
