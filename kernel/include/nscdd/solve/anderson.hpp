@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <array>
-#include <vector>
+#include <cstddef>
 
 #include <Eigen/Cholesky>
 
@@ -29,8 +29,8 @@ class Anderson {
 
     explicit Anderson(int window)  // 0 to largest_window
         : window_(window),
-          coefficients_(Eigen::VectorXd::Zero(window_)),
-          products_(Eigen::MatrixXd::Zero(window_, window_)),
+          coefficients_(Vector::Zero(window_)),
+          products_(Matrix::Zero(window_, window_)),
           now_(0),
           last_(window_ - 1) {}
 
@@ -44,8 +44,9 @@ class Anderson {
     // A change larger than the last one says that the combination did harm: what it was made from is forgotten.
     void update(const double* products) {
         const double own = products[0];
-        const Eigen::Map<const Eigen::VectorXd> with(products + 1, window_);
+        const Vector with = Eigen::Map<const Eigen::VectorXd>(products + 1, window_);
         coefficients_.setZero();
+        if (own == 0) return;  // a fixed point
         if (filled_ > 0 && own > previous_) {
             filled_ = 0;
             ++restarts_;
@@ -62,18 +63,22 @@ class Anderson {
     }
 
   private:
+    // Of fixed capacity: on a few contacts allocations would cost more than the sweep.
+    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, largest_window, largest_window>;
+    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, largest_window, 1>;
+
     // Least |f + sum_j c_j (f_j - f)|, by its normal equations.
-    void combine(double own, const Eigen::VectorXd& with) {
-        std::vector<int> used;
+    void combine(double own, const Vector& with) {
+        std::array<int, largest_window> used;
+        Eigen::Index n = 0;
         for (int age = 0; age < filled_; ++age) {
             const int slot = (last_ - age + window_) % window_;
             // differences that are round-off of what they were taken from say nothing
-            if (products_(slot, slot) - 2 * with[slot] + own > 1e-14 * own) used.push_back(slot);
+            if (products_(slot, slot) - 2 * with[slot] + own > 1e-14 * own) used[static_cast<std::size_t>(n++)] = slot;
         }
-        const auto n = static_cast<Eigen::Index>(used.size());
         if (n == 0) return;
-        Eigen::MatrixXd a(n, n);
-        Eigen::VectorXd b(n);
+        Matrix a(n, n);
+        Vector b(n);
         for (Eigen::Index i = 0; i < n; ++i) {
             const int si = used[static_cast<std::size_t>(i)];
             b[i] = own - with[si];
@@ -82,18 +87,18 @@ class Anderson {
                 a(i, j) = products_(si, sj) - with[si] - with[sj] + own;
             }
         }
-        const Eigen::VectorXd scale = a.diagonal().cwiseSqrt().cwiseInverse();
-        Eigen::MatrixXd scaled = scale.asDiagonal() * a * scale.asDiagonal();
+        const Vector scale = a.diagonal().cwiseSqrt().cwiseInverse();
+        Matrix scaled = scale.asDiagonal() * a * scale.asDiagonal();
         scaled.diagonal().array() += 1e-10;
-        const Eigen::VectorXd c = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * b);
+        const Vector c = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * b);
         if (!c.allFinite()) return;
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = c[i];
     }
 
     int window_;
-    Eigen::VectorXd coefficients_;  // by slot
-    Eigen::MatrixXd products_;      // f_i.f_j by slot
-    int now_, last_;                // slots of this iteration's change, and of the last one
+    Vector coefficients_;  // by slot
+    Matrix products_;      // f_i.f_j by slot
+    int now_, last_;       // slots of this iteration's change, and of the last one
     int filled_ = 0, restarts_ = 0;
     double previous_ = 0;
 };
