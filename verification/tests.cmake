@@ -63,6 +63,6 @@ endif()
 
 find_package(benchmark)
 if(benchmark_FOUND AND TARGET nscdd_files)
-    add_executable(nscdd_bench benchmark/bench_sweep.cpp)
+    add_executable(nscdd_bench benchmark/bench_step.cpp benchmark/bench_sweep.cpp)
     target_link_libraries(nscdd_bench PRIVATE nscdd_files nscdd::kernel nscdd_flags benchmark::benchmark)
 endif()

@@ -1,0 +1,99 @@
+// Cost of what a step does besides sweeps: detection, and on 8 subdomains gluing with its messages.
+#include "bench_scene.hpp"
+
+using namespace nscdd;
+using namespace nscdd::bench;
+
+namespace {
+
+template <class T>
+double size_of(const std::vector<T>& v) {
+    return static_cast<double>(v.size() * sizeof(T));
+}
+
+// Subdomains after a step, their copies glued.
+template <class M, int subdomains>
+struct Stepped {
+    std::vector<Grain<M>> grains;
+    SimulationSettings<M> settings = scene<M>(grains);
+    InProcess comm{subdomains};
+    std::vector<Subdomain<M>> parts;
+    double contacts = 0;
+    typename M::Vec low = grains.front().position, high = low;
+
+    Stepped() {
+        Simulation<M> simulation(comm, settings, grains);
+        simulation.step(by_nscdd<Dcs<M>>(fifty()));
+        parts = simulation.parts();
+        for (const auto& part : parts) contacts += static_cast<double>(part.problem.contact_count());
+        for (const auto& g : grains) low = low.cwiseMin(g.position), high = high.cwiseMax(g.position);
+    }
+    static Stepped& shared() {
+        static Stepped stepped;
+        return stepped;
+    }
+    // What detection reads and writes of each subdomain.
+    double candidate_bytes() const {
+        double bytes = 0;
+        for (const auto& part : parts) bytes += size_of(part.grains) + size_of(part.pairs) + size_of(part.wall_pairs);
+        return bytes;
+    }
+};
+
+template <class M>
+void rough_detection(benchmark::State& state) {
+    auto& s = Stepped<M, 1>::shared();
+    const Grid<M> grid(choose_cells<M>(1, s.high - s.low), s.low, s.high);
+    double largest = 0;
+    for (const auto& g : s.grains) largest = std::max(largest, g.radius);
+    per_contact(state, s.contacts, s.candidate_bytes(),
+                [&] { repartition<M>(s.parts, s.comm, grid, s.settings.walls, 0.05 * largest, largest); });
+}
+template <class M>
+void fine_detection(benchmark::State& state) {
+    auto& s = Stepped<M, 1>::shared();
+    const ContactProblem<M>& problem = s.parts[0].problem;
+    per_contact(state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
+                [&] { detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h, 2e-3); });
+}
+
+// One gluing: velocities packed, exchanged in-process, averaged, unpacked.
+template <class M, class Scheme>
+void glue(benchmark::State& state) {
+    auto& s = Stepped<M, 8>::shared();
+    Scheme scheme;
+    scheme.setup(s.parts, s.comm);
+    const double before = s.comm.traffic().bytes;
+    scheme.glue(s.parts, s.comm);
+    const double bytes = s.comm.traffic().bytes - before;
+    per_contact(state, s.contacts, bytes, [&] { scheme.glue(s.parts, s.comm); });
+}
+template <class M>
+void dcs(benchmark::State& state) {
+    glue<M, Dcs<M>>(state);
+}
+template <class M>
+void ccs(benchmark::State& state) {
+    glue<M, Ccs<M>>(state);
+}
+// Velocities of interface grains from the fast form into the problem and back, before and after a gluing.
+template <class M>
+void pack(benchmark::State& state) {
+    auto& s = Stepped<M, 8>::shared();
+    double bytes = 0;
+    for (const auto& part : s.parts) bytes += 4 * static_cast<double>(part.interface.size() * M::dof * sizeof(double));
+    per_contact(state, s.contacts, bytes, [&] {
+        for (auto& part : s.parts) {
+            part.sweeper.store(part.problem, part.interface);
+            part.sweeper.load(part.problem, part.interface);
+        }
+    });
+}
+
+NSCDD_BENCH_ALL(rough_detection, "detection/rough")
+NSCDD_BENCH_ALL(fine_detection, "detection/fine")
+NSCDD_BENCH_ALL(dcs, "gluing/dcs")
+NSCDD_BENCH_ALL(ccs, "gluing/ccs")
+NSCDD_BENCH_ALL(pack, "packing")
+
+}  // namespace
