@@ -69,6 +69,8 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(CLI::IsMember({"closed-form", "factorised"}));
     run_command->add_option("-n,--subdomains", run.subdomains, "In-process subdomains (under mpirun: one per rank)")
         ->check(CLI::PositiveNumber);
+    run_command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
+        ->check(CLI::PositiveNumber);
     run_command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     run_command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))

@@ -95,6 +95,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (sequential(request.scheme) && request.subdomains > 1)
         throw InputError(
             fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
+    request.threads = std::max(arguments.threads, 1);
+    if (request.threads > 1 && over_mpi)
+        throw InputError("--threads is of one process: under mpirun each rank has one subdomain, and one thread");
+    if (request.threads > request.subdomains)
+        throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}", request.threads,
+                                     request.subdomains == 1 ? "is" : "are", request.subdomains));
     for (const auto& [option, given] : {std::pair("--method", !arguments.method.empty()),
                                         {"--window", arguments.window.has_value()},
                                         {"--relaxation", arguments.relaxation > 0},
@@ -172,7 +178,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
                 Mpi comm;
                 result = run_model(request, comm);
             } else {
-                InProcess comm(request.subdomains);
+                InProcess comm(request.subdomains, request.threads);
                 result = run_model(request, comm);
             }
         }))

@@ -252,6 +252,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"model", model_name<M>()},
          {"friction", M::friction},
          {"subdomains", comm.size()},
+         {"threads", request.threads},
          {"scheme", request.scheme},
          {"interface", interface},
          {"partition", sequential(request.scheme) ? "none" : Grid<M>::name(simulation.settings().cells)},

@@ -167,8 +167,8 @@ Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, cons
 
 // The same, in process on any number of ranks, with a fresh scheme.
 template <template <class, class> class Scheme, class Gluing, class M>
-Outcome<M> run_nscdd(const Scene<M>& scene, int ranks, int steps, const nscdd::SolveOptions& options) {
-    nscdd::InProcess comm(ranks);
+Outcome<M> run_nscdd(const Scene<M>& scene, int ranks, int steps, const nscdd::SolveOptions& options, int threads = 1) {
+    nscdd::InProcess comm(ranks, threads);
     return run(scene, comm, steps, nscdd::by_nscdd<Scheme<M, Gluing>>(options));
 }
 template <class M>

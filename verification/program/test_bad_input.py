@@ -54,6 +54,13 @@ class BadInput(ProgramTest):
         self.assertEqual(done.returncode, 1)
         self.assertIn("--subdomains 3", done.stderr)
 
+    def test_threads_without_subdomains_of_their_own(self):
+        scene = self.write("scene.toml", SCENE)
+        for arguments, ranks in ((("--subdomains", 2, "--threads", 3), 1), (("--threads", 2), 2)):
+            done = self.run_program("run", scene, "--scheme", "dcs", *arguments, ranks=ranks)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("--threads", done.stderr)
+
     def test_grid_that_does_not_fit(self):
         scene = self.write("scene.toml", SCENE)
         done = self.run_program("run", scene, "--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1")

@@ -93,10 +93,11 @@ class Program(ProgramTest):
         for scheme in ("ccs", "dcs"):
             for ranks in (1, 2, 4):
                 mpi, mpi_state = self.run_case(f"{scheme}-mpi", "--scheme", scheme, ranks=ranks)
-                own, own_state = self.run_case(f"{scheme}", "--scheme", scheme, "--subdomains", ranks)
+                own, own_state = self.run_case(f"{scheme}", "--scheme", scheme, "--subdomains", ranks, "--threads", min(ranks, 3))
                 with self.subTest(scheme=scheme, ranks=ranks):
                     self.assertEqual(mpi["transport"], "mpi")
                     self.assertEqual(own["transport"], "in-process")
+                    self.assertEqual((mpi["threads"], own["threads"]), (1, min(ranks, 3)))
                     for key in ("iterations", "residual", "contacts", "messages", "bytes", "work_per_rank", "final"):
                         self.assertEqual(mpi[key], own[key], key)
                     for key, values in own_state.items():

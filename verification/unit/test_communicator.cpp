@@ -1,5 +1,8 @@
 // The communicator contract, by in-process ranks. The same pattern over MPI: mpi/test_communicator_mpi.cpp.
+#include <set>
 #include <stdexcept>
+#include <string>
+#include <thread>
 #include <vector>
 
 #include "../catch.hpp"
@@ -77,9 +80,31 @@ TEST_CASE("work is charged to a rank", "[communicator]") {
     CHECK(comm.now() >= before);
 }
 
+TEST_CASE("threads share the ranks", "[communicator]") {
+    const int threads = GENERATE(1, 2, 3, 5);
+    INFO("threads: " << threads);
+    InProcess comm(5, threads);
+    std::vector<int> calls(5, 0);
+    std::vector<std::thread::id> by(5);
+    for (int round = 1; round <= 100; ++round) {
+        comm.each_rank([&](std::size_t k) { ++calls[k], by[k] = std::this_thread::get_id(); });
+        REQUIRE(calls == std::vector<int>(5, round));
+    }
+    CHECK(std::set<std::thread::id>(by.begin(), by.end()).size() == static_cast<std::size_t>(threads));
+
+    const auto throw_from_two = [](std::size_t k) {
+        if (k == 1 || k == 4) throw std::runtime_error("rank " + std::to_string(k));
+    };
+    CHECK_THROWS_WITH(comm.each_rank(throw_from_two), "rank 1");
+    comm.each_rank([&](std::size_t k) { ++calls[k]; });
+    CHECK(calls == std::vector<int>(5, 101));
+}
+
 TEST_CASE("disagreeing ranks are an error that names them", "[communicator]") {
     CHECK_THROWS_AS(InProcess(0), std::invalid_argument);
     CHECK_THROWS_AS(InProcess(-1), std::invalid_argument);
+    CHECK_THROWS_AS(InProcess(2, 0), std::invalid_argument);
+    CHECK_THROWS_AS(InProcess(2, 3), std::invalid_argument);
 
     InProcess comm(2);
     std::vector<Links> one_sided{{{1, {1}, {}}}, {}};

@@ -3,13 +3,14 @@
 // A process hosts one or more ranks (all of them in-process, exactly one under MPI). Code written against the
 // contract loops over the ranks it hosts, fills their buffers, and makes one collective call for all of them:
 //
-//   for (std::size_t k = 0; k < comm.ranks().size(); ++k) fill(links[k]);
+//   comm.each_rank([&](std::size_t k) { fill(links[k]); });
 //   comm.exchange(links);
 //
 // Every message is a vector of doubles (indices below 2^53 travel exactly). Whatever is received is stored by
 // source rank, never by order of arrival, so that sums taken over it are the same on every machine.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,11 @@ class Communicator {
 
     virtual int size() const = 0;
     virtual std::span<const int> ranks() const = 0;  // hosted here, ascending
+
+    // task(k) once for each hosted rank ranks()[k], perhaps several at a time: it must not touch what is another's.
+    virtual void each_rank(const std::function<void(std::size_t)>& task) {
+        for (std::size_t k = 0; k < ranks().size(); ++k) task(k);
+    }
 
     // links[k] belongs to ranks()[k]. Afterwards each recv holds what the peer put in its send.
     virtual void exchange(std::vector<Links>& links) = 0;

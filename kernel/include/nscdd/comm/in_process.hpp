@@ -1,4 +1,5 @@
-// All ranks in one process and one thread: the same supersteps and the same numbers as over MPI, without MPI.
+// All ranks in one process: the same supersteps and the same numbers as over MPI, on any number of threads, without
+// MPI.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <vector>
 
 #include "nscdd/comm/communicator.hpp"
+#include "nscdd/comm/team.hpp"
 
 namespace nscdd {
 
@@ -18,9 +20,13 @@ namespace nscdd {
 // sender and its receiver disagree on a size, or a link has no counterpart.
 class InProcess final : public Communicator {
   public:
-    // Hosts the ranks 0..size-1. Throws std::invalid_argument unless size >= 1.
-    explicit InProcess(int size) {
+    // Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
+    // 1 <= threads <= size.
+    explicit InProcess(int size, int threads = 1) : team_(std::clamp(threads, 1, std::max(size, 1))) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
+        if (threads < 1 || threads > size)
+            throw std::invalid_argument("InProcess: " + std::to_string(threads) + " threads for " +
+                                        std::to_string(size) + " ranks, needs 1 to as many as ranks");
         ranks_.resize(static_cast<std::size_t>(size));
         std::iota(ranks_.begin(), ranks_.end(), 0);
         work_.resize(ranks_.size());
@@ -28,6 +34,7 @@ class InProcess final : public Communicator {
 
     int size() const override { return static_cast<int>(ranks_.size()); }
     std::span<const int> ranks() const override { return ranks_; }
+    void each_rank(const std::function<void(std::size_t)>& task) override { team_.each(ranks_.size(), task); }
 
     void exchange(std::vector<Links>& links) override {
         check_count(links.size(), "exchange");
@@ -127,6 +134,7 @@ class InProcess final : public Communicator {
         traffic_.bytes += static_cast<double>(doubles * sizeof(double));
     }
 
+    Team team_;
     std::vector<int> ranks_;
     std::vector<double> work_;
     Buffer gathered_;

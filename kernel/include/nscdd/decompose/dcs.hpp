@@ -26,35 +26,9 @@ class Dcs {
     }
 
     void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
-        for (std::size_t k = 0; k < parts.size(); ++k)
-            for (std::size_t l = 0; l < links_[k].size(); ++l) {
-                double* out = links_[k][l].send.data();
-                for (const Traded& t : fronts_[k].traded[l]) {
-                    const auto& v = parts[k].problem.bodies[static_cast<std::size_t>(t.grain)].v;
-                    out = std::copy(v.data(), v.data() + dof, out);
-                }
-            }
+        comm.each_rank([this, &parts](std::size_t k) { pack(parts[k], k); });
         comm.exchange(links_);
-        for (std::size_t k = 0; k < parts.size(); ++k) {
-            Front& front = fronts_[k];
-            for (std::size_t l = 0; l < links_[k].size(); ++l) {
-                const double* in = links_[k][l].recv.data();
-                for (const Traded& t : front.traded[l]) {
-                    std::copy(in, in + dof, front.velocities.data() + t.copy * dof);
-                    in += dof;
-                }
-            }
-            for (std::size_t s = 0; s < parts[k].interface.size(); ++s) {
-                const auto& v = parts[k].problem.bodies[static_cast<std::size_t>(parts[k].interface[s])].v;
-                std::copy(v.data(), v.data() + dof, front.velocities.data() + front.own[s] * dof);
-            }
-            front.gluing(front.copies, front.velocities);
-            for (std::size_t s = 0; s < parts[k].interface.size(); ++s) {
-                auto& v = parts[k].problem.bodies[static_cast<std::size_t>(parts[k].interface[s])].v;
-                const double* in = front.velocities.data() + front.own[s] * dof;
-                std::copy(in, in + dof, v.data());
-            }
-        }
+        comm.each_rank([this, &parts](std::size_t k) { unpack(parts[k], k); });
         if constexpr (M::driven_walls) glue_walls(parts, comm);
     }
 
@@ -71,6 +45,37 @@ class Dcs {
         std::vector<std::vector<Traded>> traded;  // per link, by ascending id on both sides
         Gluing gluing;
     };
+
+    void pack(const Subdomain<M>& part, std::size_t k) {
+        for (std::size_t l = 0; l < links_[k].size(); ++l) {
+            double* out = links_[k][l].send.data();
+            for (const Traded& t : fronts_[k].traded[l]) {
+                const auto& v = part.problem.bodies[static_cast<std::size_t>(t.grain)].v;
+                out = std::copy(v.data(), v.data() + dof, out);
+            }
+        }
+    }
+
+    void unpack(Subdomain<M>& part, std::size_t k) {
+        Front& front = fronts_[k];
+        for (std::size_t l = 0; l < links_[k].size(); ++l) {
+            const double* in = links_[k][l].recv.data();
+            for (const Traded& t : front.traded[l]) {
+                std::copy(in, in + dof, front.velocities.data() + t.copy * dof);
+                in += dof;
+            }
+        }
+        for (std::size_t s = 0; s < part.interface.size(); ++s) {
+            const auto& v = part.problem.bodies[static_cast<std::size_t>(part.interface[s])].v;
+            std::copy(v.data(), v.data() + dof, front.velocities.data() + front.own[s] * dof);
+        }
+        front.gluing(front.copies, front.velocities);
+        for (std::size_t s = 0; s < part.interface.size(); ++s) {
+            auto& v = part.problem.bodies[static_cast<std::size_t>(part.interface[s])].v;
+            const double* in = front.velocities.data() + front.own[s] * dof;
+            std::copy(in, in + dof, v.data());
+        }
+    }
 
     static void set_up(const Subdomain<M>& part, Links& links, Front& front) {
         front.copies.clear(M::dof);

@@ -41,11 +41,11 @@ using StepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communi
 // The residual of the whole scene, the same bits on every rank.
 template <class M>
 ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    std::vector<Buffer> mine;
-    for (const auto& part : parts) {
-        const auto packed = part.sweeper.residual(part.problem).pack();
-        mine.emplace_back(packed.begin(), packed.end());
-    }
+    std::vector<Buffer> mine(parts.size());
+    comm.each_rank([&parts, &mine](std::size_t p) {
+        const auto packed = parts[p].sweeper.residual(parts[p].problem).pack();
+        mine[p].assign(packed.begin(), packed.end());
+    });
     const std::span<const double> all = comm.all_gather(mine);
     ResidualParts total;
     for (std::size_t p = 0; p < all.size(); p += ResidualParts::size)
@@ -63,32 +63,38 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     scheme.setup(parts, comm);
     scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
     watch.lap(seconds.interface);
-    for (auto& part : parts) {
-        prepare_contacts(part.problem, options.relaxation);
-        part.sweeper.load(part.problem, options.relaxation, options.window);
-    }
     Anderson anderson(options.window);
-    std::vector<Buffer> products(parts.size());
     Buffer product(anderson.products());
+    std::vector<Buffer> products(parts.size(), product);
+    const std::function<void(std::size_t)> load = [&](std::size_t p) {
+        prepare_contacts(parts[p].problem, options.relaxation);
+        parts[p].sweeper.load(parts[p].problem, options.relaxation, options.window);
+    };
+    const std::function<void(std::size_t)> iterate = [&](std::size_t p) {
+        ContactProblem<M>& problem = parts[p].problem;
+        Sweeper<M>& sweeper = parts[p].sweeper;
+        if (anderson.window() > 0)
+            std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
+        else
+            sweeper.sweep(problem);
+        for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
+        sweeper.store(problem, parts[p].interface);
+    };
+    const std::function<void(std::size_t)> take_glued = [&](std::size_t p) {
+        parts[p].sweeper.load(parts[p].problem, parts[p].interface);
+    };
+    comm.each_rank(load);
     SolveReport report;
     ResidualParts residual;
     do {
         for (int k = 0; k < options.check_every; ++k) {
-            for (std::size_t p = 0; p < parts.size(); ++p) {
-                if (anderson.window() > 0) {
-                    const auto own = parts[p].sweeper.sweep(parts[p].problem, anderson);
-                    products[p].assign(own.begin(), own.begin() + product.size());
-                } else {
-                    parts[p].sweeper.sweep(parts[p].problem);
-                }
-                for (int s = 1; s < options.sweeps; ++s) parts[p].sweeper.sweep(parts[p].problem);
-                parts[p].sweeper.store(parts[p].problem, parts[p].interface);
+            comm.each_rank(iterate);
+            for (std::size_t p = 0; p < parts.size(); ++p)
                 comm.charge(static_cast<int>(p),
                             options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
-            }
             watch.lap(seconds.sweep);
             scheme.glue(parts, comm);
-            for (auto& part : parts) part.sweeper.load(part.problem, part.interface);
+            comm.each_rank(take_glued);
             if (anderson.window() > 0) {
                 sum_in_rank_order(comm.all_gather(products), product);
                 anderson.update(product.data());
@@ -99,7 +105,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
         residual = scene_residual(parts, comm);
         watch.lap(seconds.sweep);
     } while (!finished(residual, options, parts.front().problem.least_radius, report));
-    for (auto& part : parts) part.sweeper.store(part.problem);
+    comm.each_rank([&parts](std::size_t p) { parts[p].sweeper.store(parts[p].problem); });
     return report;
 }
 

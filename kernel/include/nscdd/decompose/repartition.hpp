@@ -70,6 +70,7 @@ inline Outboxes outboxes(std::size_t hosted, int size) {
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
     std::unordered_map<std::uint64_t, Candidate<M>*> by_ids;
+    by_ids.reserve(part.pairs.size() + part.wall_pairs.size());
     const auto id = [&](int local) { return part.grains[static_cast<std::size_t>(local)].id; };
     for (auto& c : part.pairs) by_ids[detail::pair_key(id(c.i), id(c.j))] = &c;
     for (auto& c : part.wall_pairs) by_ids[detail::pair_key(id(c.i), -1 - c.j)] = &c;
@@ -199,7 +200,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
     const std::vector<Buffer> carried = comm.route(impulses);
 
     std::vector<std::vector<char>> used(parts.size());
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.grains.clear();
         for (std::size_t p = 0; p < received[k].size(); p += Wire::grain_size)
@@ -227,7 +228,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
                     used[k][g] = 1;
                 }
         }
-    }
+    });
 
     const auto sharers = detail::agree_on_sharers(parts, used, comm, grid);
     for (std::size_t k = 0; k < parts.size(); ++k) {

@@ -243,11 +243,12 @@ class Simulation {
 
     // Contacts, split masses, warm start; counts over the scene.
     void detect(double alert, StepReport& report) {
-        std::vector<Buffer> mine;
-        for (auto& part : parts_) {
-            const Overlap worst = detect_contacts<M>(part, settings_.walls, settings_.materials, settings_.h, alert);
-            mine.push_back({double(part.problem.contact_count()), worst.ratio, double(worst.i), double(worst.j)});
-        }
+        std::vector<Buffer> mine(parts_.size());
+        comm_.each_rank([&](std::size_t k) {
+            const Overlap worst =
+                detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
+            mine[k] = {double(parts_[k].problem.contact_count()), worst.ratio, double(worst.i), double(worst.j)};
+        });
         Overlap worst;
         report.contacts = 0;
         const std::span<const double> all = comm_.all_gather(mine);
@@ -259,10 +260,10 @@ class Simulation {
         if (worst.ratio > settings_.largest_overlap) throw std::runtime_error(overlap_message(worst));
         split_masses<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         count_scene(report);
-        for (auto& part : parts_) {
-            prepare_contacts(part.problem);  // for solvers of the caller's own
-            apply_impulses(part.problem);
-        }
+        comm_.each_rank([this](std::size_t k) {
+            prepare_contacts(parts_[k].problem);  // for solvers of the caller's own
+            apply_impulses(parts_[k].problem);
+        });
     }
 
     std::string overlap_message(const Overlap& worst) const {
