@@ -13,11 +13,12 @@ namespace nscdd {
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
 // spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho, which
-// is half the gap on both sides, instead of two levers over rho.
+// is half the gap on both sides, instead of two levers over rho. In 2D with friction impulses and relative velocities
+// are in the frame of the contact, along n and along n turned to the left.
 template <class M>
 struct BatchLayout {
     static constexpr int dim = M::dim, spins = M::spins, components = M::friction ? dim : 1;
-    static constexpr bool half_gap = M::friction && dim == 3;
+    static constexpr bool half_gap = M::friction && dim == 3, framed = M::friction && dim == 2;
     static constexpr double kappa = dim == 3 ? 2.5 : 2.0;  // m r^2 / I of a solid sphere, a disk
 
     static constexpr int row = half_gap ? 8 : 4;
@@ -81,7 +82,7 @@ struct BatchWalls {
 template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
-    using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap;
+    using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
     static constexpr bool wall = std::is_same_v<Other, BatchWalls<M>>;
 
     Rows<Layout::row> a;
@@ -138,16 +139,22 @@ struct Batch : BatchLayout<M> {
                     ratio_j = field(Layout::lever_at + 1);
                 for (int d = 0; d < spins; ++d) spin[d] = madd(ratio_j, b[dim + d], spin[d]);
             }
-            if constexpr (dim == 3) {
-                cross(spin, n, turning);
+            if constexpr (framed) {
+                cross(n, relative, turning);
+                v[0] = dot(relative, n);
+                v[1] = turning[0] - spin[0];
             } else {
-                turning[0] = Packet(0) - spin[0] * n[1];
-                turning[1] = spin[0] * n[0];
+                cross(spin, n, turning);
+                for (int d = 0; d < dim; ++d) v[d] = relative[d] - turning[d];
             }
-            for (int d = 0; d < dim; ++d) v[d] = relative[d] - turning[d];
         } else {
             v[0] = dot(relative, n);
         }
+    }
+
+    Packet normal_speed() const {
+        if constexpr (M::friction && !framed) return dot(v, n);
+        return v[0];
     }
 
     // The diagonal of W, of the rows' masses times these shares: 1 for split masses, 1/multiplicity for whole ones.
@@ -162,8 +169,13 @@ struct Batch : BatchLayout<M> {
 
     // r' of contact_law() for this W.
     EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, double friction, Packet* next) const {
-        if constexpr (M::friction) {
+        if constexpr (framed) {
             const Packet both = Packet(1) / (wn * wt);  // one division for two reciprocals
+            next[0] = larger(Packet(0), r[0] - (v[0] + bias) * (wt * both));
+            const Packet most = Packet(friction) * next[0];
+            next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * (wn * both)));
+        } else if constexpr (M::friction) {
+            const Packet both = Packet(1) / (wn * wt);
             const Packet inv_wn = wt * both, inv_wt = wn * both;
             const Packet vn = dot(v, n), rn = dot(r, n);
             const Packet normal = larger(Packet(0), rn - (vn + bias) * inv_wn);
@@ -182,16 +194,24 @@ struct Batch : BatchLayout<M> {
     // V += M^-1 H dr, in the rows.
     EIGEN_ALWAYS_INLINE void apply(const Packet* dr) {
         Packet impulse[dim];
-        for (int d = 0; d < dim; ++d) impulse[d] = M::friction ? dr[d % components] : dr[0] * n[d];
+        if constexpr (framed) {
+            impulse[0] = dr[0] * n[0] - dr[1] * n[1];
+            impulse[1] = madd(dr[0], n[1], dr[1] * n[0]);
+        } else {
+            for (int d = 0; d < dim; ++d) impulse[d] = M::friction ? dr[d % components] : dr[0] * n[d];
+        }
         for (int d = 0; d < dim; ++d) a[d] = madd(mass_i, impulse[d], a[d]);
         if constexpr (wall) {
-            b.speed = b.speed - mass_j * dot(impulse, n);
+            b.speed = b.speed - mass_j * (framed ? dr[0] : dot(impulse, n));
         } else {
             for (int d = 0; d < dim; ++d) b[d] = b[d] - mass_j * impulse[d];
         }
         if constexpr (M::friction) {
             Packet turn[dim];
-            cross(n, impulse, turn);
+            if constexpr (framed)
+                turn[0] = dr[1];
+            else
+                cross(n, impulse, turn);
             const Packet turn_i = Packet(kappa) * mass_i * ratio_i;
             for (int d = 0; d < spins; ++d) a[dim + d] = a[dim + d] - turn_i * turn[d];
             if constexpr (!wall) {
@@ -203,7 +223,10 @@ struct Batch : BatchLayout<M> {
 
     // An impulse with its normal part times wn and its tangential part times wt.
     EIGEN_ALWAYS_INLINE void weigh(const Packet* impulse, Packet wn, Packet wt, Packet* out) const {
-        if constexpr (M::friction) {
+        if constexpr (framed) {
+            out[0] = wn * impulse[0];
+            out[1] = wt * impulse[1];
+        } else if constexpr (M::friction) {
             const Packet more = (wn - wt) * dot(impulse, n);
             for (int d = 0; d < dim; ++d) out[d] = madd(wt, impulse[d], more * n[d]);
         } else {
@@ -214,7 +237,9 @@ struct Batch : BatchLayout<M> {
 
     // r^T W r by lane.
     EIGEN_ALWAYS_INLINE Packet energy(const Packet* impulse, Packet wn, Packet wt) const {
-        if constexpr (M::friction) {
+        if constexpr (framed) {
+            return madd(wn * impulse[0], impulse[0], wt * impulse[1] * impulse[1]);
+        } else if constexpr (M::friction) {
             const Packet normal = dot(impulse, n);
             Packet tangential[dim];
             for (int d = 0; d < dim; ++d) tangential[d] = impulse[d] - normal * n[d];

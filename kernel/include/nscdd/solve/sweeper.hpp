@@ -170,7 +170,12 @@ class Sweeper {
             group.j[k] = static_cast<int>(wall ? j : j * row);
             if (share_[i] < 1 || (wall ? wall_share_ : share_)[j] < 1) group.shared[k / lanes] = 1;
             for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
-            for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
+            if constexpr (Layout::framed) {
+                field(Layout::impulse_at) = c.normal.dot(c.r);
+                field(Layout::impulse_at + 1) = c.normal[0] * c.r[1] - c.normal[1] * c.r[0];
+            } else {
+                for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
+            }
             field(Layout::bias_at) = c.bias;
             if constexpr (M::friction) {
                 group.friction[k / lanes] = c.friction_coefficient;
@@ -227,11 +232,17 @@ class Sweeper {
 
     void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) const {
         const std::vector<int>& order = group.batches.contact;
-        for (std::size_t k = 0; k < order.size(); ++k)
-            if (order[k] >= 0)
-                for (int d = 0; d < Layout::components; ++d)
-                    contacts[static_cast<std::size_t>(order[k])].r[d] =
-                        group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
+        for (std::size_t k = 0; k < order.size(); ++k) {
+            if (order[k] < 0) continue;
+            Contact<M>& c = contacts[static_cast<std::size_t>(order[k])];
+            const auto r = [&](int d) {
+                return group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
+            };
+            if constexpr (Layout::framed)
+                c.r = {r(0) * c.normal[0] - r(1) * c.normal[1], r(0) * c.normal[1] + r(1) * c.normal[0]};
+            else
+                for (int d = 0; d < Layout::components; ++d) c.r[d] = r(d);
+        }
     }
 
     template <class Other>
@@ -288,9 +299,7 @@ class Sweeper {
             Packet speed[M::dim];
             for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
             round_off = round_off + batch.dot(speed, speed) / wn;
-            Packet vn = batch.v[0];
-            if constexpr (M::friction) vn = batch.dot(batch.v, batch.n);
-            closing = larger(closing, Packet(0) - vn - batch.bias);
+            closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
         }
         parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), problem.h * largest(closing)});
     }
