@@ -56,7 +56,7 @@ class BadInput(ProgramTest):
 
     def test_threads_without_subdomains_of_their_own(self):
         scene = self.write("scene.toml", SCENE)
-        for arguments, ranks in ((("--subdomains", 2, "--threads", 3), 1), (("--threads", 2), 2)):
+        for arguments, ranks in ((("--subdomains", 2, "--threads", 3), 0), (("--threads", 2), 2)):
             done = self.run_program("run", scene, "--scheme", "dcs", *arguments, ranks=ranks)
             self.assertEqual(done.returncode, 1)
             self.assertIn("--threads", done.stderr)
