@@ -1,4 +1,6 @@
 // The fast sweep against the scalar one, contact by contact in the same order.
+#include <numeric>
+
 #include "../catch.hpp"
 #include "random_scenes.hpp"
 
@@ -84,6 +86,53 @@ TEMPLATE_TEST_CASE("a fast sweep is a scalar sweep in its order", "[sweeper]", D
                            REQUIRE(problem.wall_contacts.size() > 3);
                            compare_sweeps(problem);
                        });
+}
+
+TEMPLATE_TEST_CASE("contacts that were open for long are swept once they close", "[sweeper]", Disks, FrictionDisks,
+                   Spheres, FrictionSpheres) {
+    using M = TestType;
+    Random random(15);
+    const int side = M::dim == 2 ? 9 : 5;
+    Run<M> run(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side));
+    ContactProblem<M> scalar;
+    std::vector<Grain<M>> grains;
+    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+        scalar = parts[0].problem;
+        grains = parts[0].grains;
+        return SolveReport{};
+    });
+    scalar.wall_contacts.clear();
+    for (auto& c : scalar.contacts) c.r.setZero();
+    const auto move = [&](ContactProblem<M>& problem, double outwards) {
+        for (std::size_t g = 0; g < grains.size(); ++g) {
+            problem.bodies[g].v.setZero();
+            problem.bodies[g].linear() = outwards * grains[g].position;
+        }
+    };
+    move(scalar, 1);
+    ContactProblem<M> fast = scalar;
+    Sweeper<M> sweeper;
+    sweeper.load(fast);
+    scalar.contacts = in_order<M>(scalar.contacts, sweeper.order());
+    for (int s = 0; s < 20; ++s) sweeper.sweep(fast);
+    sweeper.store(fast);
+    for (std::size_t g = 0; g < grains.size(); ++g) REQUIRE((fast.bodies[g].v - scalar.bodies[g].v).norm() <= 1e-14);
+
+    move(fast, -1);
+    move(scalar, -1);
+    std::vector<int> all(grains.size());
+    std::iota(all.begin(), all.end(), 0);
+    sweeper.load(fast, all);
+    for (int s = 0; s < 3; ++s) {
+        sweeper.sweep(fast);
+        sweep(scalar);
+    }
+    sweeper.store(fast);
+    double impulse = 0;
+    for (const auto& c : scalar.contacts) impulse = std::max(impulse, c.r.norm());
+    CHECK(impulse > 0);
+    CHECK(largest_impulse_difference<M>(in_order<M>(fast.contacts, sweeper.order()), scalar.contacts) <=
+          1e-12 * impulse);
 }
 
 TEST_CASE("contacts of different friction do not share a batch", "[sweeper]") {

@@ -68,12 +68,14 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     std::vector<Buffer> products(parts.size(), product);
     const std::function<void(std::size_t)> load = [&](std::size_t p) {
         prepare_contacts(parts[p].problem, options.relaxation);
-        parts[p].sweeper.load(parts[p].problem, options.relaxation, options.window);
+        parts[p].sweeper.load(parts[p].problem, options.relaxation);
     };
+    bool accelerated = false;
     const std::function<void(std::size_t)> iterate = [&](std::size_t p) {
         ContactProblem<M>& problem = parts[p].problem;
         Sweeper<M>& sweeper = parts[p].sweeper;
-        if (anderson.window() > 0)
+        if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
+        if (accelerated)
             std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
         else
             sweeper.sweep(problem);
@@ -87,6 +89,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     SolveReport report;
     ResidualParts residual;
     do {
+        accelerated = options.window > 0 && report.iterations > 0;  // as in nlgs()
         for (int k = 0; k < options.check_every; ++k) {
             comm.each_rank(iterate);
             for (std::size_t p = 0; p < parts.size(); ++p)
@@ -95,7 +98,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
             watch.lap(seconds.sweep);
             scheme.glue(parts, comm);
             comm.each_rank(take_glued);
-            if (anderson.window() > 0) {
+            if (accelerated) {
                 sum_in_rank_order(comm.all_gather(products), product);
                 anderson.update(product.data());
             }

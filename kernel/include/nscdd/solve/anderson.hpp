@@ -26,6 +26,12 @@ class Anderson {
     // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
     // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
     static constexpr double tangential_weight = 0.1;
+    // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
+    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 7).
+    static double metric(double split, double whole) {
+        const double square = split / whole * (split / whole);
+        return split * square * square;
+    }
 
     explicit Anderson(int window)  // 0 to largest_window
         : window_(window),

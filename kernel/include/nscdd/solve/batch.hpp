@@ -35,19 +35,33 @@ struct BatchGroup {
     Batches batches;
     std::vector<int> i, j;         // where the row of each body begins; j may be the wall
     std::vector<char> shared;      // of each batch: has a body or a wall of it several copies?
+    std::vector<char> open;        // of each batch: has it no impulse, and none in its past?
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
-    AlignedDoubles past;           // of each batch and slot of Anderson: iterate and change
+    AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
     std::size_t count = 0;         // batches
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
+    static std::size_t past_size(int window) { return lanes + 2 * static_cast<std::size_t>(window) * impulse; }
+    double* metric(std::size_t batch, int window) { return past.data() + batch * past_size(window); }
     double* iterate(std::size_t batch, int slot, int window) {
-        return past.data() + 2 * (batch * static_cast<std::size_t>(window) + static_cast<std::size_t>(slot)) * impulse;
+        return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
+    // Notes which batches are open.
+    void find_open(int window) {
+        open.resize(count);
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto zero = [](const double* from, std::size_t size) {
+                return (Eigen::Map<const Eigen::ArrayXd>(from, static_cast<Eigen::Index>(size)) == 0).all();
+            };
+            open[k] = zero(fields(k) + BatchLayout<M>::impulse_at * lanes, impulse) &&
+                      (window == 0 || zero(iterate(k, 0, window), past_size(window) - lanes));
+        }
+    }
     const int* body(std::size_t batch) const { return i.data() + batch * lanes; }
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };

@@ -15,17 +15,21 @@ struct Batches {
     std::vector<int> contact;  // `lanes` indices a batch; -1 pads
 
     // Greedy within a window that moves along the order given, so that this order hardly changes.
+    //   order                 the contacts, by index
+    //   most                  contacts of a batch, at most `lanes`; the lanes left over are padded
     //   together(first, c)    may c be in a batch whose first contact is `first`?
     //   touched(c, visit)     calls visit(body) for each body, numbered below `bodies`, that c changes
-    void deal(int contacts, int lanes, std::size_t bodies, int window, auto&& together, auto&& touched) {
+    void deal(const std::vector<int>& order, int lanes, std::size_t bodies, int window, int most, auto&& together,
+              auto&& touched) {
         contact.clear();
         taken_.assign(bodies, -apart);
         window_.clear();
         std::size_t head = 0;
-        int next = 0;
-        for (int batch = 0; head < window_.size() || next < contacts; ++batch) {
-            while (next < contacts && static_cast<int>(window_.size() - head) < window) window_.push_back(next++);
-            const std::size_t begin = contact.size(), full = begin + static_cast<std::size_t>(lanes);
+        std::size_t next = 0;
+        for (int batch = 0; head < window_.size() || next < order.size(); ++batch) {
+            while (next < order.size() && static_cast<int>(window_.size() - head) < window)
+                window_.push_back(order[next++]);
+            const std::size_t begin = contact.size(), full = begin + static_cast<std::size_t>(most);
             for (const int distance : {apart, 1}) {
                 std::size_t scanned = head;
                 left_.clear();
@@ -45,7 +49,7 @@ struct Batches {
                 head = scanned - left_.size();  // what was passed over comes first next time
                 std::copy(left_.begin(), left_.end(), window_.begin() + static_cast<std::ptrdiff_t>(head));
             }
-            contact.resize(full, -1);
+            contact.resize(begin + static_cast<std::size_t>(lanes), -1);
         }
     }
 

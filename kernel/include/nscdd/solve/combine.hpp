@@ -26,11 +26,11 @@ struct BatchByBatch {
         double* last = group.iterate(k, anderson.last(), window);
         for (int d = 0; d < Layout::components; ++d) iterate[d].store(last + d * Packet::width);
     }
-    EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, const Packet* change,
-                                   Packet wn) {
+    EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, const Packet* change) {
         const int window = anderson.window();
+        const Packet normal = Packet::load(group.metric(k, window));
         Packet weighted[Layout::components];
-        batch.weigh(change, wn, Packet(Anderson::tangential_weight) * wn, weighted);
+        batch.weigh(change, normal, Packet(Anderson::tangential_weight) * normal, weighted);
         const auto times = [&](auto&& other, Packet total) {
             for (int d = 0; d < Layout::components; ++d) total = madd(weighted[d], other(d), total);
             return total;
@@ -49,7 +49,8 @@ struct BatchByBatch {
 template <class M>
 struct OneByOne {
     const Anderson& anderson;
-    typename M::Impulse* past;  // of the contact at hand: iterate and change of each slot
+    const double* metric;       // of the contact at hand
+    typename M::Impulse* past;  // and iterate and change of each slot
     Anderson::Products& products;
 
     void before(Contact<M>& c) {
@@ -58,16 +59,17 @@ struct OneByOne {
         past[2 * anderson.last()] = iterate;
     }
     void after(const Contact<M>& c, const typename M::Impulse& change) {
-        typename M::Impulse weighted = change / c.inv_wn;
+        typename M::Impulse weighted = *metric * change;
         if constexpr (M::friction) {
             constexpr double t = Anderson::tangential_weight;
-            weighted = (t * change + (1 - t) * change.dot(c.normal) * c.normal) / c.inv_wn;
+            weighted = t * weighted + (1 - t) * weighted.dot(c.normal) * c.normal;
         }
         products[0] += weighted.dot(change);
         for (int j = 0; j < anderson.window(); ++j)
             products[static_cast<std::size_t>(j) + 1] += weighted.dot(past[2 * j + 1]);
         past[2 * anderson.now() + 1] = change;
         past += 2 * anderson.window();
+        ++metric;
     }
 };
 

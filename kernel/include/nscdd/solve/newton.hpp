@@ -99,7 +99,16 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
-    if (options.warm_sweeps > 0) nlgs(problem, sweeps);
+    if (options.warm_sweeps > 0) {
+        ContactProblem<M> start = problem;
+        if (const SolveReport swept = nlgs(problem, sweeps);
+            !swept.converged && swept.penetration > stop.penetration * problem.least_radius) {
+            // Maybe walls leave no room, and accelerated impulses run away: they must not become the first guess.
+            problem = std::move(start);
+            sweeps.window = 0;
+            nlgs(problem, sweeps);
+        }
+    }
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r = gather_impulses(problem);
     detail::newton_solve<Factorisation>(

@@ -18,11 +18,14 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     if (problem.contact_count() == 0) return report;
     require_finite(problem);
     prepare_contacts(problem, options.relaxation);
-    sweeper.load(problem, options.relaxation, options.window);
+    sweeper.load(problem, options.relaxation);
     Anderson anderson(options.window);
     do {
+        const bool accelerated =
+            options.window > 0 && report.iterations > 0;  // steps over by the first check pay nothing
+        if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
         for (int k = 0; k < options.check_every; ++k) {
-            if (anderson.window() > 0)
+            if (accelerated)
                 anderson.update(sweeper.sweep(problem, anderson).data());
             else
                 sweeper.sweep(problem);

@@ -52,6 +52,7 @@ inline double sum(Packet a) {
     for (double x : lane) total += x;
     return total;
 }
+inline bool none_negative(Packet a) { return Eigen::internal::predux_min(a.lanes) >= 0; }
 inline double largest(Packet a) {
     alignas(sizeof(Packet)) double lane[Packet::width];
     a.store(lane);

@@ -7,6 +7,8 @@
 //   sweeper.store(problem);
 #pragma once
 
+#include <numeric>
+
 #include "nscdd/law/residual.hpp"
 #include "nscdd/solve/combine.hpp"
 #include "nscdd/solve/sweep.hpp"
@@ -18,18 +20,33 @@ class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
     // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem, double relaxation = 1, int window = 0) {
+    void load(const ContactProblem<M>& problem, double relaxation = 1) {
         batched_ = true;
         load_bodies(problem);
         load_contacts<false>(problem, problem.contacts, grains_);
         load_contacts<true>(problem, problem.wall_contacts, walls_);
         stretch_ = 1 / relaxation;
-        make_room(problem, static_cast<std::size_t>(window));
+        window_ = sweeps_ = 0;
     }
+
+    // Before the first sweep with an Anderson of this window: room for its iterates and changes, and its metric.
+    void accelerate(const ContactProblem<M>& problem, int window) {
+        window_ = window;
+        const auto slots = static_cast<std::size_t>(window);
+        past_rows_.assign(slots, AlignedDoubles(rows_.size()));
+        past_speeds_.assign(slots * problem.walls.size(), 0.0);
+        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
+        metric_.clear();
+        make_room(problem, problem.wall_contacts, walls_, WithWall{});
+        make_room(problem, problem.contacts, grains_, BetweenGrains{});
+    }
+
+    int window() const { return window_; }  // 0: not accelerated
 
     // One pass over all contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
+        find_open();
         sweep_group<BatchWalls<M>>(problem, walls_, Unaccelerated{});
         sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
     }
@@ -40,9 +57,10 @@ class Sweeper {
         combine_velocities(problem, anderson);
         Anderson::Products products{};
         if (!batched_) {
-            nscdd::sweep(problem, OneByOne<M>{anderson, past_.data(), products});
+            nscdd::sweep(problem, OneByOne<M>{anderson, metric_.data(), past_.data(), products});
             return products;
         }
+        find_open();
         BatchByBatch<M> batches{anderson, {}};
         sweep_group<BatchWalls<M>>(problem, walls_, batches);
         sweep_group<Rows<Layout::row>>(problem, grains_, batches);
@@ -108,7 +126,8 @@ class Sweeper {
 
     void load_bodies(const ContactProblem<M>& problem) {
         const std::size_t n = problem.bodies.size();
-        rows_.assign((n + 2) * row, 0.0);  // two more are the pair of the lanes without a contact: it never touches
+        // two more are the pair of the lanes without a contact: it never touches; an even number fills whole packets
+        rows_.assign((n + 2 + n % 2) * row, 0.0);
         inverse_rho_.assign(n + 2, 1.0);
         share_.assign(n + 2, 1.0);
         for (std::size_t g = 0; g < n + 2; ++g) {
@@ -133,9 +152,10 @@ class Sweeper {
                        BatchGroup<M>& group) {
         const std::size_t bodies = problem.bodies.size();
         const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
-        const auto together = [&](int first, int c) {  // a batch has one coefficient of friction
+        // a batch has one coefficient of friction, and open contacts keep to themselves: see stays_open()
+        const auto together = [&](int first, int c) {
+            if (!wall && at(first).r.isZero(0) != at(c).r.isZero(0)) return false;
             if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
-            (void)first, (void)c;
             return true;
         };
         const auto touched = [&](int c, auto&& visit) {
@@ -143,10 +163,20 @@ class Sweeper {
             if constexpr (!wall) visit(at(c).j);
             if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
         };
-        // a driven wall comes once in a batch, and the next one may be far along the order
-        const int window = wall && M::driven_walls ? 4096 : 256;
-        group.batches.deal(static_cast<int>(contacts.size()), Packet::width, bodies + problem.walls.size(), window,
-                           together, touched);
+        // a driven wall comes once in a batch: its contacts are taken in turn with those of the others
+        const int most =
+            wall && M::driven_walls ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+        turns_.resize(contacts.size());
+        std::iota(turns_.begin(), turns_.end(), 0);
+        if (wall && M::driven_walls) {
+            std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
+            for (std::size_t c = 0; c < contacts.size(); ++c)
+                before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
+            std::stable_sort(turns_.begin(), turns_.end(), [&before](int a, int b) {
+                return before[static_cast<std::size_t>(a)] < before[static_cast<std::size_t>(b)];
+            });
+        }
+        group.batches.deal(turns_, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
 
         const std::vector<int>& order = group.batches.contact;
         group.count = order.size() / lanes;
@@ -191,41 +221,45 @@ class Sweeper {
         }
     }
 
-    // For the iterates and changes of the acceleration.
-    void make_room(const ContactProblem<M>& problem, std::size_t window) {
-        for (BatchGroup<M>* group : {&grains_, &walls_})
-            group->past.assign(batched_ ? group->count * 2 * window * BatchGroup<M>::impulse : 0, 0.0);
-        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * window, M::Impulse::Zero());
-        past_rows_.assign(window, AlignedDoubles(rows_.size()));
-        past_speeds_.assign(window * problem.walls.size(), 0.0);
+    void make_room(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BatchGroup<M>& group,
+                   auto kind) {
+        const auto metric = [&problem, kind](const Contact<M>& c) {
+            return Anderson::metric(delassus(problem, c, true, kind).normal, delassus(problem, c, false, kind).normal);
+        };
+        if (!batched_) {
+            for (const Contact<M>& c : contacts) metric_.push_back(metric(c));
+            return;
+        }
+        group.past.assign(group.count * group.past_size(window_), 0.0);
+        const std::vector<int>& order = group.batches.contact;
+        for (std::size_t k = 0; k < order.size(); ++k)
+            if (order[k] >= 0)
+                group.metric(k / lanes, window_)[k % lanes] = metric(contacts[static_cast<std::size_t>(order[k])]);
     }
 
     // Of bodies and driven walls, as the contacts' impulses will be combined.
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
-        static constexpr Eigen::Index piece = 512;
-        const auto slots = static_cast<std::size_t>(anderson.window());
-        const auto piece_of = [](AlignedDoubles& all, Eigen::Index first) {
-            const auto size = std::min(piece, static_cast<Eigen::Index>(all.size()) - first);
-            return Eigen::Map<Eigen::ArrayXd>(all.data() + first, size);
-        };
-        for (Eigen::Index first = 0; first < static_cast<Eigen::Index>(rows_.size()); first += piece) {
-            auto rows = piece_of(rows_, first);
-            const Eigen::Array<double, Eigen::Dynamic, 1, 0, piece, 1> before = rows;
-            for (std::size_t j = 0; j < slots; ++j)
-                rows += anderson.coefficient(static_cast<int>(j)) * (piece_of(past_rows_[j], first) - before);
-            piece_of(past_rows_[static_cast<std::size_t>(anderson.last())], first) = before;
+        const int slots = anderson.window();
+        for (std::size_t k = 0; k < rows_.size(); k += lanes) {
+            const Packet before = Packet::load(rows_.data() + k);
+            Packet combined = before;
+            for (int j = 0; j < slots; ++j) {
+                const Packet past = Packet::load(past_rows_[static_cast<std::size_t>(j)].data() + k);
+                combined = madd(Packet(anderson.coefficient(j)), past - before, combined);
+            }
+            combined.store(rows_.data() + k);
+            before.store(past_rows_[static_cast<std::size_t>(anderson.last())].data() + k);
         }
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
         if constexpr (M::driven_walls)
             for (std::size_t w = 0; w < problem.walls.size(); ++w) {
                 double& speed = problem.walls[w].speed;
-                double* past = past_speeds_.data() + w * slots;
+                double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
                 const double before = speed;
-                for (std::size_t j = 0; j < slots; ++j)
-                    speed += anderson.coefficient(static_cast<int>(j)) * (past[j] - before);
+                for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
                 past[anderson.last()] = before;
             }
     }
@@ -249,6 +283,10 @@ class Sweeper {
     void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, auto&& acceleration) {
         const Packet stretch(stretch_);
         for (std::size_t k = 0; k < group.count; ++k) {
+            if constexpr (!Batch<M, Other>::wall) {
+                if (group.open[k] && stays_open(group, k)) continue;
+                group.open[k] = 0;
+            }
             Batch<M, Other> batch;
             batch.load(problem, rows_, group, k);
             acceleration.before(batch, group, k);
@@ -262,7 +300,7 @@ class Sweeper {
                 dr[d] = next[d] - batch.r[d];
                 next[d].store(group.fields(k) + (Layout::impulse_at + d) * Packet::width);
             }
-            acceleration.after(batch, group, k, dr, wn);
+            acceleration.after(batch, group, k, dr);
             batch.apply(dr);
             batch.a.store(rows_.data(), group.body(k));
             if constexpr (batch.wall)
@@ -270,6 +308,25 @@ class Sweeper {
             else
                 batch.b.store(rows_.data(), group.other(k));
         }
+    }
+
+    // Which batches stays_open() is worth asking of: now and then, batches close and open seldom.
+    void find_open() {
+        if (sweeps_++ % 8 == 0) grains_.find_open(window_);
+    }
+
+    // Would a sweep leave an open batch as it is? A third of the price of the sweep, which needs spins and two
+    // divisions.
+    bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
+        static_assert(row % 4 == 0);
+        Rows<4> a, b;  // the first four components, with the velocity
+        a.load(rows_.data(), group.body(batch));
+        b.load(rows_.data(), group.other(batch));
+        const double* from = group.fields(batch);
+        Packet opening = Packet::load(from + Layout::bias_at * Packet::width);
+        for (int d = 0; d < M::dim; ++d)
+            opening = madd(a[d] - b[d], Packet::load(from + (Layout::normal_at + d) * Packet::width), opening);
+        return none_negative(opening);
     }
 
     // Rows of a batch ahead: we know where they are, the hardware does not see them coming.
@@ -319,9 +376,12 @@ class Sweeper {
     AlignedDoubles rows_;                                   // of the bodies, and two more
     std::vector<double> inverse_rho_, share_, wall_share_;  // share: 1/multiplicity
     BatchGroup<M> grains_, walls_;
+    std::vector<int> turns_;
     bool batched_ = false;
-    double stretch_ = 1;                     // of W: 1/omega
-    std::vector<typename M::Impulse> past_;  // where contacts are swept one by one: BatchGroup::past of the others
+    double stretch_ = 1;  // of W: 1/omega
+    int window_ = 0, sweeps_ = 0;
+    std::vector<double> metric_;             // where contacts are swept one by one, as are
+    std::vector<typename M::Impulse> past_;  // their iterates and changes
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot
 };
