@@ -29,6 +29,10 @@ class Quick(ProgramTest):
                 self.assertLessEqual(row["eta"], 1e-4)
                 if method == "auto":
                     self.assertLess(row["iterations"], rows[scene, subdomains, "paper"]["iterations"])
+        with self.subTest("subdomains cost few iterations more"):
+            total = {n: sum(row["iterations"] for (_, subdomains, method), row in rows.items() if (subdomains, method) == (n, "auto"))
+                     for n in (1, 8)}
+            self.assertLessEqual(total[8], 1.3 * total[1])
 
     def test_nothing_to_do_is_said(self):
         done = subprocess.run([sys.executable, ROOT / "scripts/acceleration", "--only", "no such", "--results", self.folder],
