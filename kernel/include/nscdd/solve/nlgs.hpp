@@ -21,8 +21,8 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     sweeper.load(problem, options.relaxation);
     Anderson anderson(options.window);
     do {
-        const bool accelerated =
-            options.window > 0 && report.iterations > 0;  // steps over by the first check pay nothing
+        // from the first check on: a step that is over by then pays nothing for it
+        const bool accelerated = options.window > 0 && report.iterations > 0;
         if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
         for (int k = 0; k < options.check_every; ++k) {
             if (accelerated)

@@ -315,7 +315,7 @@ class Sweeper {
         if (sweeps_++ % 8 == 0) grains_.find_open(window_);
     }
 
-    // Would a sweep leave an open batch as it is? A third of the price of the sweep, which needs spins and two
+    // Would a sweep leave an open batch as it is? A quarter of the price of the sweep in 3D, which needs spins and two
     // divisions.
     bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
         static_assert(row % 4 == 0);
@@ -376,7 +376,7 @@ class Sweeper {
     AlignedDoubles rows_;                                   // of the bodies, and two more
     std::vector<double> inverse_rho_, share_, wall_share_;  // share: 1/multiplicity
     BatchGroup<M> grains_, walls_;
-    std::vector<int> turns_;
+    std::vector<int> turns_;  // contacts in the order to deal them in; kept for its memory
     bool batched_ = false;
     double stretch_ = 1;  // of W: 1/omega
     int window_ = 0, sweeps_ = 0;
