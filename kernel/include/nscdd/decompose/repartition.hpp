@@ -5,6 +5,8 @@
 // dealt by the very point that impulses are forwarded by, so none is lost (warm start).
 #pragma once
 
+#include <compare>
+#include <limits>
 #include <map>
 #include <unordered_map>
 
@@ -91,67 +93,73 @@ void visit_impulses(const Subdomain<M>& part, auto&& visit) {
 
 namespace detail {
 
-// Tells every holder of a grain who the others are; returns, per hosted rank, id -> ranks (ascending).
+struct Holding {
+    int grain, rank;  // the grain's id
+    auto operator<=>(const Holding&) const = default;
+};
+
+// Tells every holder of a grain who the others are; returns, per hosted rank, all holdings of its grains in order.
 // The rank where the centre lies keeps the list, and keeps the grain itself when nobody has a candidate for it.
 template <class M>
-std::vector<std::map<int, std::vector<int>>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
-                                                              const std::vector<std::vector<char>>& used,
-                                                              Communicator& comm, const Grid<M>& grid) {
+std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
+                                                   const std::vector<std::vector<char>>& used, Communicator& comm,
+                                                   const Grid<M>& grid) {
+    const auto put = [](const Holding& h, Buffer& out) { out.insert(out.end(), {double(h.grain), double(h.rank)}); };
+    const auto read = [](const Buffer& in, std::vector<Holding>& out) {
+        for (std::size_t p = 0; p < in.size(); p += 2)
+            out.push_back({static_cast<int>(in[p]), static_cast<int>(in[p + 1])});
+        std::sort(out.begin(), out.end());
+    };
+    constexpr int nobody = std::numeric_limits<int>::max();  // sorts behind all ranks
+    std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
     Outboxes uses = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
-            if (used[k][g]) {
-                const auto home = static_cast<std::size_t>(grid.owner(parts[k].grains[g].position));
-                uses[k][home].insert(uses[k][home].end(), {double(parts[k].grains[g].id), double(parts[k].rank)});
-            }
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
+            const Grain<M>& grain = parts[k].grains[g];
+            const int home = grid.owner(grain.position);
+            if (home == parts[k].rank) listed[k].push_back({grain.id, nobody});
+            if (used[k][g]) put({grain.id, parts[k].rank}, uses[k][static_cast<std::size_t>(home)]);
+        }
     const std::vector<Buffer> at_home = comm.route(uses);
 
     Outboxes answers = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
-        std::map<int, std::vector<int>> users;  // ranks ascend because route() delivers by source
-        for (const auto& g : parts[k].grains)
-            if (grid.owner(g.position) == parts[k].rank) users[g.id];
-        for (std::size_t p = 0; p < at_home[k].size(); p += 2)
-            users[static_cast<int>(at_home[k][p])].push_back(static_cast<int>(at_home[k][p + 1]));
-        for (auto& [id, ranks] : users) {
-            if (ranks.empty()) ranks.push_back(parts[k].rank);
-            for (int rank : ranks) {
-                Buffer& out = answers[k][static_cast<std::size_t>(rank)];
-                out.insert(out.end(), {double(id), double(ranks.size())});
-                out.insert(out.end(), ranks.begin(), ranks.end());
-            }
+        std::vector<Holding>& list = listed[k];
+        read(at_home[k], list);
+        for (auto first = list.begin(); first != list.end();) {
+            auto last = first;
+            while (last->rank != nobody) ++last;
+            const auto next = last + 1;
+            if (first == last) (last++)->rank = parts[k].rank;
+            for (auto to = first; to != last; ++to)
+                for (auto h = first; h != last; ++h) put(*h, answers[k][static_cast<std::size_t>(to->rank)]);
+            first = next;
         }
     }
     const std::vector<Buffer> told = comm.route(answers);
-    std::vector<std::map<int, std::vector<int>>> sharers(parts.size());
-    for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t p = 0; p < told[k].size();) {
-            std::vector<int>& ranks = sharers[k][static_cast<int>(told[k][p])];
-            const auto count = static_cast<std::size_t>(told[k][p + 1]);
-            for (std::size_t r = 0; r < count; ++r) ranks.push_back(static_cast<int>(told[k][p + 2 + r]));
-            p += 2 + count;
-        }
-    return sharers;
+    for (std::size_t k = 0; k < parts.size(); ++k) read(told[k], holdings[k]);
+    return holdings;
 }
 
 // Drops grains that nobody here needs and sets sharers and links.
 template <class M>
-void keep_shared(Subdomain<M>& part, const std::map<int, std::vector<int>>& sharers) {
+void keep_shared(Subdomain<M>& part, const std::vector<Holding>& holdings) {
     std::vector<int> renamed(part.grains.size(), -1);
     std::vector<Grain<M>> kept;
     part.sharer_begin.assign(1, 0);
     part.sharers.clear();
     std::map<int, std::vector<std::pair<int, int>>> shared;  // peer -> (id, local)
     for (std::size_t g = 0; g < part.grains.size(); ++g) {
-        const auto found = sharers.find(part.grains[g].id);
-        if (found == sharers.end()) continue;
-        const int local = static_cast<int>(kept.size());
+        const int id = part.grains[g].id, local = static_cast<int>(kept.size());
+        auto held = std::lower_bound(holdings.begin(), holdings.end(), Holding{id, 0});
+        if (held == holdings.end() || held->grain != id) continue;
         renamed[g] = local;
         kept.push_back(part.grains[g]);
-        part.sharers.insert(part.sharers.end(), found->second.begin(), found->second.end());
+        for (; held != holdings.end() && held->grain == id; ++held) {
+            part.sharers.push_back(held->rank);
+            if (held->rank != part.rank) shared[held->rank].push_back({id, local});
+        }
         part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
-        for (int rank : found->second)
-            if (rank != part.rank) shared[rank].push_back({kept.back().id, local});
     }
     part.grains.swap(kept);
     for (auto& c : part.pairs) {
@@ -230,10 +238,10 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         }
     });
 
-    const auto sharers = detail::agree_on_sharers(parts, used, comm, grid);
+    const auto holdings = detail::agree_on_sharers(parts, used, comm, grid);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         Subdomain<M>& part = parts[k];
-        detail::keep_shared(part, sharers[k]);
+        detail::keep_shared(part, holdings[k]);
         part.rough_position.clear();
         for (const auto& g : part.grains) part.rough_position.push_back(g.position);
         std::vector<PairImpulse<M>> own;

@@ -34,29 +34,30 @@ typename M::Impulse admissible(const typename M::Impulse& r, const typename M::V
     }
 }
 
-// The contact of a candidate, or nothing when it cannot act in this step.
+// Can a candidate act in this step? One that cannot gives up its impulse.
 // e = 0: acts as soon as the step would close it. e > 0: only once touching, else the rebound is lost (Moreau).
 template <class M>
-bool make_contact(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert, double h,
-                  const typename M::Vec& normal, double approach, double lever_i, double lever_j, Contact<M>& c) {
+bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
     const bool acts = impact ? gap <= 0 : gap <= alert || candidate.missed;
     candidate.gap_left_out = impact || acts ? -1 : gap;
-    if (!acts) {
-        candidate.r.setZero();
-        return false;
-    }
+    if (!acts) candidate.r.setZero();
+    return acts;
+}
+
+template <class M>
+void fill(Contact<M>& c, const Candidate<M>& candidate, const Pairing& pairing, double gap, double h,
+          const typename M::Vec& normal, double approach, double lever_i, double lever_j) {
     c.i = candidate.i;
     c.j = candidate.j;
     c.normal = normal;
-    c.bias = impact ? pairing.restitution * approach : std::max(gap, 0.0) / h;
+    c.bias = pairing.restitution > 0 ? pairing.restitution * approach : std::max(gap, 0.0) / h;
     c.r = admissible<M>(candidate.r, normal, pairing.friction);
     if constexpr (M::friction) {
         c.friction_coefficient = pairing.friction;
         c.lever_i = lever_i;
         c.lever_j = lever_j;
     }
-    return true;
 }
 
 }  // namespace detail
@@ -75,7 +76,6 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     problem.wall_contacts.clear();
     part.source.clear();
     part.wall_source.clear();
-    Contact<M> contact;
     for (std::size_t k = 0; k < part.pairs.size(); ++k) {
         Candidate<M>& candidate = part.pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
@@ -84,13 +84,13 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, std::min(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres: the overlap is reported, there is no normal
+        const Pairing& pairing = materials(a.material, b.material);
+        if (!detail::acts(candidate, pairing, gap, alert)) continue;
         normal /= distance;
         const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
-        if (detail::make_contact(candidate, materials(a.material, b.material), gap, alert, h, normal, v.dot(normal),
-                                 a.radius + 0.5 * gap, b.radius + 0.5 * gap, contact)) {
-            problem.contacts.push_back(contact);
-            part.source.push_back(static_cast<int>(k));
-        }
+        detail::fill(problem.contacts.emplace_back(), candidate, pairing, gap, h, normal, v.dot(normal),
+                     a.radius + 0.5 * gap, b.radius + 0.5 * gap);
+        part.source.push_back(static_cast<int>(k));
     }
     for (std::size_t k = 0; k < part.wall_pairs.size(); ++k) {
         Candidate<M>& candidate = part.wall_pairs[k];
@@ -98,37 +98,41 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const Wall<M>& wall = walls[static_cast<std::size_t>(candidate.j)];
         const double gap = wall.normal.dot(a.position) - wall.offset - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
+        const Pairing& pairing = materials(a.material, wall.material);
+        if (!detail::acts(candidate, pairing, gap, alert)) continue;
         const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
-        if (detail::make_contact(candidate, materials(a.material, wall.material), gap, alert, h, wall.normal, approach,
-                                 a.radius + 0.5 * gap, 0.0, contact)) {
-            problem.wall_contacts.push_back(contact);
-            part.wall_source.push_back(static_cast<int>(k));
-        }
+        detail::fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach,
+                     a.radius + 0.5 * gap, 0.0);
+        part.wall_source.push_back(static_cast<int>(k));
     }
     return worst;
 }
 
-// Marks candidates that were left out and that the solved velocities would close within the step; true if any.
+// Marks candidates that were left out and that the solved velocities would close within the step; true if any. `speed`:
+// nothing is faster.
 template <class M>
-bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h) {
+bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h, double speed) {
     bool any = false;
+    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) {
+        return c.gap_left_out >= 0 && c.gap_left_out <= reach;
+    };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check = [&](Candidate<M>& c, double closing) {
-        if (c.gap_left_out >= 0 && c.gap_left_out + h * closing < 0) c.missed = any = true;
+        if (c.gap_left_out + h * closing < 0) c.missed = any = true;
     };
     for (auto& c : part.pairs) {
-        if (c.gap_left_out < 0) continue;
+        if (!near(c)) continue;
         const typename M::Vec normal =
             (part.grains[static_cast<std::size_t>(c.i)].position - part.grains[static_cast<std::size_t>(c.j)].position)
                 .normalized();
         check(c, (velocity(c.i) - velocity(c.j)).dot(normal));
     }
     for (auto& c : part.wall_pairs) {
-        if (c.gap_left_out < 0) continue;
+        if (!near(c)) continue;
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
-        double speed = wall.velocity.dot(wall.normal);
-        if constexpr (M::driven_walls) speed += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
-        check(c, velocity(c.i).dot(wall.normal) - speed);
+        double recedes = wall.velocity.dot(wall.normal);
+        if constexpr (M::driven_walls) recedes += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
+        check(c, velocity(c.i).dot(wall.normal) - recedes);
     }
     return any;
 }

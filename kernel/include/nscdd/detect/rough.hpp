@@ -87,48 +87,61 @@ void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
 }
 
 // Pairs with a gap below `skin` whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower id.
-// `grains` sorted by sort_in_space with the same cells.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
-    struct Cell {
-        std::uint64_t code;
-        typename Cells<M>::Coordinates at;
-        int begin, end;
+    // Row by row of cells, an empty one at both ends: the neighbours of a cell are three in a row, in its own row and
+    // in those beside it, and as we go on from cell to cell, so do they.
+    struct Filed {
+        std::uint64_t cell;
+        typename M::Vec position;
+        double radius;
+        int grain;
     };
-    std::vector<Cell> filled;
+    std::vector<Filed> filed;
+    filed.reserve(grains.size());
+    typename Cells<M>::Coordinates most{};
+    for (const auto& g : grains) {
+        const auto at = cells.coordinates(g.position);
+        for (std::size_t d = 0; d < M::dim; ++d) most[d] = std::max(most[d], at[d]);
+    }
+    const auto row = static_cast<std::uint64_t>(most[0] + 2), layer = row * static_cast<std::uint64_t>(most[1] + 2);
     for (std::size_t k = 0; k < grains.size(); ++k) {
         const auto at = cells.coordinates(grains[k].position);
-        const std::uint64_t code = Cells<M>::code(at);
-        const int index = static_cast<int>(k);
-        if (filled.empty() || filled.back().code != code) filled.push_back({code, at, index, index});
-        filled.back().end = index + 1;
+        std::uint64_t cell = static_cast<std::uint64_t>(at[0]) + row * static_cast<std::uint64_t>(at[1]);
+        if constexpr (M::dim == 3) cell += layer * static_cast<std::uint64_t>(at[2]);
+        filed.push_back({cell, grains[k].position, grains[k].radius, static_cast<int>(k)});
     }
+    std::sort(filed.begin(), filed.end(), [](const Filed& a, const Filed& b) { return a.cell < b.cell; });
 
-    std::vector<GrainPair> pairs;
-    const auto test = [&](int p, int q) {
-        const Grain<M>&a = grains[static_cast<std::size_t>(p)], &b = grains[static_cast<std::size_t>(q)];
+    std::vector<std::uint64_t> found;  // lower index, higher index
+    const auto test = [&](const Filed& a, const Filed& b) {
         const double reach = a.radius + b.radius + skin;
-        if ((a.position - b.position).squaredNorm() < reach * reach && keep(a, b))
-            pairs.push_back(a.id < b.id ? GrainPair{p, q} : GrainPair{q, p});
+        if (!((a.position - b.position).squaredNorm() < reach * reach)) return;
+        const auto [low, high] =
+            std::minmax({static_cast<std::uint32_t>(a.grain), static_cast<std::uint32_t>(b.grain)});
+        if (keep(grains[low], grains[high])) found.push_back(std::uint64_t{low} << 32 | high);
     };
-    constexpr int neighbours = M::dim == 3 ? 27 : 9;
-    for (const Cell& cell : filled) {
-        for (int p = cell.begin; p < cell.end; ++p)
-            for (int q = p + 1; q < cell.end; ++q) test(p, q);
-        for (int n = neighbours / 2 + 1; n < neighbours; ++n) {  // half of the neighbours: each pair once
-            auto at = cell.at;
-            for (int d = 0, rest = n; d < M::dim; ++d, rest /= 3) at[static_cast<std::size_t>(d)] += rest % 3 - 1;
-            const std::uint64_t code = Cells<M>::code(at);
-            const auto other = std::lower_bound(filled.begin(), filled.end(), code,
-                                                [](const Cell& c, std::uint64_t value) { return c.code < value; });
-            if (other == filled.end() || other->code != code) continue;
-            for (int p = cell.begin; p < cell.end; ++p)
-                for (int q = other->begin; q < other->end; ++q) test(p, q);
+    // the middle cells of the rows ahead, half of those beside: each pair once
+    const std::array<std::uint64_t, 4> ahead{row, layer - row, layer, layer + row};
+    std::array<std::size_t, M::dim == 3 ? 4 : 1> first{};
+    for (std::size_t p = 0; p < filed.size(); ++p) {
+        for (std::size_t q = p + 1; q < filed.size() && filed[q].cell <= filed[p].cell + 1; ++q)
+            test(filed[p], filed[q]);
+        for (std::size_t r = 0; r < first.size(); ++r) {
+            const std::uint64_t middle = filed[p].cell + ahead[r];
+            while (first[r] < filed.size() && filed[first[r]].cell < middle - 1) ++first[r];
+            for (std::size_t q = first[r]; q < filed.size() && filed[q].cell <= middle + 1; ++q)
+                test(filed[p], filed[q]);
         }
     }
-    std::sort(pairs.begin(), pairs.end(), [](const GrainPair& a, const GrainPair& b) {
-        return std::pair(std::min(a.i, a.j), std::max(a.i, a.j)) < std::pair(std::min(b.i, b.j), std::max(b.i, b.j));
-    });
+    std::sort(found.begin(), found.end());
+    std::vector<GrainPair> pairs;
+    pairs.reserve(found.size());
+    for (const std::uint64_t pair : found) {
+        const auto low = static_cast<int>(pair >> 32), high = static_cast<int>(pair & 0xffffffff);
+        const bool swap = grains[static_cast<std::size_t>(high)].id < grains[static_cast<std::size_t>(low)].id;
+        pairs.push_back(swap ? GrainPair{high, low} : GrainPair{low, high});
+    }
     return pairs;
 }
 

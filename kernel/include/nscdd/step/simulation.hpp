@@ -308,12 +308,13 @@ class Simulation {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
-        std::vector<Buffer> mine;
-        for (auto& part : parts_) mine.push_back({double(find_missed<M>(part, settings_.walls, settings_.h))});
-        double missed = 0;
-        for (double flag : comm_.all_gather(mine)) missed += flag;
         const Survey after =
             survey([](const Subdomain<M>& part, std::size_t g) { return part.problem.bodies[g].v; }, settings_.h);
+        std::vector<Buffer> mine;
+        for (auto& part : parts_)
+            mine.push_back({double(find_missed<M>(part, settings_.walls, settings_.h, after.speed))});
+        double missed = 0;
+        for (double flag : comm_.all_gather(mine)) missed += flag;
         if (2 * after.moved > skin_) {
             rough(2.2 * settings_.h * after.speed);
             return false;
