@@ -75,13 +75,15 @@ class ByDefinition {
         set_velocities(problem_, free_);
         sweep(problem_);
         const Eigen::VectorXd g = impulses(problem_), f = weighted(problem_, g - x_);
+        ++iterations_;
         if (!f_.empty() && f.squaredNorm() > f_.back().squaredNorm()) f_.clear(), g_.clear();
         x_ = g;
         const auto n = static_cast<Eigen::Index>(f_.size());
         if (n > 0) {
             Eigen::MatrixXd differences(f.size(), n);
             for (Eigen::Index j = 0; j < n; ++j) differences.col(j) = f_[static_cast<std::size_t>(j)] - f;
-            const Eigen::VectorXd c = differences.colPivHouseholderQr().solve(-f);
+            Eigen::VectorXd c = differences.colPivHouseholderQr().solve(-f);
+            c *= std::min(1.0, std::max(5.0, 0.1 * iterations_) / c.lpNorm<1>());
             for (Eigen::Index j = 0; j < n; ++j) x_ += c[j] * (g_[static_cast<std::size_t>(j)] - g);
         }
         f_.push_back(f), g_.push_back(g);
@@ -92,7 +94,7 @@ class ByDefinition {
   private:
     ContactProblem<M> problem_;
     const ContactProblem<M>& free_;
-    int window_;
+    int window_, iterations_ = 0;
     Eigen::VectorXd x_;
     std::vector<Eigen::VectorXd> f_, g_;
 };

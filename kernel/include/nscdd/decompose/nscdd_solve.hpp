@@ -49,7 +49,7 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicato
     const std::span<const double> all = comm.all_gather(mine);
     ResidualParts total;
     for (std::size_t p = 0; p < all.size(); p += ResidualParts::size)
-        total.add({all[p], all[p + 1], all[p + 2], all[p + 3], all[p + 4]});
+        total.add({all[p], all[p + 1], all[p + 2], all[p + 3], all[p + 4], all[p + 5]});
     return total;
 }
 
@@ -89,7 +89,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     SolveReport report;
     ResidualParts residual;
     do {
-        accelerated = options.window > 0 && report.iterations > 0;  // as in nlgs()
+        accelerated = pays_to_accelerate(options, report, residual.contacts);
         for (int k = 0; k < options.check_every; ++k) {
             comm.each_rank(iterate);
             for (std::size_t p = 0; p < parts.size(); ++p)

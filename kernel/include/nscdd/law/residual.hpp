@@ -9,12 +9,13 @@
 
 namespace nscdd {
 
-// Sums of one subdomain; over subdomains they add (the first four) or take the largest (the last).
+// Sums of one subdomain; over subdomains they add, but for the penetration, of which the largest is taken.
 struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r)
     double energy = 0;       // sum of r^T W r
     double next_energy = 0;  // sum of r'^T W r'
     double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
+    double contacts = 0;
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
 
     // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
@@ -28,10 +29,11 @@ struct ResidualParts {
         energy += o.energy;
         next_energy += o.next_energy;
         round_off += o.round_off;
+        contacts += o.contacts;
         penetration = std::max(penetration, o.penetration);
     }
-    static constexpr std::size_t size = 5;
-    std::array<double, size> pack() const { return {change, energy, next_energy, round_off, penetration}; }
+    static constexpr std::size_t size = 6;
+    std::array<double, size> pack() const { return {change, energy, next_energy, round_off, contacts, penetration}; }
 };
 
 template <class M>
@@ -58,6 +60,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
     }
+    parts.contacts += static_cast<double>(contacts.size());
 }
 
 // Velocities must be glued: those of the unsplit problem. Cost: about one sweep.

@@ -52,6 +52,7 @@ class Anderson {
         const double own = products[0];
         const Vector with = Eigen::Map<const Eigen::VectorXd>(products + 1, window_);
         coefficients_.setZero();
+        ++updates_;
         if (own == 0) return;  // a fixed point
         if (filled_ > 0 && own > previous_) {
             filled_ = 0;
@@ -69,6 +70,12 @@ class Anderson {
     }
 
   private:
+    // How far to go, in differences of iterates. Where walls leave no room every sweep adds about the same to the
+    // impulses, and the combination that would change least is as far as can be: impulses a thousand times too large,
+    // whose round-off throws grains out. Slow problems do need to go far, after many iterations. (METHOD.md,
+    // section 7.)
+    double reach() const { return std::max(5.0, 0.1 * updates_); }
+
     // Of fixed capacity: on a few contacts allocations would cost more than the sweep.
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, largest_window, largest_window>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, largest_window, 1>;
@@ -96,9 +103,12 @@ class Anderson {
         const Vector scale = a.diagonal().cwiseSqrt().cwiseInverse();
         Matrix scaled = scale.asDiagonal() * a * scale.asDiagonal();
         scaled.diagonal().array() += 1e-10;
-        const Vector c = scale.asDiagonal() * scaled.ldlt().solve(scale.asDiagonal() * b);
+        const Eigen::LLT<Matrix> factors(scaled);
+        if (factors.info() != Eigen::Success) return;
+        const Vector c = scale.asDiagonal() * factors.solve(scale.asDiagonal() * b);
         if (!c.allFinite()) return;
-        for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = c[i];
+        const double shorten = std::min(1.0, reach() / c.lpNorm<1>());
+        for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
     }
 
     int window_;
@@ -106,6 +116,7 @@ class Anderson {
     Matrix products_;      // f_i.f_j by slot
     int now_, last_;       // slots of this iteration's change, and of the last one
     int filled_ = 0, restarts_ = 0;
+    int updates_ = 0;
     double previous_ = 0;
 };
 

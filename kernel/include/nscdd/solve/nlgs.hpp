@@ -15,14 +15,14 @@ template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     check_options(options);
     SolveReport report;
+    ResidualParts residual;
     if (problem.contact_count() == 0) return report;
     require_finite(problem);
     prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation);
     Anderson anderson(options.window);
     do {
-        // from the first check on: a step that is over by then pays nothing for it
-        const bool accelerated = options.window > 0 && report.iterations > 0;
+        const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
         for (int k = 0; k < options.check_every; ++k) {
             if (accelerated)
@@ -32,7 +32,8 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
             for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
         }
         report.iterations += options.check_every;
-    } while (!finished(sweeper.residual(problem), options, problem.least_radius, report));
+        residual = sweeper.residual(problem);
+    } while (!finished(residual, options, problem.least_radius, report));
     sweeper.store(problem);
     return report;
 }

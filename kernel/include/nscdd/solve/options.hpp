@@ -44,6 +44,12 @@ inline void check_options(const SolveOptions& options) {
         throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
 }
 
+// From the first check on, so that a step which is over by then pays nothing for it; on few contacts from the check on
+// whose sweeps have cost what setting acceleration up does (measured: 256 contacts solved).
+inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
+    return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 256;
+}
+
 // Notes the residual in the report; true when the iteration is over.
 inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                      SolveReport& report) {

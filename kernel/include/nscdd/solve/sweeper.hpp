@@ -72,6 +72,7 @@ class Sweeper {
     ResidualParts residual(const ContactProblem<M>& problem) const {
         if (!batched_) return residual_parts(problem);
         ResidualParts parts;
+        parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
         add_group<BatchWalls<M>>(problem, walls_, parts);
         return parts;
@@ -358,7 +359,7 @@ class Sweeper {
             round_off = round_off + batch.dot(speed, speed) / wn;
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
         }
-        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), problem.h * largest(closing)});
+        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, problem.h * largest(closing)});
     }
 
     template <class Other>
