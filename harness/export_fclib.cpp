@@ -43,7 +43,8 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     RunRequest request = prepare_run(run, provenance, 1, false);
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
                                           .check_every = request.scene.solver.check_every,
-                                          .max_iterations = arguments.max_iterations};
+                                          .max_iterations = arguments.max_iterations}
+                                 .accelerated();
     InProcess comm(1);
     const RunResult result = choose_model(request.scene)(request, comm);
     const auto& [problem, solution, report] = result.exported.value();

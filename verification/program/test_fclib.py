@@ -116,7 +116,7 @@ class FclibTest(ProgramTest):
         walls += WALL.format(side="x+", motion=motion)
         scene = self.write("heap.toml", HEAP.format(dim=dim, gravity=[2] * (dim - 1) + [-10], mu=mu, walls=walls))
         out = self.folder / f"heap{dim}.hdf5"
-        self.succeeds("export-fclib", scene, "--step", 25, *options, "-o", out)
+        self.succeeds("export-fclib", scene, "--step", 15, *options, "-o", out)
         return out
 
     def solve(self, path, *options, code=0):
