@@ -89,6 +89,11 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(CLI::Range(0, nscdd::Anderson::largest_window));
     run_command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")
         ->check(CLI::Range(1e-3, 1.999));
+    run_command
+        ->add_option("--repeat", run.repeat,
+                     "Runs from the start, to keep the one with the median CPU time of the solver")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     run_command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
     run_command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
     run_command->add_flag("--quiet", run.quiet, "No progress, no summary");

@@ -1,8 +1,9 @@
 // The run of one model. Included by the generated run_model_*.cpp only.
 #pragma once
 
+#include <time.h>
+
 #include <Eigen/CholmodSupport>
-#include <ctime>
 #include <map>
 
 #include "build_scene.hpp"
@@ -67,8 +68,12 @@ std::string model_name() {
            (M::driven_walls ? "driven walls" : "kinematic walls");
 }
 
-// Of this process, all its threads [s].
-inline double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+// Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
+inline double cpu_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
 
 // Per-process figures, summed or averaged over processes. Each process speaks through its first rank.
 template <class M>

@@ -97,9 +97,11 @@ def acceleration(**changed):
     rows = [{"scene": "dense", "start": "cold", "method": method, "subdomains": n, "steps": 1, "grains": 8, "contacts": 9.0,
              "iterations": iterations * (2 if n > 1 else 1), "cpu": 1e-3 * iterations, "repeats": 3, "eta": 1e-5, "converged": True}
             for n in (1, 8) for method, iterations in (("paper", 100), ("auto", 25))]
+    hard = [{"scene": name, "steps": 2, "contacts": 3, "repeats": 5, "paper": {"iterations": 40, "cpu": 4e-6, "converged": True},
+             "auto": {"iterations": 20, "cpu": cpu, "converged": True}} for name, cpu in (("cheap", 1e-6), ("even", 4e-6), ("dear", 5e-6))]
     return {"schema": "nscdd.acceleration/1", "command": "scripts/acceleration FABRICATED", "commit": "fabricated",
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "quick": False,
-            "rows": rows} | changed
+            "rows": rows, "hard": hard} | changed
 
 
 def write_state(path, dim):
@@ -201,7 +203,7 @@ class Page(Case):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
         for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5",
-                      "Table 6", "Table 7", "Table 8", "Table 9", *(f"Fig. {k}" for k in range(8, 14))):
+                      "Table 6", "Table 7", "Table 8", "Table 9", "Table 10", *(f"Fig. {k}" for k in range(8, 14))):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -279,6 +281,13 @@ class Verdict(Case):
         self.assertEqual(cells[4:12], ["1", "100", "25", "0.25", "1", "0.1", "0.025", "0.25"])
         self.assertEqual(cells[16:21], ["8", "200", "50", "0.25", "2"])
 
+    def test_hard_cases_that_cost_more_are_listed(self):
+        cells = re.findall("<td>(.*?)</td>", tables.hard_costs(acceleration(), 0.05))
+        self.assertEqual(cells, ["dear", "2", "3", "40", "20", "4", "5", "1.25"])
+        (self.folder / "acceleration.json").write_text(json.dumps(acceleration()))
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn("Of 3, accelerated ones cost less in 1, the same within 5 % in 1, more in 1", self.page())
+
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
         self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
@@ -323,7 +332,7 @@ class Input(Case):
         self.assert_one_line("accuracy.json", "runs")
 
     def test_damaged_acceleration_is_one_line(self):
-        (self.folder / "acceleration.json").write_text(json.dumps(acceleration(rows=[])))
+        (self.folder / "acceleration.json").write_text(json.dumps(acceleration(rows=[{}])))
         self.assert_one_line("acceleration.json", "rows")
 
     def test_damaged_hard_cases_are_one_line(self):

@@ -172,3 +172,23 @@ def acceleration(record):
             [("scene", 1), ("start, steps", 1), ("grains", 1), ("contacts", 1), ("subdomains", 1), ("plain", 1), ("accelerated", 1),
              ("ratio", 1), ("growth", 1), ("plain", 1), ("accelerated", 1), ("ratio", 1)]]
     return table(head, lines, "What acceleration saves")
+
+
+def cost_ratio(row):
+    plain, fast = row["paper"]["cpu"], row["auto"]["cpu"]
+    return fast / plain if min(plain, fast) > 0 else 1.0  # too short for the clock
+
+
+def hard_costs(record, noise):
+    """Table 10: the hard cases that cost more accelerated, dearest first."""
+    lines = []
+    for row in sorted(record["hard"], key=cost_ratio, reverse=True):
+        if cost_ratio(row) <= 1 + noise:
+            break
+        plain, fast = row["paper"], row["auto"]
+        both = [count(solved["iterations"]) if solved["converged"] else f"{count(solved['iterations'])} (not converged)" for solved in (plain, fast)]
+        lines.append([escape(row["scene"]), count(row["steps"]), count(round(row["contacts"])), *both,
+                      number(1e6 * plain["cpu"]), number(1e6 * fast["cpu"]), number(cost_ratio(row))])
+    head = [[("", 3), ("iterations, all steps", 2), ("CPU time [\u00b5s]", 3)],
+            [("scene", 1), ("steps", 1), ("contacts,<br>most", 1), ("plain", 1), ("accelerated", 1), ("plain", 1), ("accelerated", 1), ("ratio", 1)]]
+    return table(head, lines, "Hard cases that cost more accelerated")

@@ -29,6 +29,15 @@ class Quick(ProgramTest):
                 self.assertLessEqual(row["eta"], 1e-4)
                 if method == "auto":
                     self.assertLess(row["iterations"], rows[scene, subdomains, "paper"]["iterations"])
+        with self.subTest("hard cases"):
+            hard = {row["scene"]: row for row in record["hard"]}
+            self.assertEqual(sorted(hard), ["column-10-2d", "column-10-3d", "cradle-10-0-2d", "cradle-3-0-2d", "rest-2d"])
+            for name, row in hard.items():
+                self.assertTrue(row["paper"]["converged"] and row["auto"]["converged"], name)
+            for name in ("cradle-3-0-2d", "rest-2d"):  # over before acceleration would pay
+                self.assertEqual(hard[name]["auto"]["iterations"], hard[name]["paper"]["iterations"])
+            for name in ("column-10-2d", "column-10-3d", "cradle-10-0-2d"):
+                self.assertLess(hard[name]["auto"]["iterations"], 0.25 * hard[name]["paper"]["iterations"])
         with self.subTest("subdomains cost few iterations more"):
             total = {n: sum(row["iterations"] for (_, subdomains, method), row in rows.items() if (subdomains, method) == (n, "auto"))
                      for n in (1, 8)}

@@ -81,6 +81,13 @@ class Program(ProgramTest):
         self.assertLess(found["auto"][0], found["scene"][0])
         self.assertNotEqual(found["relaxed"][0], found["scene"][0])
 
+    def test_repeated_runs_are_the_same_run(self):
+        once, _ = self.run_case("once")
+        median, _ = self.run_case("median", "--repeat", 4)
+        self.assertEqual((once["repeats"], median["repeats"]), (1, 4))
+        for key in ("iterations", "residual", "contacts", "final"):
+            self.assertEqual(once[key], median[key])
+
     def test_newton_reaches_1e_10(self):
         report, _ = self.run_case("newton", "--scheme", "newton", "--tolerance", "1e-10", "--steps", 3)
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
