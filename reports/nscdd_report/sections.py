@@ -220,7 +220,7 @@ def acceleration(results):
                    "are NSCDD by DCS, in process, whose subdomains take turns on one core: CPU time is the work of all.")
         if record["rows"]:
             parts.append(block(tables.acceleration(record), "Table 9", caption, origin([record], "Measured"), wide=True))
-        if record["hard"]:
+        if record.get("hard"):
             noise = 0.05
             ratios = [tables.cost_ratio(row) for row in record["hard"]]
             caption = (f"Hard cases by NLGS to the tolerance of each scene, medians of CPU times. Of {len(ratios)}, accelerated ones cost "
