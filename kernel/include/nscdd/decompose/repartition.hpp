@@ -5,10 +5,10 @@
 // dealt by the very point that impulses are forwarded by, so none is lost (warm start).
 #pragma once
 
+#include <bit>
 #include <compare>
 #include <limits>
 #include <map>
-#include <unordered_map>
 
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/grid.hpp"
@@ -29,6 +29,24 @@ namespace detail {
 constexpr std::uint64_t pair_key(int i, int j) {
     return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32) | static_cast<std::uint32_t>(j);
 }
+
+// What belongs to a pair, null unless it was set; for at most as many pairs as it was made for. std::unordered_map asks
+// for memory at each of them, and took a tenth of the detection's time.
+template <class T>
+class PairTable {
+  public:
+    explicit PairTable(std::size_t pairs) : slots_(std::bit_ceil(2 * pairs + 2)) {}
+    T*& operator[](std::uint64_t key) {
+        const std::size_t mask = slots_.size() - 1;
+        std::size_t at = (key * 0x9e3779b97f4a7c15u >> 32) & mask;
+        while (slots_[at].second && slots_[at].first != key) at = (at + 1) & mask;
+        slots_[at].first = key;
+        return slots_[at].second;
+    }
+
+  private:
+    std::vector<std::pair<std::uint64_t, T*>> slots_;
+};
 
 template <class M>
 struct Wire {  // records as doubles
@@ -71,13 +89,12 @@ inline Outboxes outboxes(std::size_t hosted, int size) {
 // Hands the impulses to the candidates they belong to; others are ignored.
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
-    std::unordered_map<std::uint64_t, Candidate<M>*> by_ids;
-    by_ids.reserve(part.pairs.size() + part.wall_pairs.size());
+    detail::PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
     const auto id = [&](int local) { return part.grains[static_cast<std::size_t>(local)].id; };
     for (auto& c : part.pairs) by_ids[detail::pair_key(id(c.i), id(c.j))] = &c;
     for (auto& c : part.wall_pairs) by_ids[detail::pair_key(id(c.i), -1 - c.j)] = &c;
     for (const auto& p : impulses)
-        if (const auto found = by_ids.find(detail::pair_key(p.i, p.j)); found != by_ids.end()) found->second->r = p.r;
+        if (Candidate<M>* found = by_ids[detail::pair_key(p.i, p.j)]) found->r = p.r;
 }
 
 // All impulses that are not zero.
@@ -98,11 +115,21 @@ struct Holding {
     auto operator<=>(const Holding&) const = default;
 };
 
-// Tells every holder of a grain who the others are; returns, per hosted rank, all holdings of its grains in order.
-// The rank where the centre lies keeps the list, and keeps the grain itself when nobody has a candidate for it.
+// How far a rank has to be from a grain's centre to have no candidate of it: the midpoint of a candidate is no farther
+// than half its length.
+template <class M>
+double reach(const Grain<M>& grain, double skin, double largest_radius) {
+    return 0.5 * (grain.radius + largest_radius + skin);
+}
+
+enum class Use : char { none, here, here_only };  // here_only: no other rank has the grain
+
+// Tells every holder of a grain who the others are; returns, per hosted rank, all holdings in order, of grains that
+// others may have. The rank where the centre lies keeps the list, and keeps the grain when nobody has a candidate for
+// it.
 template <class M>
 std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
-                                                   const std::vector<std::vector<char>>& used, Communicator& comm,
+                                                   const std::vector<std::vector<Use>>& uses, Communicator& comm,
                                                    const Grid<M>& grid) {
     const auto put = [](const Holding& h, Buffer& out) { out.insert(out.end(), {double(h.grain), double(h.rank)}); };
     const auto read = [](const Buffer& in, std::vector<Holding>& out) {
@@ -112,15 +139,16 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
     };
     constexpr int nobody = std::numeric_limits<int>::max();  // sorts behind all ranks
     std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
-    Outboxes uses = outboxes(parts.size(), comm.size());
+    Outboxes to_home = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
+            if (uses[k][g] == Use::here_only) continue;
             const Grain<M>& grain = parts[k].grains[g];
             const int home = grid.owner(grain.position);
             if (home == parts[k].rank) listed[k].push_back({grain.id, nobody});
-            if (used[k][g]) put({grain.id, parts[k].rank}, uses[k][static_cast<std::size_t>(home)]);
+            if (uses[k][g] == Use::here) put({grain.id, parts[k].rank}, to_home[k][static_cast<std::size_t>(home)]);
         }
-    const std::vector<Buffer> at_home = comm.route(uses);
+    const std::vector<Buffer> at_home = comm.route(to_home);
 
     Outboxes answers = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -143,18 +171,21 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
 
 // Drops grains that nobody here needs and sets sharers and links.
 template <class M>
-void keep_shared(Subdomain<M>& part, const std::vector<Holding>& holdings) {
+void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::vector<Holding>& holdings) {
     std::vector<int> renamed(part.grains.size(), -1);
     std::vector<Grain<M>> kept;
+    kept.reserve(part.grains.size());
     part.sharer_begin.assign(1, 0);
     part.sharers.clear();
     std::map<int, std::vector<std::pair<int, int>>> shared;  // peer -> (id, local)
     for (std::size_t g = 0; g < part.grains.size(); ++g) {
         const int id = part.grains[g].id, local = static_cast<int>(kept.size());
-        auto held = std::lower_bound(holdings.begin(), holdings.end(), Holding{id, 0});
-        if (held == holdings.end() || held->grain != id) continue;
+        const bool alone = uses[g] == Use::here_only;
+        auto held = alone ? holdings.end() : std::lower_bound(holdings.begin(), holdings.end(), Holding{id, 0});
+        if (!alone && (held == holdings.end() || held->grain != id)) continue;
         renamed[g] = local;
         kept.push_back(part.grains[g]);
+        if (alone) part.sharers.push_back(part.rank);
         for (; held != holdings.end() && held->grain == id; ++held) {
             part.sharers.push_back(held->rank);
             if (held->rank != part.rank) shared[held->rank].push_back({id, local});
@@ -192,10 +223,9 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         const Subdomain<M>& part = parts[k];
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;
-            // the midpoint of a candidate is no farther from the centre than half its length
-            const double reach = 0.5 * (part.grains[g].radius + largest_radius + skin);
-            grid.visit_owners(part.grains[g].position, reach,
-                              [&](int rank) { Wire::put(part.grains[g], grains[k][static_cast<std::size_t>(rank)]); });
+            const Grain<M>& grain = part.grains[g];
+            grid.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
+                              [&](int rank) { Wire::put(grain, grains[k][static_cast<std::size_t>(rank)]); });
         }
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
@@ -207,7 +237,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
     const std::vector<Buffer> received = comm.route(grains);
     const std::vector<Buffer> carried = comm.route(impulses);
 
-    std::vector<std::vector<char>> used(parts.size());
+    std::vector<std::vector<detail::Use>> uses(parts.size());
     comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.grains.clear();
@@ -222,10 +252,10 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         };
         part.pairs.clear();
         part.wall_pairs.clear();
-        used[k].assign(part.grains.size(), 0);
+        uses[k].assign(part.grains.size(), detail::Use::none);
         for (const GrainPair& pair : close_pairs<M>(part.grains, cells, skin, mine)) {
             part.pairs.push_back({pair.i, pair.j});
-            used[k][static_cast<std::size_t>(pair.i)] = used[k][static_cast<std::size_t>(pair.j)] = 1;
+            uses[k][static_cast<std::size_t>(pair.i)] = uses[k][static_cast<std::size_t>(pair.j)] = detail::Use::here;
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             const Grain<M>& grain = part.grains[g];
@@ -233,15 +263,18 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
             for (std::size_t w = 0; w < walls.size(); ++w)
                 if (walls[w].normal.dot(grain.position) - walls[w].offset - grain.radius < skin) {
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
-                    used[k][g] = 1;
+                    uses[k][g] = detail::Use::here;
                 }
+            int receivers = 0;
+            grid.visit_owners(grain.position, detail::reach(grain, skin, largest_radius), [&](int) { ++receivers; });
+            if (receivers == 1) uses[k][g] = detail::Use::here_only;
         }
     });
 
-    const auto holdings = detail::agree_on_sharers(parts, used, comm, grid);
+    const auto holdings = detail::agree_on_sharers(parts, uses, comm, grid);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         Subdomain<M>& part = parts[k];
-        detail::keep_shared(part, holdings[k]);
+        detail::keep_shared(part, uses[k], holdings[k]);
         part.rough_position.clear();
         for (const auto& g : part.grains) part.rough_position.push_back(g.position);
         std::vector<PairImpulse<M>> own;

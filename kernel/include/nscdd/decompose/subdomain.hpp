@@ -1,6 +1,7 @@
 // What one rank holds: its copies of grains, its candidates for contact, and whom it shares grains with.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "nscdd/comm/communicator.hpp"
@@ -16,8 +17,9 @@ struct Candidate {
     int i;  // local grain, the lower id of the two
     int j;  // local grain, or wall
     typename M::Impulse r = M::Impulse::Zero();
-    double gap_left_out = -1;  // its gap when the fine detection left it out as too far, else -1
-    bool missed = false;       // left out, and then found to close within the step: next time it goes in
+    static constexpr double not_left_out = std::numeric_limits<double>::infinity();
+    double gap_left_out = not_left_out;  // its gap when the fine detection left it out as too far
+    bool missed = false;                 // left out, and then found to close within the step: next time it goes in
 };
 
 template <class M>

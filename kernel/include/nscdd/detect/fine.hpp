@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "nscdd/core/materials.hpp"
@@ -21,13 +22,13 @@ namespace detail {
 
 // Warm start: last step's impulse, put back inside the cone of the new normal.
 template <class M>
-typename M::Impulse admissible(const typename M::Impulse& r, const typename M::Vec& normal, double mu) {
+[[gnu::always_inline]] inline typename M::Impulse admissible(const typename M::Impulse& r,
+                                                             const typename M::Vec& normal, double mu) {
     if constexpr (M::friction) {
-        const double rn = r.dot(normal);
-        if (!(rn > 0)) return M::Impulse::Zero();
-        const typename M::Vec rt = r - rn * normal;
-        const double length = rt.norm(), limit = mu * rn;
-        return rn * normal + (length > limit ? limit / length : 1.0) * rt;
+        const double along = r.dot(normal), rn = std::max(0.0, along), limit = mu * rn;
+        const typename M::Vec rt = r - along * normal;
+        constexpr double least = std::numeric_limits<double>::min();  // no 0/0
+        return rn * normal + limit / std::max({rt.norm(), limit, least}) * rt;
     } else {
         (void)normal, (void)mu;
         return typename M::Impulse{std::max(0.0, r[0])};
@@ -39,9 +40,9 @@ typename M::Impulse admissible(const typename M::Impulse& r, const typename M::V
 template <class M>
 bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
-    const bool acts = impact ? gap <= 0 : gap <= alert || candidate.missed;
-    candidate.gap_left_out = impact || acts ? -1 : gap;
-    if (!acts) candidate.r.setZero();
+    const bool acts = impact ? gap <= 0 : (gap <= alert) | candidate.missed;
+    candidate.gap_left_out = impact | acts ? Candidate<M>::not_left_out : gap;
+    for (double& r : candidate.r) r = acts ? r : 0;
     return acts;
 }
 
@@ -72,10 +73,10 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         if (-gap > worst.ratio * radius) worst = {-gap / radius, i, j};
     };
     ContactProblem<M>& problem = part.problem;
-    problem.contacts.clear();
-    problem.wall_contacts.clear();
-    part.source.clear();
-    part.wall_source.clear();
+    // Each candidate is written behind the contacts found so far, and counted if it acts: no branch to guess wrong.
+    std::size_t count = 0;
+    problem.contacts.resize(part.pairs.size());
+    part.source.resize(part.pairs.size());
     for (std::size_t k = 0; k < part.pairs.size(); ++k) {
         Candidate<M>& candidate = part.pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
@@ -85,13 +86,19 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         note(gap, std::min(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres: the overlap is reported, there is no normal
         const Pairing& pairing = materials(a.material, b.material);
-        if (!detail::acts(candidate, pairing, gap, alert)) continue;
+        const bool acts = detail::acts(candidate, pairing, gap, alert);
         normal /= distance;
         const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
-        detail::fill(problem.contacts.emplace_back(), candidate, pairing, gap, h, normal, v.dot(normal),
-                     a.radius + 0.5 * gap, b.radius + 0.5 * gap);
-        part.source.push_back(static_cast<int>(k));
+        detail::fill(problem.contacts[count], candidate, pairing, gap, h, normal, v.dot(normal), a.radius + 0.5 * gap,
+                     b.radius + 0.5 * gap);
+        part.source[count] = static_cast<int>(k);
+        count += acts;
     }
+    problem.contacts.resize(count);
+    part.source.resize(count);
+
+    problem.wall_contacts.clear();
+    part.wall_source.clear();
     for (std::size_t k = 0; k < part.wall_pairs.size(); ++k) {
         Candidate<M>& candidate = part.wall_pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
@@ -113,9 +120,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
 template <class M>
 bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h, double speed) {
     bool any = false;
-    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) {
-        return c.gap_left_out >= 0 && c.gap_left_out <= reach;
-    };
+    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) { return c.gap_left_out <= reach; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check = [&](Candidate<M>& c, double closing) {
         if (c.gap_left_out + h * closing < 0) c.missed = any = true;

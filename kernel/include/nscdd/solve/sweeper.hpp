@@ -317,8 +317,8 @@ class Sweeper {
     }
 
     // Would a sweep leave an open batch as it is? A quarter of the price of the sweep in 3D, which needs spins and two
-    // divisions.
-    bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
+    // divisions. Asked of thousands of batches a sweep; left alone, GCC makes a call of it in some programs.
+    [[gnu::always_inline]] bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
         static_assert(row % 4 == 0);
         Rows<4> a, b;  // the first four components, with the velocity
         a.load(rows_.data(), group.body(batch));
