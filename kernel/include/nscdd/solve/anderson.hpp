@@ -122,6 +122,7 @@ class Anderson {
 
 // What a sweep without it does at each contact besides solving it.
 struct Unaccelerated {
+    void prefetch(const auto&...) {}
     void before(const auto&...) {}
     void after(const auto&...) {}
 };

@@ -47,10 +47,20 @@ struct BatchGroup {
     static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
     static std::size_t past_size(int window) { return lanes + 2 * static_cast<std::size_t>(window) * impulse; }
     double* metric(std::size_t batch, int window) { return past.data() + batch * past_size(window); }
+    const double* metric(std::size_t batch, int window) const { return past.data() + batch * past_size(window); }
     double* iterate(std::size_t batch, int slot, int window) {
         return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
+    // More than a core's caches hold, about: then the stream of contacts is worth fetching ahead, for the hardware
+    // loses it among the rows.
+    bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{4} << 20; }
+    static void prefetch(const double* from, std::size_t size) {
+        for (std::size_t k = 0; k < size; k += 64 / sizeof(double)) __builtin_prefetch(from + k);
+    }
+    void prefetch(std::size_t batch) const { prefetch(fields(batch), BatchLayout<M>::fields * lanes); }
+    void prefetch_past(std::size_t batch, int window) const { prefetch(metric(batch, window), past_size(window)); }
+
     // Notes which batches are open.
     void find_open(int window) {
         open.resize(count);

@@ -13,6 +13,9 @@ struct BatchByBatch {
     const Anderson& anderson;
     std::array<Packet, Anderson::largest_window + 1> products;
 
+    EIGEN_ALWAYS_INLINE void prefetch(const BatchGroup<M>& group, std::size_t k) const {
+        group.prefetch_past(k, anderson.window());
+    }
     EIGEN_ALWAYS_INLINE void before(auto& batch, BatchGroup<M>& group, std::size_t k) {
         const int window = anderson.window();
         Packet iterate[Layout::components];
