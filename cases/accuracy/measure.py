@@ -111,8 +111,9 @@ class Scene:
         if packing not in self.packings:  # two scenes may have one
             call([NSCDD, "pack", specification, "-o", packing, "--quiet"], seconds=LONG)
             self.packings.add(packing)
-        call([NSCDD, "run", self.path, "--packing", packing, "--quiet", "--json", f"{self.folder / self.name}-load.json",
-              "--state", self.cold], seconds=LONG)
+        # by the paper's method, so that the problem does not change with every change of the acceleration
+        call([NSCDD, "run", self.path, "--packing", packing, "--method", "paper", "--quiet", "--json",
+              f"{self.folder / self.name}-load.json", "--state", self.cold], seconds=LONG)
         clear_impulses(self.cold)
         eta, command = self.solve_reference()
         run = read(self.reference)
