@@ -41,7 +41,7 @@ template <class M>
 bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
     const bool acts = impact ? gap <= 0 : (gap <= alert) | candidate.missed;
-    candidate.gap_left_out = impact | acts ? Candidate<M>::not_left_out : gap;
+    candidate.gap_left_out = (impact | acts) ? Candidate<M>::not_left_out : gap;
     for (double& r : candidate.r) r = acts ? r : 0;
     return acts;
 }
