@@ -85,16 +85,16 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
     std::vector<Buffer> mine, totals;
     for (std::size_t k = 0; k < comm.ranks().size(); ++k) {
         const double work = comm.work()[k];
-        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
                              : Buffer{work, 1, total, own.detect, own.sweep, own.interface, mpi.wait, mpi.transfer,
-                                      solving.messages, solving.bytes, solver_cpu});
+                                      solving.messages, solving.bytes, solver_cpu, own.advance});
         totals.push_back({total});
     }
     const std::span<const double> all = comm.all_gather(mine);
     std::vector<double> work;
-    std::array<double, 11> sum{};
+    std::array<double, 12> sum{};
     sum_in_rank_order(all, sum);
-    for (std::size_t p = 0; p < all.size(); p += 11) work.push_back(all[p]);
+    for (std::size_t p = 0; p < all.size(); p += 12) work.push_back(all[p]);
     double longest = 0;
     for (double seconds : comm.all_gather(totals)) longest = std::max(longest, seconds);
     const double processes = sum[1];
@@ -105,6 +105,7 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
               {"detect", sum[3] / processes},
               {"sweep", sum[4] / processes},
               {"interface", sum[5] / processes},
+              {"advance", sum[11] / processes},
               {"mpi_wait", sum[6] / processes},
               {"mpi_transfer", sum[7] / processes},
               {"solver_cpu", sum[10] / processes}}},

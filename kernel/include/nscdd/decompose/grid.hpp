@@ -80,6 +80,7 @@ class Grid {
   private:
     int cells(int d) const { return cells_[static_cast<std::size_t>(d)]; }
     int cell(double coordinate, int d) const {
+        if (cells(d) == 1) return 0;  // most grids have one along some axis, and divisions are slow
         const double share = (coordinate - low_[d]) / size_[d] * cells(d);
         // compared as doubles: a NaN or a far point must not reach the cast
         return share >= cells(d) ? cells(d) - 1 : share > 0 ? static_cast<int>(share) : 0;

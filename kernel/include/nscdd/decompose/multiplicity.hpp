@@ -79,12 +79,9 @@ void read_activity(Subdomain<M>& part) {
 
 }  // namespace detail
 
-// Agrees on multiplicities, puts the contacts into the order of the sweep, then sets bodies and walls of each problem:
-// V_free and split inverse masses. Mass, inertia and external impulse are all divided by m, so V_free is that of the
-// whole grain in every copy.
+// Which copies count, for every holder of a grain or wall; puts the contacts into the order of the sweep.
 template <class M>
-void split_masses(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
-                  const typename M::Vec& gravity, double h) {
+void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
     std::vector<Links> links(parts.size());
     std::vector<Buffer> pushed(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -101,8 +98,8 @@ void split_masses(std::vector<Subdomain<M>>& parts, Communicator& comm, std::spa
         detail::read_activity(parts[k]);
         if (!parts[k].interface.empty()) detail::sweep_interface_last(parts[k]);
     }
-    const auto size = static_cast<std::size_t>(comm.size());
     if constexpr (M::driven_walls) {
+        const auto size = static_cast<std::size_t>(comm.size());
         const std::span<const double> all = comm.all_gather(pushed);
         for (auto& part : parts) {
             part.wall_active.assign(walls.size() * size, 0);
@@ -111,7 +108,13 @@ void split_masses(std::vector<Subdomain<M>>& parts, Communicator& comm, std::spa
                     part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
         }
     }
+}
 
+// Sets bodies and walls of each problem: V_free and split inverse masses. Mass, inertia and external impulse are all
+// divided by m, so V_free is that of the whole grain in every copy.
+template <class M>
+void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> walls, const typename M::Vec& gravity,
+                  double h) {
     for (Subdomain<M>& part : parts) {
         ContactProblem<M>& problem = part.problem;
         problem.bodies.resize(part.grains.size());
@@ -133,9 +136,9 @@ void split_masses(std::vector<Subdomain<M>>& parts, Communicator& comm, std::spa
         for (std::size_t w = 0; w < walls.size(); ++w) {
             problem.walls[w].prescribed = walls[w].velocity;
             if constexpr (M::driven_walls) {
-                const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w * size);
-                const int m =
-                    std::max(1, static_cast<int>(std::count(begin, begin + static_cast<std::ptrdiff_t>(size), 1)));
+                const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
+                const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
+                const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
                 problem.wall_multiplicity[w] = m;
                 problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
                 problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;

@@ -9,9 +9,11 @@
 
 namespace nscdd {
 
-// Where the time of a process goes [s], what it spends inside the communicator left out.
+// Where the time of a process goes [s], what it spends inside the communicator left out. The phases of Alg. 1:
 struct PhaseSeconds {
-    double detect = 0, sweep = 0, interface = 0;
+    double detect = 0;                // contact detection, new decomposition of the domain, multiplicities
+    double sweep = 0, interface = 0;  // the iteration
+    double advance = 0;               // initial velocities and impulses, motion of the grains
 };
 
 // Adds the time since the last lap to a phase.

@@ -113,13 +113,14 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     }
     std::sort(filed.begin(), filed.end(), [](const Filed& a, const Filed& b) { return a.cell < b.cell; });
 
-    std::vector<std::uint64_t> found;  // lower index, higher index
+    // Written behind those found so far, and counted if it is one: no branch to guess wrong.
+    std::vector<GrainPair> found(6 * grains.size() + 1);
+    std::size_t count = 0;
     const auto test = [&](const Filed& a, const Filed& b) {
         const double reach = a.radius + b.radius + skin;
-        if (!((a.position - b.position).squaredNorm() < reach * reach)) return;
-        const auto [low, high] =
-            std::minmax({static_cast<std::uint32_t>(a.grain), static_cast<std::uint32_t>(b.grain)});
-        if (keep(grains[low], grains[high])) found.push_back(std::uint64_t{low} << 32 | high);
+        if (count == found.size()) found.resize(2 * count);
+        found[count] = {a.grain, b.grain};
+        count += (a.position - b.position).squaredNorm() < reach * reach;
     };
     // the middle cells of the rows ahead, half of those beside: each pair once
     const std::array<std::uint64_t, 4> ahead{row, layer - row, layer, layer + row};
@@ -134,13 +135,26 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
                 test(filed[p], filed[q]);
         }
     }
-    std::sort(found.begin(), found.end());
-    std::vector<GrainPair> pairs;
-    pairs.reserve(found.size());
-    for (const std::uint64_t pair : found) {
-        const auto low = static_cast<int>(pair >> 32), high = static_cast<int>(pair & 0xffffffff);
-        const bool swap = grains[static_cast<std::size_t>(high)].id < grains[static_cast<std::size_t>(low)].id;
-        pairs.push_back(swap ? GrainPair{high, low} : GrainPair{low, high});
+
+    // Dealt out by lower index, then the few of each put in order: cheaper than sorting them all.
+    std::vector<std::size_t> end(grains.size() + 1);
+    std::size_t kept = 0;
+    for (std::size_t p = 0; p < count; ++p) {
+        const auto [low, high] = std::minmax({found[p].i, found[p].j});
+        if (!keep(grains[static_cast<std::size_t>(low)], grains[static_cast<std::size_t>(high)])) continue;
+        found[kept++] = {low, high};
+        ++end[static_cast<std::size_t>(low) + 1];
+    }
+    found.resize(kept);
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<GrainPair> pairs(kept);
+    for (const GrainPair& pair : found) pairs[end[static_cast<std::size_t>(pair.i)]++] = pair;
+    auto first_of = pairs.begin();
+    for (std::size_t low = 0; low < grains.size(); ++low) {
+        const auto last_of = pairs.begin() + static_cast<std::ptrdiff_t>(end[low]);
+        std::sort(first_of, last_of, [](const GrainPair& a, const GrainPair& b) { return a.j < b.j; });
+        for (; first_of != last_of; ++first_of)
+            if (grains[static_cast<std::size_t>(first_of->j)].id < grains[low].id) std::swap(first_of->i, first_of->j);
     }
     return pairs;
 }

@@ -86,25 +86,30 @@ class Simulation {
         Stopwatch watch(comm_);
         StepReport report;
         drift((1 - settings_.theta) * settings_.h);
+        watch.lap(seconds_.advance);
         const Survey before = survey([](const Subdomain<M>& part, std::size_t g) { return part.grains[g].velocity; });
         if (++since_rough_ > settings_.rough_every || 2 * before.moved > skin_) rough(0);
         int iterations = 0;
         for (;; ++report.attempts) {
             detect(std::max(2 * settings_.h * before.speed, 2e-3 * least_radius_), report);
             watch.lap(seconds_.detect);
+            start_iteration(report);
+            watch.lap(seconds_.advance);
             if (report.contacts > 0) report.solve = solve(parts_, comm_, seconds_);
             iterations += report.solve.iterations;
             watch.skip();
             for (auto& part : parts_) keep_impulses(part);
             share_velocities();
-            if (complete(report.attempts)) break;
+            watch.lap(seconds_.advance);
+            const bool done = complete(report.attempts);
             watch.lap(seconds_.detect);
+            if (done) break;
         }
         report.solve.iterations = iterations;
         commit();
         drift(settings_.theta * settings_.h);
         ++steps_;
-        watch.lap(seconds_.detect);
+        watch.lap(seconds_.advance);
         return report;
     }
 
@@ -241,7 +246,7 @@ class Simulation {
         since_rough_ = 0;
     }
 
-    // Contacts, split masses, warm start; counts over the scene.
+    // Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
         std::vector<Buffer> mine(parts_.size());
         comm_.each_rank([&](std::size_t k) {
@@ -258,7 +263,12 @@ class Simulation {
                 worst = {all[p + 1], static_cast<int>(all[p + 2]), static_cast<int>(all[p + 3])};
         }
         if (worst.ratio > settings_.largest_overlap) throw std::runtime_error(overlap_message(worst));
-        split_masses<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
+        agree_on_multiplicities<M>(parts_, comm_, settings_.walls);
+    }
+
+    // Split masses, free velocities, warm start; counts over the scene.
+    void start_iteration(StepReport& report) {
+        split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
         count_scene(report);
         comm_.each_rank([this](std::size_t k) {
             prepare_contacts(parts_[k].problem);  // for solvers of the caller's own
