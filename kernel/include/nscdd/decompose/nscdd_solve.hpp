@@ -87,10 +87,15 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     const std::function<void(std::size_t)> take_glued = [&](std::size_t p) {
         parts[p].sweeper.load(parts[p].problem, parts[p].interface);
     };
+    const std::function<void(std::size_t)> restore_velocities = [&](std::size_t p) {
+        parts[p].sweeper.restore_velocities(parts[p].problem);
+        parts[p].sweeper.store(parts[p].problem, parts[p].interface);
+    };
     comm.each_rank(load);
     SolveReport report;
     ResidualParts residual;
-    do {
+    bool over = false;
+    while (!over) {
         accelerated = pays_to_accelerate(options, report, residual.contacts);
         for (int k = 0; k < options.check_every; ++k) {
             comm.each_rank(iterate);
@@ -108,8 +113,17 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
         }
         report.iterations += options.check_every;
         residual = scene_residual(parts, comm);
+        over = finished(residual, options, parts.front().problem.least_radius, report);
+        if (over && anderson.parted()) {
+            comm.each_rank(restore_velocities);
+            scheme.glue(parts, comm);
+            comm.each_rank(take_glued);
+            anderson.forget();
+            residual = scene_residual(parts, comm);
+            over = finished(residual, options, parts.front().problem.least_radius, report);
+        }
         watch.lap(seconds.sweep);
-    } while (!finished(residual, options, parts.front().problem.least_radius, report));
+    }
     comm.each_rank([&parts](std::size_t p) { parts[p].sweeper.store(parts[p].problem); });
     return report;
 }

@@ -26,6 +26,13 @@ class Anderson {
     // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
     // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
     static constexpr double tangential_weight = 0.1;
+    // How far to go, in differences of iterates. Where walls leave no room every sweep adds about the same to the
+    // impulses, and the combination that would change least is as far as can be: impulses a thousand times too large,
+    // whose round-off throws grains out.
+    static constexpr double reach = 5;
+    // After so many iterations one in so many starts from the iterate itself: else slow problems end in a cycle of
+    // combinations that go nowhere near as far as they should (both: METHOD.md, section 7).
+    static constexpr int many = 200, pause = 5;
     // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
     // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 7).
     static double metric(double split, double whole) {
@@ -47,6 +54,17 @@ class Anderson {
     int last() const { return last_; }
     int restarts() const { return restarts_; }
 
+    // Velocities and impulses are combined by the same coefficients. These are beyond 1, and make more and more of the
+    // round-off by which the two have parted: after 30,000 iterations velocities can be wrong in the third digit, and
+    // so the residual. Has there been enough to ask? The velocities of the impulses are no longer to be combined with
+    // what came before: forget().
+    bool parted() const { return updates_ - together_ >= many; }
+    void forget() {
+        coefficients_.setZero();
+        filled_ = 0;
+        together_ = updates_;
+    }
+
     // A change larger than the last one says that the combination did harm: what it was made from is forgotten.
     void update(const double* products) {
         const double own = products[0];
@@ -57,7 +75,7 @@ class Anderson {
         if (filled_ > 0 && own > previous_) {
             filled_ = 0;
             ++restarts_;
-        } else {
+        } else if (updates_ <= many || updates_ % pause != 0) {
             combine(own, with);
         }
         previous_ = own;
@@ -70,12 +88,6 @@ class Anderson {
     }
 
   private:
-    // How far to go, in differences of iterates. Where walls leave no room every sweep adds about the same to the
-    // impulses, and the combination that would change least is as far as can be: impulses a thousand times too large,
-    // whose round-off throws grains out. Slow problems do need to go far, after many iterations. (METHOD.md,
-    // section 7.)
-    double reach() const { return std::max(5.0, 0.1 * updates_); }
-
     // Of fixed capacity: on a few contacts allocations would cost more than the sweep.
     using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, largest_window, largest_window>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, largest_window, 1>;
@@ -107,7 +119,7 @@ class Anderson {
         if (factors.info() != Eigen::Success) return;
         const Vector c = scale.asDiagonal() * factors.solve(scale.asDiagonal() * b);
         if (!c.allFinite()) return;
-        const double shorten = std::min(1.0, reach() / c.lpNorm<1>());
+        const double shorten = std::min(1.0, reach / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
     }
 
@@ -116,7 +128,7 @@ class Anderson {
     Matrix products_;      // f_i.f_j by slot
     int now_, last_;       // slots of this iteration's change, and of the last one
     int filled_ = 0, restarts_ = 0;
-    int updates_ = 0;
+    int updates_ = 0, together_ = 0;
     double previous_ = 0;
 };
 

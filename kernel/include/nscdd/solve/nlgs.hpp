@@ -21,7 +21,8 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation);
     Anderson anderson(options.window);
-    do {
+    bool over = false;
+    while (!over) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
         for (int k = 0; k < options.check_every; ++k) {
@@ -33,7 +34,14 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
         }
         report.iterations += options.check_every;
         residual = sweeper.residual(problem);
-    } while (!finished(residual, options, problem.least_radius, report));
+        over = finished(residual, options, problem.least_radius, report);
+        if (over && anderson.parted()) {
+            sweeper.restore_velocities(problem);
+            anderson.forget();
+            residual = sweeper.residual(problem);
+            over = finished(residual, options, problem.least_radius, report);
+        }
+    }
     sweeper.store(problem);
     return report;
 }

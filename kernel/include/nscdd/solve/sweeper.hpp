@@ -41,6 +41,26 @@ class Sweeper {
         metric_.clear();
         make_room(problem, problem.wall_contacts, walls_, WithWall{});
         make_room(problem, problem.contacts, grains_, BetweenGrains{});
+        note_start(problem);
+    }
+
+    // V = V_start + M^-1 H (r - r_start) from where the acceleration began, of copies that have then to be glued.
+    void restore_velocities(ContactProblem<M>& problem) {
+        rows_ = start_rows_;
+        if constexpr (M::driven_walls)
+            for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
+        if (batched_) {
+            apply_since_start<BatchWalls<M>>(problem, walls_);
+            apply_since_start<Rows<Layout::row>>(problem, grains_);
+            return;
+        }
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+        auto start = start_.begin();
+        const auto apply = [&](const std::vector<Contact<M>>& contacts, auto kind) {
+            for (const Contact<M>& c : contacts) apply_impulse(problem, c, typename M::Impulse(c.r - *start++), kind);
+        };
+        apply(problem.wall_contacts, WithWall{});
+        apply(problem.contacts, BetweenGrains{});
     }
 
     int window() const { return window_; }  // 0: not accelerated
@@ -96,6 +116,11 @@ class Sweeper {
     void load(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
         if (!batched_) return;
         for (int g : bodies) set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
+    }
+
+    void load_velocities(const ContactProblem<M>& problem) {
+        if (!batched_) return;
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
     }
 
     bool batched() const { return batched_; }
@@ -160,9 +185,9 @@ class Sweeper {
         for (std::size_t g = 0; g < n; ++g) {
             const std::size_t at = row_of(static_cast<int>(g), rows);
             set_mass(at, problem.bodies[g].inv_mass, inverse_rho_[g]);
-            set_velocity(g, problem.bodies[g].v);
             share_[at / row] = 1.0 / problem.multiplicity[g];
         }
+        load_velocities(problem);
         for (std::size_t g = n; g < n + 2; ++g) set_mass(g * row, 1, 1);
         wall_share_.assign(problem.walls.size(), 1.0);
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
@@ -261,6 +286,35 @@ class Sweeper {
                 group.metric(k / lanes, window_)[k % lanes] = metric(contacts[static_cast<std::size_t>(order[k])]);
     }
 
+    void note_start(const ContactProblem<M>& problem) {
+        start_speeds_.clear();
+        if constexpr (M::driven_walls)
+            for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
+        start_.clear();
+        if (batched_) {
+            grains_.note_start();
+            walls_.note_start();
+        } else {
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
+            for (const auto* contacts : {&problem.wall_contacts, &problem.contacts})
+                for (const Contact<M>& c : *contacts) start_.push_back(c.r);
+        }
+        start_rows_ = rows_;
+    }
+
+    template <class Other>
+    void apply_since_start(ContactProblem<M>& problem, const BatchGroup<M>& group) {
+        for (std::size_t k = 0; k < group.count; ++k) {
+            Batch<M, Other> batch;
+            batch.load(problem, rows_, group, k);
+            Packet dr[Layout::components];
+            for (int d = 0; d < Layout::components; ++d)
+                dr[d] = batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
+            batch.apply(dr);
+            store_batch(problem, group, k, batch);
+        }
+    }
+
     // Of bodies and driven walls, as the contacts' impulses will be combined.
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
@@ -330,12 +384,17 @@ class Sweeper {
             }
             acceleration.after(batch, group, k, dr);
             batch.apply(dr);
-            batch.a.store(rows_.data(), group.body(k));
-            if constexpr (batch.wall)
-                batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
-            else
-                batch.b.store(rows_.data(), group.other(k));
+            store_batch(problem, group, k, batch);
         }
+    }
+
+    EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const BatchGroup<M>& group, std::size_t k,
+                                         auto& batch) {
+        batch.a.store(rows_.data(), group.body(k));
+        if constexpr (batch.wall)
+            batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
+        else
+            batch.b.store(rows_.data(), group.other(k));
     }
 
     // Which batches stays_open() is worth asking of: now and then, batches close and open seldom.
@@ -404,6 +463,9 @@ class Sweeper {
     std::vector<typename M::Impulse> past_;  // their iterates and changes
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot
+    AlignedDoubles start_rows_;              // where the acceleration began; the batches have its impulses, or:
+    std::vector<double> start_speeds_;
+    std::vector<typename M::Impulse> start_;  // of contacts with walls, then of those between grains
 };
 
 }  // namespace nscdd
