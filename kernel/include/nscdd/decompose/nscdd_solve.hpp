@@ -72,11 +72,12 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
         prepare_contacts(parts[p].problem, options.relaxation);
         parts[p].sweeper.load(parts[p].problem, options.relaxation);
     };
+    SolveReport report;
     bool accelerated = false;
     const std::function<void(std::size_t)> iterate = [&](std::size_t p) {
         ContactProblem<M>& problem = parts[p].problem;
         Sweeper<M>& sweeper = parts[p].sweeper;
-        if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
+        if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
         if (accelerated)
             std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
         else
@@ -92,7 +93,6 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
         parts[p].sweeper.store(parts[p].problem, parts[p].interface);
     };
     comm.each_rank(load);
-    SolveReport report;
     ResidualParts residual;
     bool over = false;
     while (!over) {

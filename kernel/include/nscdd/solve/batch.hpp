@@ -39,7 +39,7 @@ struct BatchGroup {
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
-    AlignedDoubles start;          // of each batch: impulses when the acceleration began
+    AlignedDoubles start;          // of each batch: impulses to restore velocities from
     std::size_t count = 0;         // batches
 
     static constexpr std::size_t lanes = Packet::width;

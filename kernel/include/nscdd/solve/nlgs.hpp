@@ -24,7 +24,7 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     bool over = false;
     while (!over) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
-        if (accelerated && sweeper.window() == 0) sweeper.accelerate(problem, options.window);
+        if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
         for (int k = 0; k < options.check_every; ++k) {
             if (accelerated)
                 anderson.update(sweeper.sweep(problem, anderson).data());

@@ -29,22 +29,18 @@ class Sweeper {
         load_bodies(problem, rows);
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
+        start_rows_.clear();
     }
 
-    // Before the first sweep with an Anderson of this window: room for its iterates and changes, and its metric.
-    void accelerate(const ContactProblem<M>& problem, int window) {
-        window_ = window;
-        const auto slots = static_cast<std::size_t>(window);
-        past_rows_.assign(slots, AlignedDoubles(rows_.size()));
-        past_speeds_.assign(slots * problem.walls.size(), 0.0);
-        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
-        metric_.clear();
-        make_room(problem, problem.wall_contacts, walls_, WithWall{});
-        make_room(problem, problem.contacts, grains_, BetweenGrains{});
-        note_start(problem);
+    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric. `many`:
+    // so many sweeps may follow that restore_velocities() will be asked for.
+    void accelerate(const ContactProblem<M>& problem, int window, bool many = true) {
+        if (window_ == 0) make_room(problem, window);
+        if (many && start_rows_.empty()) note_start(problem);
     }
 
-    // V = V_start + M^-1 H (r - r_start) from where the acceleration began, of copies that have then to be glued.
+    // V = V_start + M^-1 H (r - r_start) from where accelerate() was told of many sweeps, of copies that have then to
+    // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_ = start_rows_;
         if constexpr (M::driven_walls)
@@ -270,6 +266,17 @@ class Sweeper {
         return rows;
     }
 
+    void make_room(const ContactProblem<M>& problem, int window) {
+        window_ = window;
+        const auto slots = static_cast<std::size_t>(window);
+        past_rows_.assign(slots, AlignedDoubles(rows_.size()));
+        past_speeds_.assign(slots * problem.walls.size(), 0.0);
+        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
+        metric_.clear();
+        make_room(problem, problem.wall_contacts, walls_, WithWall{});
+        make_room(problem, problem.contacts, grains_, BetweenGrains{});
+    }
+
     void make_room(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BatchGroup<M>& group,
                    auto kind) {
         const auto metric = [&problem, kind](const Contact<M>& c) {
@@ -463,7 +470,7 @@ class Sweeper {
     std::vector<typename M::Impulse> past_;  // their iterates and changes
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot
-    AlignedDoubles start_rows_;              // where the acceleration began; the batches have its impulses, or:
+    AlignedDoubles start_rows_;  // where accelerate() was told of many sweeps; the batches have the impulses, or:
     std::vector<double> start_speeds_;
     std::vector<typename M::Impulse> start_;  // of contacts with walls, then of those between grains
 };
