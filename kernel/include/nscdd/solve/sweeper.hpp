@@ -395,10 +395,11 @@ class Sweeper {
         }
     }
 
+    template <class Other>
     EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const BatchGroup<M>& group, std::size_t k,
-                                         auto& batch) {
+                                         Batch<M, Other>& batch) {
         batch.a.store(rows_.data(), group.body(k));
-        if constexpr (batch.wall)
+        if constexpr (Batch<M, Other>::wall)
             batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
         else
             batch.b.store(rows_.data(), group.other(k));
