@@ -77,11 +77,12 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     const std::function<void(std::size_t)> iterate = [&](std::size_t p) {
         ContactProblem<M>& problem = parts[p].problem;
         Sweeper<M>& sweeper = parts[p].sweeper;
-        if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
-        if (accelerated)
+        if (accelerated) {
+            sweeper.accelerate(problem, options.window, may_part(options, report));
             std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
-        else
+        } else {
             sweeper.sweep(problem);
+        }
         for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
         sweeper.store(problem, parts[p].interface);
     };
@@ -116,8 +117,10 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
         over = finished(residual, options, parts.front().problem.least_radius, report);
         if (over && anderson.parted()) {
             comm.each_rank(restore_velocities);
+            watch.lap(seconds.sweep);
             scheme.glue(parts, comm);
             comm.each_rank(take_glued);
+            watch.lap(seconds.interface);
             anderson.forget();
             residual = scene_residual(parts, comm);
             over = finished(residual, options, parts.front().problem.least_radius, report);

@@ -114,11 +114,6 @@ class Sweeper {
         for (int g : bodies) set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
     }
 
-    void load_velocities(const ContactProblem<M>& problem) {
-        if (!batched_) return;
-        for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
-    }
-
     bool batched() const { return batched_; }
     // Indices into problem.contacts and wall_contacts in the order of the sweep, walls first; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
@@ -181,9 +176,9 @@ class Sweeper {
         for (std::size_t g = 0; g < n; ++g) {
             const std::size_t at = row_of(static_cast<int>(g), rows);
             set_mass(at, problem.bodies[g].inv_mass, inverse_rho_[g]);
+            set_velocity(g, problem.bodies[g].v);
             share_[at / row] = 1.0 / problem.multiplicity[g];
         }
-        load_velocities(problem);
         for (std::size_t g = n; g < n + 2; ++g) set_mass(g * row, 1, 1);
         wall_share_.assign(problem.walls.size(), 1.0);
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
