@@ -7,10 +7,9 @@
 //   sweeper.store(problem);
 #pragma once
 
-#include <numeric>
-
 #include "nscdd/law/residual.hpp"
 #include "nscdd/solve/combine.hpp"
+#include "nscdd/solve/load_batches.hpp"
 #include "nscdd/solve/sweep.hpp"
 
 namespace nscdd {
@@ -21,12 +20,12 @@ class Sweeper {
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
     // it is, and is swept contact by contact.
     void load(const ContactProblem<M>& problem, double relaxation = 1) {
-        batched_ = true;
-        find_radii(problem);
-        row_of_.assign(problem.bodies.size(), -1);
-        int rows = load_contacts<false>(problem, problem.contacts, grains_, 0);
-        rows = load_contacts<true>(problem, problem.wall_contacts, walls_, rows);
-        load_bodies(problem, rows);
+        rows_.begin(problem);
+        batched_ = load_batches<false>(problem, problem.contacts, rows_, grains_, turns_);
+        batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
+        rows_.load(problem);
+        wall_share_.assign(problem.walls.size(), 1.0);
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
         start_rows_.clear();
@@ -42,7 +41,7 @@ class Sweeper {
     // V = V_start + M^-1 H (r - r_start) from where accelerate() was told of many sweeps, of copies that have then to
     // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
-        rows_ = start_rows_;
+        rows_.data = start_rows_;
         if constexpr (M::driven_walls)
             for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
@@ -50,7 +49,7 @@ class Sweeper {
             apply_since_start<Rows<Layout::row>>(problem, grains_);
             return;
         }
-        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
         auto start = start_.begin();
         const auto apply = [&](const std::vector<Contact<M>>& contacts, auto kind) {
             for (const Contact<M>& c : contacts) apply_impulse(problem, c, typename M::Impulse(c.r - *start++), kind);
@@ -99,7 +98,7 @@ class Sweeper {
     // Velocities and impulses back into the problem.
     void store(ContactProblem<M>& problem) const {
         if (!batched_) return;
-        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
         store_impulses(grains_, problem.contacts);
         store_impulses(walls_, problem.wall_contacts);
     }
@@ -107,11 +106,13 @@ class Sweeper {
     // Velocities of some bodies, to be glued, into the problem and from there.
     void store(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
         if (!batched_) return;
-        for (int g : bodies) problem.bodies[static_cast<std::size_t>(g)].v = velocity(static_cast<std::size_t>(g));
+        for (int g : bodies)
+            problem.bodies[static_cast<std::size_t>(g)].v = rows_.velocity(static_cast<std::size_t>(g));
     }
     void load(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
         if (!batched_) return;
-        for (int g : bodies) set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
+        for (int g : bodies)
+            rows_.set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
     }
 
     bool batched() const { return batched_; }
@@ -125,7 +126,7 @@ class Sweeper {
             return (group.data.size() + group.friction.size()) * sizeof(double) +
                    (group.i.size() + group.j.size()) * sizeof(int);
         };
-        return rows_.size() * sizeof(double) + of(grains_) + of(walls_);
+        return rows_.data.size() * sizeof(double) + of(grains_) + of(walls_);
     }
 
   private:
@@ -133,138 +134,10 @@ class Sweeper {
     static constexpr std::size_t lanes = Packet::width, row = Layout::row;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
 
-    // Where the row of a body begins. Rows follow each other as a sweep first comes to them: those that no cache holds
-    // stream then, as the contacts do (64,000 spheres: 5 to 8 instead of 15 ns a contact). Dealt out when first asked
-    // for; `used`: so far.
-    std::size_t row_of(int body, int& used) {
-        int& at = row_of_[static_cast<std::size_t>(body)];
-        const bool fresh = at < 0;
-        at = fresh ? used : at;
-        used += fresh;
-        return static_cast<std::size_t>(at) * row;
-    }
-
-    typename M::Velocity velocity(std::size_t body) const {
-        typename M::Velocity v;
-        const double* from = rows_.data() + static_cast<std::size_t>(row_of_[body]) * row;
-        for (int d = 0; d < M::dof; ++d) v[d] = from[d] * (d < M::dim ? 1.0 : inverse_rho_[body]);
-        return v;
-    }
-    void set_velocity(std::size_t body, const typename M::Velocity& v) {
-        double* to = rows_.data() + static_cast<std::size_t>(row_of_[body]) * row;
-        for (int d = 0; d < M::dof; ++d) to[d] = d < M::dim ? v[d] : v[d] / inverse_rho_[body];
-    }
-
-    void find_radii(const ContactProblem<M>& problem) {
-        inverse_rho_.assign(problem.bodies.size(), 1.0);
-        if constexpr (M::friction)
-            for (std::size_t g = 0; g < problem.bodies.size(); ++g) {
-                const Body<M>& body = problem.bodies[g];
-                inverse_rho_[g] = std::sqrt(body.inv_inertia / (Layout::kappa * body.inv_mass));
-            }
-    }
-
-    void load_bodies(const ContactProblem<M>& problem, int rows) {
-        const std::size_t n = problem.bodies.size();
-        // two more are the pair of the lanes without a contact: it never touches; an even number fills whole packets
-        rows_.assign((n + 2 + n % 2) * row, 0.0);
-        share_.assign(n + 2, 1.0);
-        const auto set_mass = [this](std::size_t at, double inv_mass, double inverse_rho) {
-            rows_[at + Layout::mass_at] = inv_mass;
-            if constexpr (Layout::half_gap) rows_[at + Layout::radius_at] = inverse_rho;
-        };
-        for (std::size_t g = 0; g < n; ++g) {
-            const std::size_t at = row_of(static_cast<int>(g), rows);
-            set_mass(at, problem.bodies[g].inv_mass, inverse_rho_[g]);
-            set_velocity(g, problem.bodies[g].v);
-            share_[at / row] = 1.0 / problem.multiplicity[g];
-        }
-        for (std::size_t g = n; g < n + 2; ++g) set_mass(g * row, 1, 1);
-        wall_share_.assign(problem.walls.size(), 1.0);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
-    }
-
-    // Takes and returns how many rows have been dealt out.
-    template <bool wall>
-    int load_contacts(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BatchGroup<M>& group,
-                      int rows) {
-        const std::size_t bodies = problem.bodies.size();
-        const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
-        // a batch has one coefficient of friction, and open contacts keep to themselves: see stays_open()
-        const auto together = [&](int first, int c) {
-            if (!wall && at(first).r.isZero(0) != at(c).r.isZero(0)) return false;
-            if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
-            return true;
-        };
-        const auto touched = [&](int c, auto&& visit) {
-            visit(at(c).i);
-            if constexpr (!wall) visit(at(c).j);
-            if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
-        };
-        // a driven wall comes once in a batch: its contacts are taken in turn with those of the others
-        const int most =
-            wall && M::driven_walls ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
-        turns_.resize(contacts.size());
-        std::iota(turns_.begin(), turns_.end(), 0);
-        if (wall && M::driven_walls) {
-            std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
-            for (std::size_t c = 0; c < contacts.size(); ++c)
-                before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
-            std::stable_sort(turns_.begin(), turns_.end(), [&before](int a, int b) {
-                return before[static_cast<std::size_t>(a)] < before[static_cast<std::size_t>(b)];
-            });
-        }
-        group.batches.deal(turns_, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
-
-        const std::vector<int>& order = group.batches.contact;
-        group.count = order.size() / lanes;
-        group.i.assign(order.size(), static_cast<int>(bodies * row));
-        group.j.assign(order.size(), wall ? 0 : static_cast<int>((bodies + 1) * row));
-        group.shared.assign(group.count, 0);
-        group.friction.assign(M::friction ? group.count : 0, 0.0);
-        group.data.assign(order.size() * Layout::fields, 0.0);
-        for (std::size_t k = 0; k < order.size(); ++k) {
-            const auto field = [&](int f) -> double& {
-                return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
-            };
-            if (order[k] < 0) {
-                field(Layout::normal_at) = 1;
-                field(Layout::bias_at) = 1e150;  // open, whatever the wall of this lane does
-                continue;
-            }
-            const Contact<M>& c = at(order[k]);
-            const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
-            group.i[k] = static_cast<int>(row_of(c.i, rows));
-            group.j[k] = wall ? c.j : static_cast<int>(row_of(c.j, rows));
-            if (problem.multiplicity[i] > 1 || (wall ? problem.wall_multiplicity : problem.multiplicity)[j] > 1)
-                group.shared[k / lanes] = 1;
-            for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
-            if constexpr (Layout::framed) {
-                field(Layout::impulse_at) = c.normal.dot(c.r);
-                field(Layout::impulse_at + 1) = c.normal[0] * c.r[1] - c.normal[1] * c.r[0];
-            } else {
-                for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
-            }
-            field(Layout::bias_at) = c.bias;
-            if constexpr (M::friction) {
-                group.friction[k / lanes] = c.friction_coefficient;
-                if constexpr (Layout::half_gap) {
-                    const double half = c.lever_i - 1 / inverse_rho_[i];
-                    field(Layout::lever_at) = half;
-                    if (!wall && std::abs(c.lever_j - 1 / inverse_rho_[j] - half) > 1e-13 * c.lever_j) batched_ = false;
-                } else {
-                    field(Layout::lever_at) = c.lever_i * inverse_rho_[i];
-                    if constexpr (!wall) field(Layout::lever_at + 1) = c.lever_j * inverse_rho_[j];
-                }
-            }
-        }
-        return rows;
-    }
-
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
         const auto slots = static_cast<std::size_t>(window);
-        past_rows_.assign(slots, AlignedDoubles(rows_.size()));
+        past_rows_.assign(slots, AlignedDoubles(rows_.data.size()));
         past_speeds_.assign(slots * problem.walls.size(), 0.0);
         past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
         metric_.clear();
@@ -297,18 +170,18 @@ class Sweeper {
             grains_.note_start();
             walls_.note_start();
         } else {
-            for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
             for (const auto* contacts : {&problem.wall_contacts, &problem.contacts})
                 for (const Contact<M>& c : *contacts) start_.push_back(c.r);
         }
-        start_rows_ = rows_;
+        start_rows_ = rows_.data;
     }
 
     template <class Other>
     void apply_since_start(ContactProblem<M>& problem, const BatchGroup<M>& group) {
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
-            batch.load(problem, rows_, group, k);
+            batch.load(problem, rows_.data, group, k);
             Packet dr[Layout::components];
             for (int d = 0; d < Layout::components; ++d)
                 dr[d] = batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
@@ -320,20 +193,20 @@ class Sweeper {
     // Of bodies and driven walls, as the contacts' impulses will be combined.
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
-            for (std::size_t g = 0; g < problem.bodies.size(); ++g) set_velocity(g, problem.bodies[g].v);
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
         const int slots = anderson.window();
-        for (std::size_t k = 0; k < rows_.size(); k += lanes) {
-            const Packet before = Packet::load(rows_.data() + k);
+        for (std::size_t k = 0; k < rows_.data.size(); k += lanes) {
+            const Packet before = Packet::load(rows_.data.data() + k);
             Packet combined = before;
             for (int j = 0; j < slots; ++j) {
                 const Packet past = Packet::load(past_rows_[static_cast<std::size_t>(j)].data() + k);
                 combined = madd(Packet(anderson.coefficient(j)), past - before, combined);
             }
-            combined.store(rows_.data() + k);
+            combined.store(rows_.data.data() + k);
             before.store(past_rows_[static_cast<std::size_t>(anderson.last())].data() + k);
         }
         if (!batched_)
-            for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = velocity(g);
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
         if constexpr (M::driven_walls)
             for (std::size_t w = 0; w < problem.walls.size(); ++w) {
                 double& speed = problem.walls[w].speed;
@@ -342,21 +215,6 @@ class Sweeper {
                 for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
                 past[anderson.last()] = before;
             }
-    }
-
-    void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) const {
-        const std::vector<int>& order = group.batches.contact;
-        for (std::size_t k = 0; k < order.size(); ++k) {
-            if (order[k] < 0) continue;
-            Contact<M>& c = contacts[static_cast<std::size_t>(order[k])];
-            const auto r = [&](int d) {
-                return group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
-            };
-            if constexpr (Layout::framed)
-                c.r = {r(0) * c.normal[0] - r(1) * c.normal[1], r(0) * c.normal[1] + r(1) * c.normal[0]};
-            else
-                for (int d = 0; d < Layout::components; ++d) c.r[d] = r(d);
-        }
     }
 
     template <class Other>
@@ -373,7 +231,7 @@ class Sweeper {
                 group.open[k] = 0;
             }
             Batch<M, Other> batch;
-            batch.load(problem, rows_, group, k);
+            batch.load(problem, rows_.data, group, k);
             acceleration.before(batch, group, k);
             Packet wn, wt, next[Layout::components], dr[Layout::components];
             batch.delassus(Packet(1), Packet(1), wn, wt);
@@ -393,11 +251,11 @@ class Sweeper {
     template <class Other>
     EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const BatchGroup<M>& group, std::size_t k,
                                          Batch<M, Other>& batch) {
-        batch.a.store(rows_.data(), group.body(k));
+        batch.a.store(rows_.data.data(), group.body(k));
         if constexpr (Batch<M, Other>::wall)
             batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
         else
-            batch.b.store(rows_.data(), group.other(k));
+            batch.b.store(rows_.data.data(), group.other(k));
     }
 
     // Which batches stays_open() is worth asking of: now and then, batches close and open seldom.
@@ -410,8 +268,8 @@ class Sweeper {
     [[gnu::always_inline]] bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
         static_assert(row % 4 == 0);
         Rows<4> a, b;  // the first four components, with the velocity
-        a.load(rows_.data(), group.body(batch));
-        b.load(rows_.data(), group.other(batch));
+        a.load(rows_.data.data(), group.body(batch));
+        b.load(rows_.data.data(), group.other(batch));
         const double* from = group.fields(batch);
         Packet opening = Packet::load(from + Layout::bias_at * Packet::width);
         for (int d = 0; d < M::dim; ++d)
@@ -424,7 +282,7 @@ class Sweeper {
         Packet change(0), energy(0), next_energy(0), round_off(0), closing(0);
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
-            batch.load(problem, rows_, group, k);
+            batch.load(problem, rows_.data, group, k);
             Packet wn, wt, next[Layout::components], dr[Layout::components], share_i(1), share_j(1);
             if (group.shared[k]) load_shares<Other>(group, k, share_i, share_j);
             batch.delassus(share_i, share_j, wn, wt);
@@ -446,19 +304,17 @@ class Sweeper {
         alignas(sizeof(Packet)) double share[2][lanes];
         for (std::size_t k = 0; k < lanes; ++k) {
             const auto j = static_cast<std::size_t>(group.other(batch)[k]);
-            share[0][k] = share_[static_cast<std::size_t>(group.body(batch)[k]) / row];
-            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : share_[j / row];
+            share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / row];
+            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / row];
         }
         share_i = Packet::load(share[0]);
         share_j = Packet::load(share[1]);
     }
 
-    std::vector<int> row_of_;                 // of each body, counted in rows
-    AlignedDoubles rows_;                     // of the bodies, and two more
-    std::vector<double> inverse_rho_;         // by body
-    std::vector<double> share_, wall_share_;  // 1/multiplicity, by row and by wall
+    BodyRows<M> rows_;
+    std::vector<double> wall_share_;  // 1/multiplicity
     BatchGroup<M> grains_, walls_;
-    std::vector<int> turns_;  // contacts in the order to deal them in; kept for its memory
+    std::vector<int> turns_;  // of contacts; kept for its memory
     bool batched_ = false;
     double stretch_ = 1;  // of W: 1/omega
     int window_ = 0, sweeps_ = 0;

@@ -1,0 +1,113 @@
+// The contacts of a problem into batches, and their impulses back.
+#pragma once
+
+#include <numeric>
+
+#include "nscdd/solve/body_rows.hpp"
+
+namespace nscdd {
+
+// The order in which load_batches() deals contacts: as they come, but those of a driven wall, which comes once in a
+// batch, in turn with those of the others.
+template <bool wall, class M>
+void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::vector<int>& turns) {
+    turns.resize(contacts.size());
+    std::iota(turns.begin(), turns.end(), 0);
+    if constexpr (wall && M::driven_walls) {
+        std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
+        for (std::size_t c = 0; c < contacts.size(); ++c) before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
+        std::stable_sort(turns.begin(), turns.end(), [&before](int a, int b) {
+            return before[static_cast<std::size_t>(a)] < before[static_cast<std::size_t>(b)];
+        });
+    }
+}
+
+// Returns whether the layout fits: levers and inertias must be those of solid grains (3D). `turns`: for its memory.
+template <bool wall, class M>
+bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BodyRows<M>& rows,
+                  BatchGroup<M>& group, std::vector<int>& turns) {
+    using Layout = BatchLayout<M>;
+    constexpr std::size_t lanes = Packet::width;
+    const std::size_t bodies = problem.bodies.size();
+    const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
+    // a batch has one coefficient of friction, and open contacts keep to themselves: see Sweeper::stays_open()
+    const auto together = [&](int first, int c) {
+        if (!wall && at(first).r.isZero(0) != at(c).r.isZero(0)) return false;
+        if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
+        return true;
+    };
+    const auto touched = [&](int c, auto&& visit) {
+        visit(at(c).i);
+        if constexpr (!wall) visit(at(c).j);
+        if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
+    };
+    const int most =
+        wall && M::driven_walls ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    find_turns<wall>(problem, contacts, turns);
+    group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
+
+    const std::vector<int>& order = group.batches.contact;
+    group.count = order.size() / lanes;
+    group.i.assign(order.size(), static_cast<int>(rows.no_body()));
+    group.j.assign(order.size(), wall ? 0 : static_cast<int>(rows.no_other_body()));
+    group.shared.assign(group.count, 0);
+    group.friction.assign(M::friction ? group.count : 0, 0.0);
+    group.data.assign(order.size() * Layout::fields, 0.0);
+    bool fits = true;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const auto field = [&](int f) -> double& {
+            return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
+        };
+        if (order[k] < 0) {
+            field(Layout::normal_at) = 1;
+            field(Layout::bias_at) = 1e150;  // open, whatever the wall of this lane does
+            continue;
+        }
+        const Contact<M>& c = at(order[k]);
+        const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+        group.i[k] = static_cast<int>(rows.row_of(c.i));
+        group.j[k] = wall ? c.j : static_cast<int>(rows.row_of(c.j));
+        if (problem.multiplicity[i] > 1 || (wall ? problem.wall_multiplicity : problem.multiplicity)[j] > 1)
+            group.shared[k / lanes] = 1;
+        for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
+        if constexpr (Layout::framed) {
+            field(Layout::impulse_at) = c.normal.dot(c.r);
+            field(Layout::impulse_at + 1) = c.normal[0] * c.r[1] - c.normal[1] * c.r[0];
+        } else {
+            for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
+        }
+        field(Layout::bias_at) = c.bias;
+        if constexpr (M::friction) {
+            group.friction[k / lanes] = c.friction_coefficient;
+            if constexpr (Layout::half_gap) {
+                const double half = c.lever_i - 1 / rows.inverse_rho(i);
+                field(Layout::lever_at) = half;
+                if (!wall && std::abs(c.lever_j - 1 / rows.inverse_rho(j) - half) > 1e-13 * c.lever_j) fits = false;
+            } else {
+                field(Layout::lever_at) = c.lever_i * rows.inverse_rho(i);
+                if constexpr (!wall) field(Layout::lever_at + 1) = c.lever_j * rows.inverse_rho(j);
+            }
+        }
+    }
+    return fits;
+}
+
+template <class M>
+void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) {
+    using Layout = BatchLayout<M>;
+    constexpr std::size_t lanes = Packet::width;
+    const std::vector<int>& order = group.batches.contact;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        if (order[k] < 0) continue;
+        Contact<M>& c = contacts[static_cast<std::size_t>(order[k])];
+        const auto r = [&](int d) {
+            return group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
+        };
+        if constexpr (Layout::framed)
+            c.r = {r(0) * c.normal[0] - r(1) * c.normal[1], r(0) * c.normal[1] + r(1) * c.normal[0]};
+        else
+            for (int d = 0; d < Layout::components; ++d) c.r[d] = r(d);
+    }
+}
+
+}  // namespace nscdd
