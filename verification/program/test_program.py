@@ -120,7 +120,8 @@ class Program(ProgramTest):
 
     def test_compare_agrees_and_disagrees(self):
         self.run_case("start", "--steps", 3)
-        step = ("--from", self.folder / "start.h5", "--steps", 1)
+        # at 1e-4 the stress of so few grains may differ by more than the bound of one step: by 1.3 % without fused sums
+        step = ("--from", self.folder / "start.h5", "--steps", 1, "--tolerance", 1e-6)
         self.run_case("nlgs", *step)
         self.run_case("dcs", *step, "--scheme", "dcs", "--subdomains", 4)
         out = self.folder / "dcs.compare.json"
