@@ -8,7 +8,7 @@
 #include <string>
 #include <type_traits>
 
-#include "compiled_solvers.hpp"
+#include "compiled_kernel.hpp"
 
 namespace scenes {
 

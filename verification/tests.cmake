@@ -17,6 +17,10 @@ nscdd_test(test_single_precision quick unit/test_single_precision.cpp)
 nscdd_test(test_schemes quick agreement/test_schemes.cpp)
 nscdd_test(test_reference quick agreement/test_reference.cpp)
 
+foreach(test test_detection test_gluing test_partition test_sweeper test_sweeper_unvectorised)
+    target_compile_options(${test} PRIVATE -O0)  # they compile for a minute and run for a moment
+endforeach()
+
 if(TARGET nscdd_files)
     nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
@@ -47,10 +51,10 @@ if(NSCDD_PROGRAM)
     function(nscdd_program_test name label module)
         add_test(NAME "program: ${name}" COMMAND ${NSCDD_PYTHON} -m unittest ${module}
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/program)
-        set_tests_properties("program: ${name}" PROPERTIES LABELS ${label} TIMEOUT 900
+        set_tests_properties("program: ${name}" PROPERTIES LABELS "${label}" TIMEOUT 900
             ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
     endfunction()
-    nscdd_program_test("bad input" program test_bad_input)
+    nscdd_program_test("bad input" "program;sanitized" test_bad_input)
     nscdd_program_test("pack, run, compare" program test_program.Program)
     nscdd_program_test("hard cases" program test_hard_cases)
     nscdd_program_test("speed against error" program test_accuracy)

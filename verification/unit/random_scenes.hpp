@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../catch.hpp"
-#include "../compiled_solvers.hpp"
+#include "../compiled_kernel.hpp"
 
 namespace nscdd::test {
 

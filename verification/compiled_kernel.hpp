@@ -1,0 +1,53 @@
+// What every test program needs of the kernel in a model, compiled once for all of them (compiled_kernel.cpp.in): it is
+// most of what compiling one costs. Not where a program compiles the kernel in a way of its own.
+#pragma once
+
+#include "nscdd/nscdd.hpp"
+
+namespace nscdd::compiled {
+using FrictionlessKinematic2 = Model<2, Frictionless, KinematicWalls>;
+using FrictionlessDriven2 = Model<2, Frictionless, DrivenWalls>;
+using CoulombKinematic2 = Model<2, Coulomb, KinematicWalls>;
+using CoulombDriven2 = Model<2, Coulomb, DrivenWalls>;
+using FrictionlessKinematic3 = Model<3, Frictionless, KinematicWalls>;
+using FrictionlessDriven3 = Model<3, Frictionless, DrivenWalls>;
+using CoulombKinematic3 = Model<3, Coulomb, KinematicWalls>;
+using CoulombDriven3 = Model<3, Coulomb, DrivenWalls>;
+}  // namespace nscdd::compiled
+
+// prefix: extern, or nothing; M: a name for the model.
+#define COMPILED_KERNEL(prefix, M)                                                                                     \
+    prefix template class Simulation<M>;                                                                               \
+    prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Grid<M>&,                        \
+                                     std::span<const Wall<M>>, double, double);                                        \
+    prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,         \
+                                            double);                                                                   \
+    prefix template bool find_missed(Subdomain<M>&, std::span<const Wall<M>>, double, double);                         \
+    prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>); \
+    prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);    \
+    prefix template Measures<M> measure(const Simulation<M>&);                                                         \
+    prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&);                                 \
+    prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&);                             \
+    prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                            \
+    prefix template NewtonReport newton_solve<SparseLU>(ContactProblem<M>&, const NewtonOptions&);                     \
+    prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                  \
+    prefix template StepSolver<M> by_nlgs(const SolveOptions&);                                                        \
+    prefix template StepSolver<M> by_newton(const NewtonOptions&);                                                     \
+    prefix template StepSolver<M> by_gradient(const SolveOptions&, Descent);                                           \
+    prefix template StepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                                   \
+    prefix template StepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                                   \
+    prefix template StepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                                 \
+    prefix template StepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&);
+
+#ifndef EIGEN_DONT_VECTORIZE
+namespace nscdd {
+COMPILED_KERNEL(extern, compiled::FrictionlessKinematic2)
+COMPILED_KERNEL(extern, compiled::FrictionlessDriven2)
+COMPILED_KERNEL(extern, compiled::CoulombKinematic2)
+COMPILED_KERNEL(extern, compiled::CoulombDriven2)
+COMPILED_KERNEL(extern, compiled::FrictionlessKinematic3)
+COMPILED_KERNEL(extern, compiled::FrictionlessDriven3)
+COMPILED_KERNEL(extern, compiled::CoulombKinematic3)
+COMPILED_KERNEL(extern, compiled::CoulombDriven3)
+}  // namespace nscdd
+#endif
