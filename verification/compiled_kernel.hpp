@@ -4,16 +4,19 @@
 
 #include "nscdd/nscdd.hpp"
 
-namespace nscdd::compiled {
-using FrictionlessKinematic2 = Model<2, Frictionless, KinematicWalls>;
-using FrictionlessDriven2 = Model<2, Frictionless, DrivenWalls>;
-using CoulombKinematic2 = Model<2, Coulomb, KinematicWalls>;
-using CoulombDriven2 = Model<2, Coulomb, DrivenWalls>;
-using FrictionlessKinematic3 = Model<3, Frictionless, KinematicWalls>;
-using FrictionlessDriven3 = Model<3, Frictionless, DrivenWalls>;
-using CoulombKinematic3 = Model<3, Coulomb, KinematicWalls>;
-using CoulombDriven3 = Model<3, Coulomb, DrivenWalls>;
-}  // namespace nscdd::compiled
+namespace scenes {
+
+// Smooth: frictionless. Driven: with walls that a force pushes.
+using SmoothDisks = nscdd::Model<2, nscdd::Frictionless, nscdd::KinematicWalls>;
+using SmoothDisksDriven = nscdd::Model<2, nscdd::Frictionless, nscdd::DrivenWalls>;
+using Disks = nscdd::Model<2, nscdd::Coulomb, nscdd::KinematicWalls>;
+using DisksDriven = nscdd::Model<2, nscdd::Coulomb, nscdd::DrivenWalls>;
+using SmoothSpheres = nscdd::Model<3, nscdd::Frictionless, nscdd::KinematicWalls>;
+using SmoothSpheresDriven = nscdd::Model<3, nscdd::Frictionless, nscdd::DrivenWalls>;
+using Spheres = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
+using SpheresDriven = nscdd::Model<3, nscdd::Coulomb, nscdd::DrivenWalls>;
+
+}  // namespace scenes
 
 // prefix: extern, or nothing; M: a name for the model.
 #define COMPILED_KERNEL(prefix, M)                                                                                     \
@@ -41,13 +44,13 @@ using CoulombDriven3 = Model<3, Coulomb, DrivenWalls>;
 
 #ifndef EIGEN_DONT_VECTORIZE
 namespace nscdd {
-COMPILED_KERNEL(extern, compiled::FrictionlessKinematic2)
-COMPILED_KERNEL(extern, compiled::FrictionlessDriven2)
-COMPILED_KERNEL(extern, compiled::CoulombKinematic2)
-COMPILED_KERNEL(extern, compiled::CoulombDriven2)
-COMPILED_KERNEL(extern, compiled::FrictionlessKinematic3)
-COMPILED_KERNEL(extern, compiled::FrictionlessDriven3)
-COMPILED_KERNEL(extern, compiled::CoulombKinematic3)
-COMPILED_KERNEL(extern, compiled::CoulombDriven3)
+COMPILED_KERNEL(extern, scenes::SmoothDisks)
+COMPILED_KERNEL(extern, scenes::SmoothDisksDriven)
+COMPILED_KERNEL(extern, scenes::Disks)
+COMPILED_KERNEL(extern, scenes::DisksDriven)
+COMPILED_KERNEL(extern, scenes::SmoothSpheres)
+COMPILED_KERNEL(extern, scenes::SmoothSpheresDriven)
+COMPILED_KERNEL(extern, scenes::Spheres)
+COMPILED_KERNEL(extern, scenes::SpheresDriven)
 }  // namespace nscdd
 #endif

@@ -16,16 +16,6 @@ using nscdd::Buffer;
 using nscdd::Grain;
 using nscdd::Wall;
 
-// Smooth: frictionless. Driven: with walls that a force pushes.
-using SmoothDisks = nscdd::Model<2, nscdd::Frictionless, nscdd::KinematicWalls>;
-using SmoothDisksDriven = nscdd::Model<2, nscdd::Frictionless, nscdd::DrivenWalls>;
-using Disks = nscdd::Model<2, nscdd::Coulomb, nscdd::KinematicWalls>;
-using DisksDriven = nscdd::Model<2, nscdd::Coulomb, nscdd::DrivenWalls>;
-using SmoothSpheres = nscdd::Model<3, nscdd::Frictionless, nscdd::KinematicWalls>;
-using SmoothSpheresDriven = nscdd::Model<3, nscdd::Frictionless, nscdd::DrivenWalls>;
-using Spheres = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
-using SpheresDriven = nscdd::Model<3, nscdd::Coulomb, nscdd::DrivenWalls>;
-
 // For TEMPLATE_TEST_CASE.
 #define EVERY_MODEL \
     SmoothDisks, SmoothDisksDriven, Disks, DisksDriven, SmoothSpheres, SmoothSpheresDriven, Spheres, SpheresDriven
