@@ -16,16 +16,21 @@ namespace nscdd {
 
 namespace {
 
-// MPI for the time of one run. Ranks that fail alone would leave the others waiting: every risky part goes through
-// together(), after which all go on or all stop.
+// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
+// than many a scene, and processes that start it at the same moment on one machine can fail each other.
+// Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
+// or all stop.
 class Session {
   public:
-    Session() {
+    explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
+        if (!with_mpi_) return;
         MPI_Init(nullptr, nullptr);
         MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
         MPI_Comm_size(MPI_COMM_WORLD, &size_);
     }
-    ~Session() { MPI_Finalize(); }
+    ~Session() {
+        if (with_mpi_) MPI_Finalize();
+    }
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
@@ -39,18 +44,20 @@ class Session {
             part();
         } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
             fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
-            MPI_Abort(MPI_COMM_WORLD, 1);
+            if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
+            return false;
         } catch (const std::exception& error) {
             problem = error.what();
         }
         const int mine = problem.empty() ? size_ : rank_;
-        int first = size_;
-        MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+        int first = mine;
+        if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
         if (first == rank_) fmt::print(stderr, "nscdd: {}\n", problem);
         return first == size_;
     }
 
   private:
+    bool with_mpi_;
     int rank_ = 0, size_ = 1;
 };
 
@@ -168,9 +175,9 @@ RunFunction choose_model(const Scene& scene) {
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {
-    const bool over_mpi =
-        arguments.transport == "mpi" || (arguments.transport == "auto" && launched());  // MPI_Init sets them
-    Session session;
+    const bool among_ranks = launched();
+    const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && among_ranks);
+    Session session(over_mpi || among_ranks);
     RunRequest request;
     RunResult result;
     if (!session.together([&] { request = prepare_run(arguments, provenance, session.size(), over_mpi); })) return 1;

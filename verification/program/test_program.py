@@ -1,7 +1,9 @@
 """The program from end to end: pack, run alone and under mpirun, go on from a state, compare."""
 import json
+import os
 import pathlib
 import unittest
+import unittest.mock
 
 import h5py
 import jsonschema
@@ -109,6 +111,14 @@ class Program(ProgramTest):
                         self.assertEqual(mpi[key], own[key], key)
                     for key, values in own_state.items():
                         np.testing.assert_array_equal(mpi_state[key], values, key)
+
+    def test_alone_it_runs_without_mpi(self):
+        """Starting MPI takes a third of a second, and programs that start it at one moment can fail each other."""
+        with unittest.mock.patch.dict(os.environ, OMPI_MCA_pml="there-is-none-of-this-name"):  # no MPI_Init succeeds
+            report, _ = self.run_case("alone", "--scheme", "dcs", "--subdomains", 2, "--steps", 1)
+            done = self.run_program("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--transport", "mpi")
+        self.assertEqual(report["transport"], "in-process")
+        self.assertNotEqual(done.returncode, 0)
 
     def test_a_state_goes_on_where_it_stopped(self):
         whole, whole_state = self.run_case("whole", "--steps", 6)
