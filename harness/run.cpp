@@ -17,7 +17,7 @@ namespace nscdd {
 namespace {
 
 // MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
-// than many a scene, and processes that start it at the same moment on one machine can fail each other.
+// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
 // Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
 // or all stop.
 class Session {

@@ -113,8 +113,8 @@ class Program(ProgramTest):
                         np.testing.assert_array_equal(mpi_state[key], values, key)
 
     def test_alone_it_runs_without_mpi(self):
-        """Starting MPI takes a third of a second, and programs that start it at one moment can fail each other."""
-        with unittest.mock.patch.dict(os.environ, OMPI_MCA_pml="there-is-none-of-this-name"):  # no MPI_Init succeeds
+        """Where no MPI_Init succeeds."""
+        with unittest.mock.patch.dict(os.environ, OMPI_MCA_pml="there-is-none-of-this-name"):
             report, _ = self.run_case("alone", "--scheme", "dcs", "--subdomains", 2, "--steps", 1)
             done = self.run_program("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--transport", "mpi")
         self.assertEqual(report["transport"], "in-process")
