@@ -252,6 +252,23 @@ struct Batch : BatchLayout<M> {
         }
     }
 
+    // |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t) by lane, ResidualParts::work.
+    EIGEN_ALWAYS_INLINE Packet forbidden_work(double friction) const {
+        if constexpr (framed) {
+            const Packet sliding = madd(Packet(friction) * r[0], magnitude(v[1]), r[1] * v[1]);
+            return magnitude(r[0] * (v[0] + bias)) + sliding;
+        } else if constexpr (M::friction) {
+            const Packet vn = dot(v, n), rn = dot(r, n);
+            Packet slip[dim];
+            for (int d = 0; d < dim; ++d) slip[d] = v[d] - vn * n[d];
+            const Packet square = dot(slip, slip), speed = square * inverse_root(larger(square, Packet(1e-300)));
+            return magnitude(rn * (vn + bias)) + madd(Packet(friction) * rn, speed, dot(r, slip));
+        } else {
+            (void)friction;
+            return magnitude(r[0] * (v[0] + bias));
+        }
+    }
+
     // An impulse with its normal part times wn and its tangential part times wt.
     EIGEN_ALWAYS_INLINE void weigh(const Packet* impulse, Packet wn, Packet wt, Packet* out) const {
         if constexpr (framed) {

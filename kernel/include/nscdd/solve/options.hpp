@@ -12,6 +12,7 @@ namespace nscdd {
 
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta
+    double velocity_error = 0.03;  // on the velocity error, which eta cannot see where masses differ or columns are long
     double penetration = 1e-3;   // on the penetration of the step over the least radius
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // reported when hit, never silent
@@ -29,8 +30,9 @@ struct SolveOptions {
 
 struct SolveReport {
     int iterations = 0;
-    double residual = 0;     // eta
-    double penetration = 0;  // [m]
+    double residual = 0;        // eta
+    double velocity_error = 0;  // ResidualParts::velocity_error()
+    double penetration = 0;     // [m]
     bool converged = true;
 };
 
@@ -60,10 +62,12 @@ inline bool may_part(const SolveOptions& options, const SolveReport& report) {
 inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                      SolveReport& report) {
     report.residual = parts.eta();
+    report.velocity_error = parts.velocity_error();
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged = report.residual <= options.tolerance && report.penetration <= options.penetration * least_radius;
+    report.converged = report.residual <= options.tolerance && report.velocity_error <= options.velocity_error &&
+                       report.penetration <= options.penetration * least_radius;
     return report.converged || report.iterations >= options.max_iterations;
 }
 

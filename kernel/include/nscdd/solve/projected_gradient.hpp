@@ -271,12 +271,13 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     check_options(options);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
+    const FreeVelocities<M> free = free_velocities(problem);
     BodyGradient<M> gradient(problem);
     ProjectedGradient iteration(gradient, descent);
     do {
         for (int k = 0; k < options.check_every; ++k) iteration.iterate();
         report.iterations += options.check_every;
-    } while (!finished(residual_parts(problem), options, problem.least_radius, report));
+    } while (!finished(residual_parts(problem, free), options, problem.least_radius, report));
     return report;
 }
 

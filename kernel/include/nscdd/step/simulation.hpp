@@ -16,6 +16,7 @@
 #include "nscdd/decompose/nscdd_solve.hpp"
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
+#include "nscdd/step/energy.hpp"
 
 namespace nscdd {
 
@@ -37,6 +38,7 @@ struct StepReport {
     double contacts = 0;  // of the whole scene
     double interface_grains = 0;
     double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
+    StepEnergy energy;
 };
 
 template <class M>
@@ -106,6 +108,7 @@ class Simulation {
             if (done) break;
         }
         report.solve.iterations = iterations;
+        report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         commit();
         drift(settings_.theta * settings_.h);
         ++steps_;
