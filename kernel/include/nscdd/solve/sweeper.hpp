@@ -42,8 +42,7 @@ class Sweeper {
     // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_.data = start_rows_;
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
             apply_since_start<BatchWalls<M>>(problem, walls_);
             apply_since_start<Rows<Layout::row>>(problem, grains_);
@@ -163,8 +162,7 @@ class Sweeper {
 
     void note_start(const ContactProblem<M>& problem) {
         start_speeds_.clear();
-        if constexpr (M::driven_walls)
-            for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
+        for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
         start_.clear();
         if (batched_) {
             grains_.note_start();
@@ -207,14 +205,13 @@ class Sweeper {
         }
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-                double& speed = problem.walls[w].speed;
-                double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
-                const double before = speed;
-                for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
-                past[anderson.last()] = before;
-            }
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+            double& speed = problem.walls[w].speed;
+            double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
+            const double before = speed;
+            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
+            past[anderson.last()] = before;
+        }
     }
 
     template <class Other>
