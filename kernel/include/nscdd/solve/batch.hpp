@@ -89,23 +89,21 @@ struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;
 
     void load(const ContactProblem<M>& problem, const int* wall) {
-        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
+        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width];
         for (int k = 0; k < Packet::width; ++k) {
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
-            if constexpr (M::driven_walls) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
+            lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
         }
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);
     }
     void store(ContactProblem<M>& problem, const int* wall, const int* contact) const {
-        if constexpr (M::driven_walls) {
-            alignas(sizeof(Packet)) double lane[Packet::width];
-            speed.store(lane);
-            for (int k = 0; k < Packet::width; ++k)
-                if (contact[k] >= 0) problem.walls[static_cast<std::size_t>(wall[k])].speed = lane[k];
-        }
+        alignas(sizeof(Packet)) double lane[Packet::width];
+        speed.store(lane);
+        for (int k = 0; k < Packet::width; ++k)
+            if (contact[k] >= 0) problem.walls[static_cast<std::size_t>(wall[k])].speed = lane[k];
     }
 };
 

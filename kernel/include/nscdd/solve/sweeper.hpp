@@ -43,8 +43,7 @@ class Sweeper {
     // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_.data = start_rows_;
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
             const auto since_start = [](const auto& batch, const BatchGroup<M>& group, std::size_t k, int d) {
                 return batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
@@ -176,8 +175,7 @@ class Sweeper {
 
     void note_start(const ContactProblem<M>& problem) {
         start_speeds_.clear();
-        if constexpr (M::driven_walls)
-            for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
+        for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
         start_.clear();
         if (batched_) {
             grains_.note_start();
@@ -244,14 +242,13 @@ class Sweeper {
         }
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-                double& speed = problem.walls[w].speed;
-                double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
-                const double before = speed;
-                for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
-                past[anderson.last()] = before;
-            }
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+            double& speed = problem.walls[w].speed;
+            double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
+            const double before = speed;
+            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
+            past[anderson.last()] = before;
+        }
     }
 
     template <class Other>
