@@ -13,7 +13,7 @@ struct BuiltScene {
     std::vector<PairImpulse<M>> impulses;
 };
 
-namespace detail {
+namespace build_detail {
 
 template <class M>
 std::vector<Grain<M>> scene_grains(const RunRequest& request) {
@@ -50,13 +50,13 @@ std::vector<Grain<M>> scene_grains(const RunRequest& request) {
     return grains;
 }
 
-}  // namespace detail
+}  // namespace build_detail
 
 // Throws InputError for what only shows once scene and packing meet.
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request) {
     const Scene& scene = request.scene;
-    BuiltScene<M> built{detail::scene_grains<M>(request), {}, {}};
+    BuiltScene<M> built{build_detail::scene_grains<M>(request), {}, {}};
     if (built.grains.empty())
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
     double mass = 0;

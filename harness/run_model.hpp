@@ -14,7 +14,7 @@
 
 namespace nscdd {
 
-namespace detail {
+namespace run_detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
@@ -191,11 +191,11 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
     return out;
 }
 
-}  // namespace detail
+}  // namespace run_detail
 
 template <int dim, bool friction, bool driven>
 RunResult run_model(const RunRequest& request, Communicator& comm) {
-    using namespace detail;
+    using namespace run_detail;
     using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
                     std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
     const Scene& scene = request.scene;

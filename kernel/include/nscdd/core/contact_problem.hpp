@@ -8,7 +8,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <bool friction>
 struct BodySpin {

@@ -5,7 +5,9 @@
 #include <stdexcept>
 #include <vector>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 struct Pairing {
     double friction = 0;     // Coulomb's mu

@@ -8,7 +8,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <int dim>
 using GridCells = std::array<int, dim>;

@@ -7,7 +7,7 @@
 #include "nscdd/law/contact_law.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Sums of one subdomain; over subdomains they add, but for the penetration, of which the largest is taken.
 struct ResidualParts {

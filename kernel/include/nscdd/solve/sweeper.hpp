@@ -12,7 +12,7 @@
 #include "nscdd/solve/load_batches.hpp"
 #include "nscdd/solve/sweep.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class Sweeper {

@@ -17,7 +17,7 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct SimulationSettings {
