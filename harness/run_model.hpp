@@ -14,7 +14,7 @@
 
 namespace nscdd {
 
-namespace detail {
+namespace run_detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
@@ -192,11 +192,11 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
     return out;
 }
 
-}  // namespace detail
+}  // namespace run_detail
 
 template <int dim, bool friction>
 RunResult run_model(const RunRequest& request, Communicator& comm) {
-    using namespace detail;
+    using namespace run_detail;
     using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);

@@ -9,7 +9,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <bool friction>
 struct BodySpin {

@@ -11,7 +11,9 @@
 
 #include <Eigen/Core>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 struct Frictionless {};  // no tangential impulse, hence no rotation
 struct Coulomb {};       // |r_t| <= mu r_n, sliding against the slip velocity

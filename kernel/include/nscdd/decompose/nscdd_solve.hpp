@@ -7,7 +7,7 @@
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/solve/nlgs.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Where the time of a process goes [s], what it spends inside the communicator left out. The phases of Alg. 1:
 struct PhaseSeconds {

@@ -15,7 +15,7 @@
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/detect/rough.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
 template <class M>

@@ -9,7 +9,7 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // A pair of the rough detection, with the impulse that it carries from step to step.
 template <class M>

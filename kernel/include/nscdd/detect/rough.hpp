@@ -10,7 +10,7 @@
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct GrainPair {
     int i, j;

@@ -5,12 +5,12 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct FreeVelocities {
     std::vector<typename M::Velocity> bodies;
-    std::vector<double> walls;  // speeds of driven walls [m/s]
+    std::vector<double> walls;  // speeds, WallBody::speed [m/s]
 };
 
 // V_free = V - M^-1 H r.
@@ -20,8 +20,7 @@ FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
     for (const auto& c : problem.wall_contacts) apply_impulse(problem, c, typename M::Impulse(-c.r), WithWall{});
     FreeVelocities<M> free;
     for (const auto& body : problem.bodies) free.bodies.push_back(body.v);
-    if constexpr (M::driven_walls)
-        for (const auto& wall : problem.walls) free.walls.push_back(wall.speed);
+    for (const auto& wall : problem.walls) free.walls.push_back(wall.speed);
     return free;
 }
 
@@ -41,15 +40,11 @@ struct Turned {
 // Driven walls: their copies on this subdomain count where it has a contact with them.
 template <class M>
 void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double>& free, Turned& turned) {
-    if constexpr (M::driven_walls) {
-        std::vector<char> touched(problem.walls.size(), 0);
-        for (const auto& c : problem.wall_contacts) touched[static_cast<std::size_t>(c.j)] = 1;
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-            const double change = problem.walls[w].speed - free[w];
-            if (touched[w] && problem.walls[w].inv_mass > 0) turned.add(problem.walls[w].inv_mass, change * change);
-        }
-    } else {
-        (void)problem, (void)free, (void)turned;
+    std::vector<char> touched(problem.walls.size(), 0);
+    for (const auto& c : problem.wall_contacts) touched[static_cast<std::size_t>(c.j)] = 1;
+    for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+        const double change = problem.walls[w].speed - free[w];
+        if (touched[w] && problem.walls[w].inv_mass > 0) turned.add(problem.walls[w].inv_mass, change * change);
     }
 }
 

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Which kind of contact a function is compiled for: `j` is a grain, or a wall.
 struct BetweenGrains {};

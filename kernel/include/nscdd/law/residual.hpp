@@ -8,7 +8,7 @@
 #include "nscdd/law/contact_law.hpp"
 #include "nscdd/law/free_velocities.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Sums of one subdomain. Over subdomains they add, but for the penetration and the slip, of which the largest is taken.
 struct ResidualParts {

@@ -7,7 +7,7 @@
 #include "nscdd/law/error_measures.hpp"
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct BlockOptions {
     double tolerance = 1e-8;      // on the natural map, ErrorMeasures::natural_map

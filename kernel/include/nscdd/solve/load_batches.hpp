@@ -5,7 +5,7 @@
 
 #include "nscdd/solve/body_rows.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The order in which load_batches() deals contacts: as they come, but where walls are driven each comes once in a
 // batch, in turn with the others.

@@ -13,7 +13,7 @@
 #include "nscdd/solve/nlgs.hpp"
 #include "nscdd/solve/proximal_newton.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;

@@ -3,7 +3,7 @@
 
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct NewtonOptions {
     double tolerance = 1e-10;   // on eta, or on the measure given

@@ -6,7 +6,7 @@
 #include "nscdd/solve/options.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
 // saves its memory for the next call. Throws std::runtime_error when numbers are not finite,

@@ -6,7 +6,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>

@@ -8,7 +8,7 @@
 #include "nscdd/law/residual.hpp"
 #include "nscdd/solve/anderson.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta

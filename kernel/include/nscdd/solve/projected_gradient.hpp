@@ -18,7 +18,7 @@
 #include "nscdd/solve/linear_contacts.hpp"
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 enum class Descent {
     spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone

@@ -8,7 +8,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/solve/anderson.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {

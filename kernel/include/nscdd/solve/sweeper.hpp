@@ -12,7 +12,7 @@
 #include "nscdd/solve/load_batches.hpp"
 #include "nscdd/solve/sweep.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class Sweeper {
@@ -195,8 +195,7 @@ class Sweeper {
             return;
         }
         std::vector<double> speeds;
-        if constexpr (M::driven_walls)
-            for (const WallBody<M>& wall : problem.walls) speeds.push_back(wall.speed);
+        for (const WallBody<M>& wall : problem.walls) speeds.push_back(wall.speed);
         free_rows_ = rows_.data;
         const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
             return Packet(0) - batch.r[d];
@@ -205,11 +204,10 @@ class Sweeper {
         apply<Rows<Layout::row>>(problem, grains_, none);
         free_rows_.swap(rows_.data);
         free_.walls.clear();
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < speeds.size(); ++w) {
-                free_.walls.push_back(problem.walls[w].speed);
-                problem.walls[w].speed = speeds[w];
-            }
+        for (std::size_t w = 0; w < speeds.size(); ++w) {
+            free_.walls.push_back(problem.walls[w].speed);
+            problem.walls[w].speed = speeds[w];
+        }
     }
 
     // V += M^-1 H dr, component d of dr being change(batch, group, its number, d).

@@ -5,7 +5,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The sequential reference: needs a communicator of one rank.
 template <class M>

@@ -6,7 +6,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Works are impulses times the mean of the velocities before and after the step, so that their sum is the change of
 // kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
@@ -43,9 +43,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             e.kinetic += after.kinetic_energy();
             e.external += h * (grain.load.dot(body.v) + grain.mass * gravity.dot(body.linear()));
         }
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < walls.size(); ++w)
-                mean.walls[w].speed = 0.5 * (walls[w].speed + mean.walls[w].speed);
+        for (std::size_t w = 0; w < walls.size(); ++w)
+            if (walls[w].driven) mean.walls[w].speed = 0.5 * (walls[w].speed + mean.walls[w].speed);
         const auto add = [&](const Contact<M>& c, auto kind) {
             const typename M::Impulse v = relative_velocity(mean, c, kind);
             if constexpr (M::friction) {
@@ -66,14 +65,13 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
     std::array<double, 6> sum;
     sum_in_rank_order(comm.all_gather(mine), sum);
     StepEnergy total{sum[0], sum[1], sum[2], sum[3], sum[4], sum[5]};
-    if constexpr (M::driven_walls)
-        for (std::size_t w = 0; w < walls.size(); ++w) {
-            if (!walls[w].driven) continue;
-            const double after = parts[0].problem.walls[w].speed;
-            total.before += 0.5 * walls[w].mass * walls[w].speed * walls[w].speed;
-            total.kinetic += 0.5 * walls[w].mass * after * after;
-            total.walls += h * walls[w].force * 0.5 * (walls[w].speed + after);
-        }
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (!walls[w].driven) continue;
+        const double after = parts[0].problem.walls[w].speed;
+        total.before += 0.5 * walls[w].mass * walls[w].speed * walls[w].speed;
+        total.kinetic += 0.5 * walls[w].mass * after * after;
+        total.walls += h * walls[w].force * 0.5 * (walls[w].speed + after);
+    }
     return total;
 }
 

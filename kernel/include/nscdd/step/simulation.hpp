@@ -18,7 +18,7 @@
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/step/energy.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct SimulationSettings {
@@ -61,7 +61,7 @@ class Simulation {
             least_radius_ = std::min(least_radius_, g.radius);
             largest_radius_ = std::max(largest_radius_, g.radius);
         }
-        if (settings_.cells[0] == 0) settings_.cells = choose_cells<M>(comm_.size(), high - low);
+        if (settings_.cells == GridCells<M::dim>{}) settings_.cells = choose_cells<M>(comm_.size(), high - low);
         const Grid<M> grid(settings_.cells, low, high);
         for (int rank : comm_.ranks()) {
             Subdomain<M>& part = parts_.emplace_back();
@@ -82,9 +82,11 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step. Throws std::runtime_error, the
-    // same on every rank, when grains overlap too much or the numbers are no longer finite.
+    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much or the numbers are no
+    // longer finite, std::invalid_argument for no solver and for walls that have become what no scene can have.
     StepReport step(const StepSolver<M>& solve) {
+        if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
+        check_walls();
         Stopwatch watch(comm_);
         StepReport report;
         drift((1 - settings_.theta) * settings_.h);
@@ -119,7 +121,7 @@ class Simulation {
     Communicator& comm() const { return comm_; }
     const std::vector<Subdomain<M>>& parts() const { return parts_; }
     const SimulationSettings<M>& settings() const { return settings_; }
-    std::vector<Wall<M>>& walls() { return settings_.walls; }  // to change a force or a velocity between steps
+    std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }
     const PhaseSeconds& seconds() const { return seconds_; }
     double least_radius() const { return least_radius_; }
@@ -154,20 +156,24 @@ class Simulation {
         if (!(settings_.h > 0 && std::isfinite(settings_.h)) || !(settings_.theta >= 0 && settings_.theta <= 1))
             throw std::invalid_argument("the step must be positive and theta within [0, 1]");
         if (!(settings_.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
+        for (const auto& wall : settings_.walls)
+            if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
+                throw std::invalid_argument("wall " + std::to_string(&wall - settings_.walls.data()) +
+                                            ": place, velocity, force or mass is not finite");
+        check_walls();
+        if (settings_.cells != GridCells<M::dim>{}) check_cells<M::dim>(settings_.cells, comm_.size());
+    }
+
+    void check_walls() const {
         for (const auto& wall : settings_.walls) {
             const std::string name = "wall " + std::to_string(&wall - settings_.walls.data()) + ": ";
-            if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
-                throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
             if (wall.material < 0 || wall.material >= settings_.materials.count())
                 throw std::invalid_argument(name + "material is not valid");
-            if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
+            if (wall.driven && !(wall.mass > 0))
+                throw std::invalid_argument(name + "it is driven and needs a positive mass");
             if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
-                throw std::invalid_argument("a wall's normal must be a unit vector");
+                throw std::invalid_argument(name + "the normal must be a unit vector");
         }
-        int product = 1;
-        for (int cells : settings_.cells) product *= cells;
-        if (settings_.cells[0] != 0 && product != comm_.size())
-            throw std::invalid_argument("the grid's cells must be as many as the ranks");
     }
 
     void drift(double dt) {
