@@ -14,7 +14,7 @@ struct Pairing {
 
 class Materials {
   public:
-    explicit Materials(int count = 1) : count_(count), table_(static_cast<std::size_t>(count * count)) {}
+    explicit Materials(int count = 1) : count_(count), table_(index(count, 0)) {}
 
     void set(int a, int b, Pairing pairing) {
         if (!(pairing.friction >= 0 && std::isfinite(pairing.friction)) ||
@@ -26,7 +26,9 @@ class Materials {
     int count() const { return count_; }
 
   private:
-    std::size_t index(int a, int b) const { return static_cast<std::size_t>(a * count_ + b); }
+    std::size_t index(int a, int b) const {
+        return static_cast<std::size_t>(a) * static_cast<std::size_t>(count_) + static_cast<std::size_t>(b);
+    }
 
     int count_;
     std::vector<Pairing> table_;
