@@ -99,7 +99,8 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
     bool over = false;
     while (!over) {
         accelerated = pays_to_accelerate(options, report, residual.contacts);
-        for (int k = 0; k < options.check_every; ++k) {
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) {
             comm.each_rank(iterate);
             for (std::size_t p = 0; p < parts.size(); ++p)
                 comm.charge(static_cast<int>(p),
@@ -113,7 +114,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Sc
             }
             watch.lap(seconds.interface);
         }
-        report.iterations += options.check_every;
+        report.iterations += count;
         residual = scene_residual(parts, comm);
         over = finished(residual, options, parts.front().problem.least_radius, report);
         if (over && anderson.parted()) {

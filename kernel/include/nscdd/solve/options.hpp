@@ -1,6 +1,7 @@
 // When an iteration stops, and how it ended.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -15,7 +16,7 @@ struct SolveOptions {
     double velocity_error = 0.03;  // on the velocity error, which eta cannot see where masses differ or columns are long
     double penetration = 1e-3;   // on the penetration of the step over the least radius
     int check_every = 10;        // iterations between two tests
-    int max_iterations = 20000;  // reported when hit, never silent
+    int max_iterations = 20000;  // kept, and reported when hit
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
@@ -46,6 +47,12 @@ inline void check_options(const SolveOptions& options) {
         throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
 }
 
+// Iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
+template <class Options>
+int until_test(const Options& options, const SolveReport& report) {
+    return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
+}
+
 // From the first check on, so that a step which is over by then pays nothing for it; on few contacts from the check on
 // whose sweeps have cost what setting acceleration up and its first iterations do (measured: 360 contacts solved).
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
@@ -55,7 +62,7 @@ inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& r
 // Could the iterations up to the next test be so many that Anderson::parted()? A quarter is early enough: till then
 // nothing is lost, and steps that are over pay nothing for it.
 inline bool may_part(const SolveOptions& options, const SolveReport& report) {
-    return report.iterations + options.check_every > Anderson::many / 4;
+    return report.iterations + until_test(options, report) > Anderson::many / 4;
 }
 
 // Notes the residual in the report; true when the iteration is over.

@@ -140,7 +140,7 @@ class Simulation {
             const char* what = !positive(g.radius)                                           ? "radius"
                                : !positive(g.mass)                                           ? "mass"
                                : M::friction && !positive(g.inertia)                         ? "inertia"
-                               : !g.position.allFinite()                                     ? "position"
+                               : !std::isfinite(g.position.squaredNorm())                    ? "position"
                                : !g.velocity.allFinite() || !g.load.allFinite()              ? "velocity or load"
                                : g.material < 0 || g.material >= settings_.materials.count() ? "material"
                                : g.id < 0                                                    ? "id"
