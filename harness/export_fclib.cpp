@@ -14,6 +14,7 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     command->add_option("scene", arguments.scene, "Scene (TOML)")->required();
     command->add_option("--packing", arguments.packing, "HDF5 packing instead of the scene's own");
     command->add_option("--from", arguments.from, "Go on from a state that `nscdd run --state` wrote");
+    command->add_flag("--adopt", arguments.adopt, "Go on from the state of another scene with as many walls");
     command->add_option("--step", arguments.step, "Step to export, counted from 1")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -38,6 +39,7 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     run.scene = arguments.scene;
     run.packing = arguments.packing;
     run.from = arguments.from;
+    run.adopt = arguments.adopt;
     run.steps = arguments.step;
     run.quiet = arguments.quiet;
     RunRequest request = prepare_run(run, provenance, 1, false);

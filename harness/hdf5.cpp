@@ -147,6 +147,34 @@ Shape Reader::shape(const std::string& dataset) const {
     return shape;
 }
 
+void Reader::require_stored(const std::string& dataset, hid_t handle, const Shape& shape,
+                            std::size_t bytes_a_value) const {
+    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 65536;
+    const hsize_t declared = std::max(count(shape), chunk_values(handle, shape.size()));
+    if (declared > largest || !plausible(declared * bytes_a_value, stored))
+        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(shape), stored));
+}
+
+std::vector<std::string> Reader::texts(const std::string& dataset, hsize_t expected) const {
+    if (const Shape found = shape(dataset); found != Shape{expected})
+        throw error(dataset, fmt::format("must have shape ({}), found {}", expected, to_string(found)));
+    const Handle handle = open(dataset);
+    const Handle type(H5Dget_type(handle), H5Tclose);
+    const std::size_t size = H5Tget_size(type);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > 65536)
+        throw error(dataset, "must hold strings of fixed length");
+    require_stored(dataset, handle, {expected}, size);
+    std::string all(expected * size, '\0');
+    if (H5Dread(handle, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) < 0)
+        throw error(dataset, "cannot be read: the file is damaged");
+    std::vector<std::string> values;
+    for (std::size_t at = 0; at < all.size(); at += size) {
+        const std::string& value = values.emplace_back(all, at, size);
+        values.back().resize(std::min(value.find('\0'), size));
+    }
+    return values;
+}
+
 template <class T>
 std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) const {
     const Shape found = shape(dataset);
@@ -157,10 +185,7 @@ std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) c
     const Handle type(H5Dget_type(handle), H5Tclose);
     if (!converts<T>(type)) throw error(dataset, fmt::format("must hold {}", kind_name<T>()));
 
-    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 64;
-    const hsize_t declared = std::max(count(found), chunk_values(handle, found.size()));
-    if (declared > largest || !plausible(declared * std::max(sizeof(T), H5Tget_size(type)), stored))
-        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(found), stored));
+    require_stored(dataset, handle, found, std::max(sizeof(T), H5Tget_size(type)));
 
     std::vector<T> values(count(found));
     if (H5Dread(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
@@ -226,6 +251,25 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
     const Handle handle(H5Dcreate2(file_, dataset.c_str(), native_type<T>(), space, links, creation, H5P_DEFAULT),
                         H5Dclose);
     if (!handle.valid() || H5Dwrite(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
+        throw error(fmt::format("dataset '{}'", dataset));
+}
+
+void Writer::texts(const std::string& dataset, const std::vector<std::string>& values) {
+    std::size_t longest = 0;
+    for (const auto& value : values) longest = std::max(longest, value.size());
+    std::string all;
+    for (const auto& value : values) {
+        all += value;
+        all.resize(all.size() + longest + 1 - value.size());
+    }
+    const Handle type = string_type(longest);
+    const hsize_t extent = values.size();
+    const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+    const Handle links = creating_groups();
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);  // equal data give equal bytes
+    const Handle handle(H5Dcreate2(file_, dataset.c_str(), type, space, links, creation, H5P_DEFAULT), H5Dclose);
+    if (!handle.valid() || H5Dwrite(handle, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) < 0)
         throw error(fmt::format("dataset '{}'", dataset));
 }
 

@@ -52,6 +52,9 @@ class Reader {
     template <class T>
     std::vector<T> read(const std::string& dataset, const Shape& expected) const;
 
+    // A list of texts of fixed length. Throws InputError as `read` does.
+    std::vector<std::string> texts(const std::string& dataset, hsize_t expected) const;
+
     // Root attribute, T = double, std::int64_t or std::string. Throws InputError as `read` does.
     template <class T>
     T attribute(const std::string& name) const;
@@ -63,6 +66,7 @@ class Reader {
     friend class Writer;
 
     Handle open(const std::string& dataset) const;
+    void require_stored(const std::string& dataset, hid_t handle, const Shape& shape, std::size_t bytes_a_value) const;
     Handle open_attribute(const std::string& name) const;
     InputError attribute_error(const std::string& name, const std::string& problem) const;
 
@@ -81,6 +85,9 @@ class Writer {
     // group.
     template <class T>
     void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
+
+    // A list of texts, null-terminated, of one fixed length.
+    void texts(const std::string& dataset, const std::vector<std::string>& values);
 
     // Scalar string of fixed length, null-terminated.
     void text(const std::string& dataset, const std::string& value);

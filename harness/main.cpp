@@ -56,7 +56,13 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         app.add_subcommand("run", "Step a scene by sequential NLGS or Newton, or by NSCDD in-process or under mpirun");
     run_command->add_option("scene", run.scene, "Scene (TOML)")->required();
     run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    run_command->add_option("--from", run.from, "Go on from a state that --state wrote, with its impulses");
+    run_command->add_option(
+        "--from", run.from,
+        "Go on from a state that --state wrote: to the last bit on as many subdomains. The state of "
+        "another scene is refused: names of scene, materials and walls, densities, normals, and number, "
+        "radii and materials of the grains must be the same. Forces and motions, friction, "
+        "restitution, h and the solver may change");
+    run_command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
     run_command
         ->add_option("--scheme", run.scheme,
                      "nlgs: sequential reference; newton: the same to high accuracy; spg, apgd: projected gradients, "

@@ -11,6 +11,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
+#include "same_scene.hpp"
 
 namespace nscdd {
 
@@ -138,24 +139,22 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
                                      *scene.solver.window));
     if (arguments.relaxation > 0) scene.solver.relaxation = arguments.relaxation;
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
-    const auto same_dimension = [&](const Packing& packing, const std::string& file) {
-        if (packing.dim != scene.dimension)
+    // a run that goes on from a state needs no packing: the scene's is compared where it is still there
+    const bool go_on = !arguments.from.empty();
+    const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
+    if (!packing.empty() && (!go_on || !arguments.packing.empty() || std::filesystem::exists(packing))) {
+        request.packing = read_packing(packing);
+        if (request.packing.dim != scene.dimension)
             throw InputError(
-                fmt::format("{}: {} dimensions, {} has {}", file, packing.dim, scene.file, scene.dimension));
-    };
-    if (!arguments.from.empty()) {
+                fmt::format("{}: {} dimensions, {} has {}", packing, request.packing.dim, scene.file, scene.dimension));
+    }
+    if (!go_on && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
+    if (go_on) {
         request.from = read_state(arguments.from);
         request.from_file = arguments.from;
-        same_dimension(request.from.packing, arguments.from);
-        for (int material : request.from.material)
-            if (material < 0 || material >= static_cast<int>(scene.materials.size()))
-                throw InputError(fmt::format("{}: material {} is not one of {}", arguments.from, material, scene.file));
-        return request;
-    }
-    const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
-    if (!packing.empty()) {
-        request.packing = read_packing(packing);
-        same_dimension(request.packing, packing);
+        require_fitting_state(request.from, arguments.from, scene);
+        if (!arguments.adopt) require_same_scene(request.from, arguments.from, scene, request.packing);
+        request.packing = {};
     }
     return request;
 }

@@ -67,6 +67,7 @@ struct RunArguments {
     double tolerance = 0, relaxation = 0;
     std::string method;
     std::optional<int> window;
+    bool adopt = false;  // `from` may be of another scene
     bool quiet = false;
 };
 

@@ -162,6 +162,7 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
         state.contacts.j.push_back(c.j);
         state.contacts.subdomain.push_back(c.subdomain);
         state.contacts.gap.push_back(c.gap);
+        state.contacts.normal_impulse.push_back(c.normal_impulse);
         append(state.contacts.normal, c.normal);
         append(state.contacts.impulse, c.impulse);
     }
@@ -169,13 +170,28 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
         state.walls.offset.push_back(wall.offset);
         append(state.walls.normal, wall.normal);
         append(state.walls.velocity, typename M::Vec(wall.velocity + wall.speed * wall.normal));
+        state.walls.normal_speed.push_back(wall.driven ? wall.speed : wall.normal_speed());
     }
+    for (const auto& wall : request.scene.walls) state.walls.name.push_back(wall.name);
+    for (const auto& material : request.scene.materials) {
+        state.materials.name.push_back(material.name);
+        state.materials.density.push_back(material.density);
+    }
+    const RoughDetection<M> rough = gather_rough(simulation);
+    state.rough.cells.assign(rough.cells.begin(), rough.cells.end());
+    for (const auto& x : rough.positions) append(state.rough.x, x);
+    state.rough.offset = rough.offsets;
+    state.rough.skin = rough.skin;
+    state.rough.steps_since = rough.steps_since;
     const auto& start = request.from.packing.size() ? request.from.packing.box : request.packing.box;
     const typename M::Vec edges = box_edges<M>(simulation.walls());
     for (int d = 0; d < M::dim; ++d)
         state.packing.box.push_back(edges[d] > 0 ? edges[d] : start.empty() ? 1.0 : start[static_cast<std::size_t>(d)]);
-    state.time = request.from.time + simulation.steps() * simulation.settings().h;
+    const double h = simulation.settings().h;
     state.step = request.from.step + simulation.steps();
+    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
+    state.time = request.from.time == double(request.from.step) * h ? double(state.step) * h
+                                                                    : request.from.time + simulation.steps() * h;
     state.scene = request.scene.name;
     return state;
 }
@@ -224,7 +240,8 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
 
     const double began = comm.now();
-    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses);
+    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
+                             built.rough ? &*built.rough : nullptr);
     const int grains = static_cast<int>(built.grains.size());
     built = {};
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);

@@ -9,7 +9,8 @@
 
 namespace nscdd {
 
-// n grains, w walls, c contacts; all arrays in C order. It is a packing with more in it: read_packing reads it too.
+// n grains, w walls, c contacts, m materials; all arrays in C order. It is a packing with more in it: read_packing
+// reads it too.
 struct State {
     Packing packing;
     std::vector<double> velocity;   // (n, dim) [m/s]
@@ -19,19 +20,36 @@ struct State {
     std::vector<int> multiplicity;  // (n) number of subdomains in which the grain has contacts
 
     struct Walls {
-        std::vector<double> offset;    // (w) normal . x of the plane [m]
-        std::vector<double> normal;    // (w, dim) into the sample
-        std::vector<double> velocity;  // (w, dim) [m/s]
+        std::vector<std::string> name;     // (w) in the scene
+        std::vector<double> offset;        // (w) normal . x of the plane [m]
+        std::vector<double> normal;        // (w, dim) into the sample
+        std::vector<double> velocity;      // (w, dim) [m/s]
+        std::vector<double> normal_speed;  // (w) of a wall that a force drives, to the last bit [m/s]
     } walls;
 
+    struct Materials {
+        std::vector<std::string> name;  // (m) in the scene
+        std::vector<double> density;    // (m)
+    } materials;
+
     struct Contacts {
-        std::vector<int> i;           // (c) grain
-        std::vector<int> j;           // (c) grain, or wall -1-j where j < 0
-        std::vector<double> impulse;  // (c, dim) on i, world axes [N s]
-        std::vector<double> normal;   // (c, dim) from j to i
-        std::vector<double> gap;      // (c) [m], negative where they overlap
-        std::vector<int> subdomain;   // (c)
+        std::vector<int> i;                  // (c) grain
+        std::vector<int> j;                  // (c) grain, or wall -1-j where j < 0
+        std::vector<double> impulse;         // (c, dim) on i, world axes [N s]
+        std::vector<double> normal;          // (c, dim) from j to i
+        std::vector<double> gap;             // (c) [m], negative where they overlap
+        std::vector<int> subdomain;          // (c)
+        std::vector<double> normal_impulse;  // (c) [N s]; without friction that of the solver, to the last bit
     } contacts;
+
+    // The last rough detection, nscdd::RoughDetection: with it a run goes on exactly.
+    struct Rough {
+        std::vector<int> cells;      // (dim) subdomains per axis
+        std::vector<double> x;       // (n, dim) centres then [m]
+        std::vector<double> offset;  // (w) of the walls then [m]
+        double skin = 0;             // [m], > 0
+        int steps_since = 0;         // >= 0
+    } rough;
 
     double time = 0;        // [s]
     std::int64_t step = 0;  // steps made

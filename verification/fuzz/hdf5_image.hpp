@@ -64,6 +64,22 @@ class Hdf5Image {
         if (made.valid()) H5Awrite(made, type, H5Tis_variable_str(type) > 0 ? static_cast<const void*>(&start) : start);
     }
 
+    // A list of texts of some length, fixed unless the fuzzer has other plans.
+    void texts(const std::string& name, hsize_t count) {
+        const int plan = bytes_.ConsumeIntegralInRange(0, 7);
+        if (plan == 1) return dataset(name, {count}, std::vector<double>(count, 1), true);
+        if (plan == 2) count = any_extent();
+        const std::string all = bytes_.ConsumeRandomLengthString(20);
+        const hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose), links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+        H5Tset_size(type, plan == 3 ? H5T_VARIABLE : bytes_.ConsumeIntegralInRange<std::size_t>(1, 10));
+        H5Pset_create_intermediate_group(links, 1);
+        const hdf5::Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+        const hdf5::Handle made(H5Dcreate2(file_, name.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT),
+                                H5Dclose);
+        if (!made.valid() || plan == 3 || count * H5Tget_size(type) > all.size()) return;
+        H5Dwrite(made, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
+    }
+
     void save(const MemoryFile& to) const {
         H5Fflush(file_, H5F_SCOPE_GLOBAL);
         std::string image(static_cast<std::size_t>(H5Fget_file_image(file_, nullptr, 0)), '\0');

@@ -38,13 +38,21 @@ State made_up_state(int dim, int grains) {
     state.material.assign(n, 1);
     state.subdomain.assign(n, 2);
     state.multiplicity.assign(n, 3);
-    state.walls = {.offset = ramp(2, 6), .normal = ramp(2 * d, 7), .velocity = ramp(2 * d, 8)};
+    state.walls = {.name = {"floor", "\xc3\xa9"},
+                   .offset = ramp(2, 6),
+                   .normal = ramp(2 * d, 7),
+                   .velocity = ramp(2 * d, 8),
+                   .normal_speed = ramp(2, 12)};
+    state.materials = {.name = {"glass", ""}, .density = ramp(2, 13)};
+    state.rough = {
+        .cells = std::vector<int>(d, 3), .x = ramp(n * d, 14), .offset = ramp(2, 15), .skin = 0.3, .steps_since = 7};
     state.contacts = {.i = {0, 1, 1},
                       .j = {1, -1, -2},
                       .impulse = ramp(3 * d, 9),
                       .normal = ramp(3 * d, 10),
                       .gap = ramp(3, -11),
-                      .subdomain = {0, 1, 0}};
+                      .subdomain = {0, 1, 0},
+                      .normal_impulse = ramp(3, 16)};
     state.time = 0.25;
     state.step = 5'000'000'000;
     state.scene = "drop & <roll> \xc3\xa9";
@@ -64,6 +72,16 @@ void check_equal(const State& a, const State& b) {
     CHECK(a.walls.offset == b.walls.offset);
     CHECK(a.walls.normal == b.walls.normal);
     CHECK(a.walls.velocity == b.walls.velocity);
+    CHECK(a.walls.name == b.walls.name);
+    CHECK(a.walls.normal_speed == b.walls.normal_speed);
+    CHECK(a.materials.name == b.materials.name);
+    CHECK(a.materials.density == b.materials.density);
+    CHECK(a.rough.cells == b.rough.cells);
+    CHECK(a.rough.x == b.rough.x);
+    CHECK(a.rough.offset == b.rough.offset);
+    CHECK(a.rough.skin == b.rough.skin);
+    CHECK(a.rough.steps_since == b.rough.steps_since);
+    CHECK(a.contacts.normal_impulse == b.contacts.normal_impulse);
     CHECK(a.contacts.i == b.contacts.i);
     CHECK(a.contacts.j == b.contacts.j);
     CHECK(a.contacts.impulse == b.contacts.impulse);
@@ -133,6 +151,7 @@ TEST_CASE("a state may have no walls and no contacts", "[packing][state]") {
     State state = made_up_state(2, 2);
     state.walls = {};
     state.contacts = {};
+    state.rough.offset = {};
     write_state(scratch.path("free.h5"), state);
     check_equal(read_state(scratch.path("free.h5")), state);
 }
