@@ -83,6 +83,10 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->capture_default_str();
     run_command->add_option("--steps", run.steps, "Instead of the scene's")->check(CLI::PositiveNumber);
     run_command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")->check(CLI::PositiveNumber);
+    run_command
+        ->add_option("--velocity-error", run.velocity_error,
+                     "Largest velocity error of a step, instead of the scene's (default: 0.03)")
+        ->check(CLI::PositiveNumber);
     run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
         ->check(CLI::PositiveNumber);
     run_command->add_option("--max-iterations", run.max_iterations, "Cap per step")->check(CLI::PositiveNumber);

@@ -33,6 +33,7 @@ struct SolveReport {
     int iterations = 0;
     double residual = 0;        // eta
     double velocity_error = 0;  // ResidualParts::velocity_error()
+    double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
     double penetration = 0;     // [m]
     bool converged = true;
 };
@@ -70,6 +71,7 @@ inline bool finished(const ResidualParts& parts, const SolveOptions& options, do
                      SolveReport& report) {
     report.residual = parts.eta();
     report.velocity_error = parts.velocity_error();
+    report.turned_norm = std::sqrt(parts.turned.energy);
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
