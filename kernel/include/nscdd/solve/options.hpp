@@ -12,7 +12,7 @@ namespace nscdd::inline NSCDD_ABI {
 
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta
-    double penetration = 1e-3;   // on the penetration of the step over the least radius
+    double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // reported when hit, never silent
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
@@ -27,16 +27,21 @@ struct SolveOptions {
     }
 };
 
+// Converged: eta is at most the tolerance, and no contact closes by more than asked for in the step. A problem without
+// a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to judge.
 struct SolveReport {
     int iterations = 0;
     double residual = 0;     // eta
-    double penetration = 0;  // [m]
+    double penetration = 0;  // deepest that the step would close a contact [m]
     bool converged = true;
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
+    if (!(options.tolerance >= 0) || !(options.penetration >= 0))
+        throw std::invalid_argument("tolerance and penetration must be numbers and not negative");
+    if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
         throw std::invalid_argument("check_every and sweeps must be at least 1");
     if (!(omega > 0 && omega < 2)) throw std::invalid_argument("the relaxation must be between 0 and 2");
@@ -63,7 +68,8 @@ inline bool finished(const ResidualParts& parts, const SolveOptions& options, do
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged = report.residual <= options.tolerance && report.penetration <= options.penetration * least_radius;
+    const bool deep = least_radius > 0 && report.penetration > options.penetration * least_radius;
+    report.converged = report.residual <= options.tolerance && !deep;
     return report.converged || report.iterations >= options.max_iterations;
 }
 
