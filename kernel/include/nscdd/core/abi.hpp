@@ -11,7 +11,18 @@
 #error "nscdd: compile without -ffast-math (-Ofast, -ffinite-math-only): the kernel's checks for NaN would vanish"
 #endif
 
+// GCC 12 takes the operands that its AVX-512 headers leave undefined on purpose for uninitialised. What counts is where
+// these headers are first read: a program that reads them, or Eigen, before us gets the warnings that Eigen gives it
+// anyway.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
 #include <Eigen/Core>
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
 // The name, where the macro is 1; else nothing.
 #define NSCDD_ABI_IF(macro, name) NSCDD_ABI_IF_VALUE(macro, name)

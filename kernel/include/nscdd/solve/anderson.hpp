@@ -96,6 +96,12 @@ class Anderson {
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign, largest_window, largest_window>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, largest_window, 1>;
 
+    // GCC 12 does not see that no more than `window` numbers are in use, and warns of more than there is room for.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Warray-bounds"
+#endif
     // Least |f + sum_j c_j (f_j - f)|, by its normal equations.
     void combine(double own, const Vector& with) {
         std::array<int, largest_window> used;
@@ -126,6 +132,9 @@ class Anderson {
         const double shorten = std::min(1.0, reach / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
     }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
     int window_;
     Vector coefficients_;  // by slot

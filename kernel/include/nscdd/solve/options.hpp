@@ -13,8 +13,9 @@ namespace nscdd::inline NSCDD_ABI {
 
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta
-    double velocity_error = 0.03;  // on the velocity error, which eta cannot see where masses differ or columns are long
-    double penetration = 1e-3;   // on the penetration of the step over the least radius
+    // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
+    double velocity_error = 0.03;
+    double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // kept, and reported when hit
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
@@ -29,18 +30,23 @@ struct SolveOptions {
     }
 };
 
+// Converged: eta and the velocity error are small enough, and no contact closes too far in the step. A problem without
+// a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to judge.
 struct SolveReport {
     int iterations = 0;
     double residual = 0;        // eta
     double velocity_error = 0;  // ResidualParts::velocity_error()
     double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
-    double penetration = 0;     // [m]
+    double penetration = 0;     // deepest that the step would close a contact [m]
     bool converged = true;
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
+    if (!(options.tolerance >= 0) || !(options.penetration >= 0))
+        throw std::invalid_argument("tolerance and penetration must be numbers and not negative");
+    if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
         throw std::invalid_argument("check_every and sweeps must be at least 1");
     if (!(omega > 0 && omega < 2)) throw std::invalid_argument("the relaxation must be between 0 and 2");
@@ -75,8 +81,9 @@ inline bool finished(const ResidualParts& parts, const SolveOptions& options, do
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged = report.residual <= options.tolerance && report.velocity_error <= options.velocity_error &&
-                       report.penetration <= options.penetration * least_radius;
+    const bool deep = least_radius > 0 && report.penetration > options.penetration * least_radius;
+    report.converged =
+        report.residual <= options.tolerance && report.velocity_error <= options.velocity_error && !deep;
     return report.converged || report.iterations >= options.max_iterations;
 }
 

@@ -25,7 +25,7 @@ class Sweeper {
         batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
         rows_.load(problem);
         wall_share_.assign(problem.walls.size(), 1.0);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
         start_rows_.clear();
