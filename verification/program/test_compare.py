@@ -61,7 +61,7 @@ class Compare(ProgramTest):
     def disagrees(self, row, candidate):
         done = self.compare(self.reference, candidate)
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
-        self.assertRegex(done.stdout, rf"{row} .* DISAGREES")
+        self.assertRegex(done.stdout, rf"{row}.* DISAGREES")
 
     def test_untampered(self):  # so that the refusals below are for the reason given
         self.succeeds("compare", self.reference, self.tampered())

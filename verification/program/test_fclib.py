@@ -294,6 +294,11 @@ class Files(FclibTest):
         refused(["fclib_local/W/x", "entries"], put("W/x", np.ones(4)))
         refused(["fclib_local/W/x", "finite"], spoil("W/x", 4, np.inf))
         refused(["fclib_local/V", "bilateral"], lambda _, group: group.create_group("V"))
+        os.mkfifo(self.folder / "fifo")
+        for link in (h5py.ExternalLink("fifo", "/x"), h5py.SoftLink("/fclib_local/W/x")):
+            refused(["fclib_local/vectors/q", "link"], put("vectors/q", link))
+            refused(["fclib_local/V", "link"], lambda _, group: group.__setitem__("V", link))
+            refused(["fclib_local", "of another file"], lambda _, group: group.__setitem__("info/more", link))
         refused(["contact 0", "W_NN"], spoil("W/x", 0, 0.0))
         refused(["fclib_global/H", "must be"], spoil("H/m", 0, 1000), "global")
         refused(["M is singular"], spoil("M/x", slice(None), 0.0), "global")
@@ -325,14 +330,6 @@ class Files(FclibTest):
             self.validate(report)
             self.assertTrue(report["converged"])
             self.assertEqual(np.abs(solution["r"]).max(), 0)
-
-    def test_a_missing_folder_is_found_before_the_work(self):
-        scene, nowhere = self.write("scene.toml", "no TOML"), self.folder / "nowhere" / "out"
-        for command in (("export-fclib", scene, "-o"), ("pack", scene, "-o"), ("solve-fclib", scene, "-o"),
-                        ("solve-fclib", scene, "--json")):
-            done = self.run_program(*command, nowhere)
-            self.assertEqual(done.returncode, 1)
-            self.assertIn("nowhere does not exist", done.stderr)
 
     def test_a_step_without_contacts_is_refused(self):
         scene = self.write("scene.toml", SCENE.replace("[0, 0, 0.5]", "[0, 0, 5]").replace("[0.3, 0.1, 1.5]", "[0, 0, 9]"))
