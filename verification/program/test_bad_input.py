@@ -182,6 +182,13 @@ class BadPacking(Refusals):
         self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", "-n", 2)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, 1_000_000)  # kB
 
+    def test_many_grains_that_move_far(self):
+        """Within a step all 2 million pairs could meet."""
+        places = 1.1 * np.stack(np.meshgrid(*[np.arange(13.0)] * 3), -1).reshape(-1, 3)[:2000] + 0.5
+        self.packing(x=places, radius=np.full(2000, 0.5))
+        scene = self.write("scene.toml", PACKED.replace("-10]", "-1e9]"))
+        self.refused(["more than 1500000 pairs of grains are closer than", "take a smaller step"], "run", scene, "--scheme", "dcs", "-n", 2)
+
 
 class BadState(Refusals):
     def test_refused(self):

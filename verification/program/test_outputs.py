@@ -7,6 +7,7 @@ import signal
 import socket
 import stat
 import subprocess
+import threading
 import unittest
 
 import numpy as np
@@ -126,10 +127,13 @@ class Targets(ProgramTest):
         if disk.f_bavail * disk.f_frsize > 200e9:
             self.skipTest("the disk has room for 2^31 steps")
         with subprocess.Popen([NSCDD, "run", self.scene, "--json", self.folder / "out.json"], stderr=subprocess.PIPE, text=True) as run:
+            timer = threading.Timer(20, run.kill)
+            timer.start()
             try:
                 self.assertRegex(run.stderr.readline(), r"^nscdd: warning: .*out.json: .* MB are free, the file may take 2.15e\+05 MB")
                 self.assertIsNone(run.poll())
             finally:
+                timer.cancel()
                 run.kill()
 
 
