@@ -74,6 +74,9 @@ struct RunArguments {
 // Reads what the arguments name, for so many MPI ranks. Throws InputError for what cannot be run.
 RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi);
 
+// The files that a run reads.
+std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);
+
 int run(const RunArguments& arguments, const Provenance& provenance);
 
 }  // namespace nscdd

@@ -310,6 +310,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                                                     : "in-process"},
          {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
          {"steps", scene.step.count},
+         {"start_step", request.from.step},
          {"h", scene.step.h},
          {"tolerance", options.tolerance},
          {"check_every", options.check_every},
