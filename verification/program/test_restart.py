@@ -181,10 +181,11 @@ class AnotherScene(ProgramTest):
 class Passage(ProgramTest):
     def test_a_step_too_long_to_see_a_contact(self):
         """Four radii a step at another grain, and at a wall: exit 1 and no results; with the step that it asks for they meet."""
-        flight = SCENE.replace("gravity = [0, 0, -10]", "gravity = [0, 0, 0]").replace("friction = 0.3", "restitution = 0.5")
-        fast = flight.replace("position = [0.3, 0.1, 1.5]", "position = [0, 0, 5]\nvelocity = [0, 0, -2000]")
-        alone = fast.replace("position = [0, 0, 0.5]", "position = [9, 0, 0.5]")
-        for text, pair, step in ((fast, "grain 0 and grain 1", 2), (alone, "grain 1 and wall 0", 2)):
+        flight = SCENE.replace("[0, 0, -10]", "[0, 0, 0]").replace("friction = 0.3", "restitution = 0.5").replace("count = 5", "count = 2")
+        fast = flight.replace("[0.3, 0.1, 1.5]", "[0, 0, 4.48]\nvelocity = [0, 0, -2000]")  # detected at 3.48, 1.48, -0.52
+        grain = fast.replace("through = [0, 0, 0]", "through = [0, 0, -50]")
+        wall = fast.replace("[0, 0, 0.5]", "[9, 0, 0.5]").replace("4.48", "3.7")
+        for text, pair in ((grain, "grain 0 and grain 1"), (wall, "grain 1 and wall 0")):
             out = self.folder / "out"
             for ranks in (0, 2):
                 done = self.run_program("run", self.write("scene.toml", text), "--scheme", "dcs", "--quiet", "--json", f"{out}.json",
@@ -192,7 +193,7 @@ class Passage(ProgramTest):
                 lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
                 with self.subTest(pair=pair, ranks=ranks):
                     self.assertEqual((done.returncode, len(lines)), (1, 1), done.stderr)
-                    self.assertIn(f"step {step}: {pair} pass into or through each other within the step: take h <= ", lines[0])
+                    self.assertIn(f"step 2: {pair} pass into or through each other within the step: take h <= ", lines[0])
                     self.assertFalse((self.folder / "out.h5").exists() or (self.folder / "out.json").exists())
             h = re.search(r"h <= (\S+) s", lines[0])[1]
             self.succeeds("run", self.write("fine.toml", text.replace("h = 0.001", f"h = {h}")), "--steps", 300, "--quiet",
