@@ -189,8 +189,8 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
 int pack(const PackArguments& arguments, const Provenance& provenance) {
     require_folder(arguments.output);
     const PackSpecification spec = read_specification(arguments.specification);
-    return spec.dimension == 3 ? pack_model<Model<3, Frictionless, DrivenWalls>>(spec, arguments, provenance)
-                               : pack_model<Model<2, Frictionless, DrivenWalls>>(spec, arguments, provenance);
+    return spec.dimension == 3 ? pack_model<Model<3, Frictionless>>(spec, arguments, provenance)
+                               : pack_model<Model<2, Frictionless>>(spec, arguments, provenance);
 }
 
 }  // namespace nscdd

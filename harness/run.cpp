@@ -161,17 +161,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
 }
 
 RunFunction choose_model(const Scene& scene) {
-    bool friction = false, driven = false;
+    bool friction = false;
     for (const auto& pair : scene.pairs) friction |= pair.friction > 0;
-    for (const auto& wall : scene.walls)
-        driven |= wall.motion == WallMotion::Force || wall.motion == WallMotion::Pressure;
     // spins that never change need no model of their own unless something turns
     for (const auto& grain : scene.grains) friction |= !grain.spin.isZero(0) || !grain.torque.isZero(0);
-    if (scene.dimension == 2)
-        return friction ? (driven ? run_model<2, true, true> : run_model<2, true, false>)
-                        : (driven ? run_model<2, false, true> : run_model<2, false, false>);
-    return friction ? (driven ? run_model<3, true, true> : run_model<3, true, false>)
-                    : (driven ? run_model<3, false, true> : run_model<3, false, false>);
+    if (scene.dimension == 2) return friction ? run_model<2, true> : run_model<2, false>;
+    return friction ? run_model<3, true> : run_model<3, false>;
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {

@@ -48,7 +48,7 @@ struct RunResult {
 
 // Collective. One instantiation per model, in run_model.cpp.in.
 using RunFunction = RunResult (*)(const RunRequest&, Communicator&);
-template <int dim, bool friction, bool driven_walls>
+template <int dim, bool friction>
 RunResult run_model(const RunRequest& request, Communicator& comm);
 
 // Chooses the model that the scene needs and no more.

@@ -63,9 +63,10 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
 }
 
 template <class M>
-std::string model_name() {
+std::string model_name(const std::vector<Wall<M>>& walls) {
+    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     return std::to_string(M::dim) + (M::friction ? "D Coulomb, " : "D frictionless, ") +
-           (M::driven_walls ? "driven walls" : "kinematic walls");
+           (driven ? "driven walls" : "kinematic walls");
 }
 
 // Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
@@ -193,11 +194,10 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
 
 }  // namespace detail
 
-template <int dim, bool friction, bool driven>
+template <int dim, bool friction>
 RunResult run_model(const RunRequest& request, Communicator& comm) {
     using namespace detail;
-    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
-                    std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
+    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
     const SolveOptions options = solve_options(scene.solver, request.scheme);
@@ -255,7 +255,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"scene", scene.name},
          {"dimension", M::dim},
          {"grains", grains},
-         {"model", model_name<M>()},
+         {"model", model_name(simulation.walls())},
          {"friction", M::friction},
          {"subdomains", comm.size()},
          {"threads", request.threads},

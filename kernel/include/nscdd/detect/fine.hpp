@@ -135,8 +135,7 @@ bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h, d
     for (auto& c : part.wall_pairs) {
         if (!near(c)) continue;
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
-        double recedes = wall.velocity.dot(wall.normal);
-        if constexpr (M::driven_walls) recedes += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
+        const double recedes = wall.velocity.dot(wall.normal) + part.problem.walls[static_cast<std::size_t>(c.j)].speed;
         check(c, velocity(c.i).dot(wall.normal) - recedes);
     }
     return any;

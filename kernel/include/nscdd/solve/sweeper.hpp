@@ -42,10 +42,9 @@ class Sweeper {
     // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_.data = start_rows_;
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
-            apply_since_start<BatchWalls<M>>(problem, walls_);
+            with_walls([&](auto walls) { apply_since_start<typename decltype(walls)::type>(problem, walls_); });
             apply_since_start<Rows<Layout::row>>(problem, grains_);
             return;
         }
@@ -64,7 +63,7 @@ class Sweeper {
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
         find_open();
-        sweep_group<BatchWalls<M>>(problem, walls_, Unaccelerated{});
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, Unaccelerated{}); });
         sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
     }
 
@@ -79,7 +78,7 @@ class Sweeper {
         }
         find_open();
         BatchByBatch<M> batches{anderson, {}};
-        sweep_group<BatchWalls<M>>(problem, walls_, batches);
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, batches); });
         sweep_group<Rows<Layout::row>>(problem, grains_, batches);
         for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
         return products;
@@ -91,7 +90,7 @@ class Sweeper {
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
-        add_group<BatchWalls<M>>(problem, walls_, parts);
+        with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
         return parts;
     }
 
@@ -134,6 +133,14 @@ class Sweeper {
     static constexpr std::size_t lanes = Packet::width, row = Layout::row;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
 
+    // Calls f with the type of the walls of this problem.
+    void with_walls(auto&& f) const {
+        if (walls_.driven)
+            f(std::type_identity<BatchWalls<M, true>>{});
+        else
+            f(std::type_identity<BatchWalls<M, false>>{});
+    }
+
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
         const auto slots = static_cast<std::size_t>(window);
@@ -163,8 +170,7 @@ class Sweeper {
 
     void note_start(const ContactProblem<M>& problem) {
         start_speeds_.clear();
-        if constexpr (M::driven_walls)
-            for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
+        for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
         start_.clear();
         if (batched_) {
             grains_.note_start();
@@ -207,14 +213,13 @@ class Sweeper {
         }
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-                double& speed = problem.walls[w].speed;
-                double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
-                const double before = speed;
-                for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
-                past[anderson.last()] = before;
-            }
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+            double& speed = problem.walls[w].speed;
+            double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
+            const double before = speed;
+            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
+            past[anderson.last()] = before;
+        }
     }
 
     template <class Other>

@@ -43,7 +43,7 @@ template <class M>
 class Simulation {
   public:
     // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
-    // finite, an impulse that is not finite, a driven wall without mass, or in a model without DrivenWalls.
+    // finite, an impulse that is not finite, a driven wall without mass.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {})
         : comm_(comm), settings_(std::move(settings)) {
@@ -157,8 +157,6 @@ class Simulation {
                 throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
             if (wall.material < 0 || wall.material >= settings_.materials.count())
                 throw std::invalid_argument(name + "material is not valid");
-            if (wall.driven && !M::driven_walls)
-                throw std::invalid_argument("a wall is driven by a force: the model needs DrivenWalls");
             if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
             if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
                 throw std::invalid_argument("a wall's normal must be a unit vector");
@@ -199,8 +197,7 @@ class Simulation {
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             double speed = wall.normal_speed();
-            if constexpr (M::driven_walls)
-                if (lookahead > 0) speed = wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
+            if (lookahead > 0) speed = wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
             total.speed = larger(total.speed, std::abs(speed));
             total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - rough_offset_[w]));
         }
@@ -299,9 +296,8 @@ class Simulation {
         }
         std::array<double, 2> sum;
         sum_in_rank_order(comm_.all_gather(mine), sum);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-                sum[1] += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
+        for (std::size_t w = 0; w < settings_.walls.size(); ++w)
+            sum[1] += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
         report.interface_grains = sum[0];
         report.free_norm = std::sqrt(sum[1]);
     }
@@ -370,9 +366,8 @@ class Simulation {
             for (auto& c : part.pairs) c.missed = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-                settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
+        for (std::size_t w = 0; w < settings_.walls.size(); ++w)
+            settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
     }
 
     static int first_active(const Subdomain<M>& part, std::size_t grain) {
