@@ -41,6 +41,7 @@ struct BatchGroup {
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
     AlignedDoubles start;          // of each batch: impulses to restore velocities from
     std::size_t count = 0;         // batches
+    bool driven = false;           // with walls of which any is
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
@@ -83,27 +84,29 @@ struct BatchGroup {
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };
 
-// The walls of a batch, by lane.
-template <class M>
+// The walls of a batch, by lane. Where none is driven (said once for a problem) no speed is read, computed or stored.
+template <class M, bool driven>
 struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;
 
     void load(const ContactProblem<M>& problem, const int* wall) {
-        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width];
+        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
         for (int k = 0; k < Packet::width; ++k) {
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
-            lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
+            if constexpr (driven) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
         }
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);
     }
     void store(ContactProblem<M>& problem, const int* wall, const int* contact) const {
-        alignas(sizeof(Packet)) double lane[Packet::width];
-        speed.store(lane);
-        for (int k = 0; k < Packet::width; ++k)
-            if (contact[k] >= 0) problem.walls[static_cast<std::size_t>(wall[k])].speed = lane[k];
+        if constexpr (driven) {
+            alignas(sizeof(Packet)) double lane[Packet::width];
+            speed.store(lane);
+            for (int k = 0; k < Packet::width; ++k)
+                if (contact[k] >= 0) problem.walls[static_cast<std::size_t>(wall[k])].speed = lane[k];
+        }
     }
 };
 
@@ -112,7 +115,7 @@ template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
     using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
-    static constexpr bool wall = std::is_same_v<Other, BatchWalls<M>>;
+    static constexpr bool wall = !std::is_same_v<Other, Rows<Layout::row>>;
 
     Rows<Layout::row> a;
     Other b;

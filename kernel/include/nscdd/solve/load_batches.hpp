@@ -37,13 +37,13 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
         return true;
     };
-    const bool driven = wall && problem.driven_walls();
+    group.driven = wall && problem.driven_walls();
     const auto touched = [&](int c, auto&& visit) {
         visit(at(c).i);
         if constexpr (!wall) visit(at(c).j);
-        if (driven) visit(static_cast<int>(bodies) + at(c).j);
+        if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
-    const int most = driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
     find_turns<wall>(problem, contacts, turns);
     group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
 

@@ -48,7 +48,7 @@ class Sweeper {
             const auto since_start = [](const auto& batch, const BatchGroup<M>& group, std::size_t k, int d) {
                 return batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
             };
-            apply<BatchWalls<M>>(problem, walls_, since_start);
+            with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, since_start); });
             apply<Rows<Layout::row>>(problem, grains_, since_start);
             return;
         }
@@ -67,7 +67,7 @@ class Sweeper {
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
         find_open();
-        sweep_group<BatchWalls<M>>(problem, walls_, Unaccelerated{});
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, Unaccelerated{}); });
         sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
     }
 
@@ -82,7 +82,7 @@ class Sweeper {
         }
         find_open();
         BatchByBatch<M> batches{anderson, {}};
-        sweep_group<BatchWalls<M>>(problem, walls_, batches);
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, batches); });
         sweep_group<Rows<Layout::row>>(problem, grains_, batches);
         for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
         return products;
@@ -94,7 +94,7 @@ class Sweeper {
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
-        add_group<BatchWalls<M>>(problem, walls_, parts);
+        with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
         for (std::size_t at = 0; at < rows_.data.size(); at += row) {
             double linear = 0, angular = 0;
             for (std::size_t d = 0; d < M::dof; ++d) {
@@ -145,6 +145,14 @@ class Sweeper {
     using Layout = BatchLayout<M>;
     static constexpr std::size_t lanes = Packet::width, row = Layout::row;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
+
+    // Calls f with the type of the walls of this problem.
+    void with_walls(auto&& f) const {
+        if (walls_.driven)
+            f(std::type_identity<BatchWalls<M, true>>{});
+        else
+            f(std::type_identity<BatchWalls<M, false>>{});
+    }
 
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
@@ -200,7 +208,7 @@ class Sweeper {
         const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
             return Packet(0) - batch.r[d];
         };
-        apply<BatchWalls<M>>(problem, walls_, none);
+        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, none); });
         apply<Rows<Layout::row>>(problem, grains_, none);
         free_rows_.swap(rows_.data);
         free_.walls.clear();
