@@ -120,17 +120,15 @@ std::vector<Fault<ContactProblem<M>>> faults() {
         faults.push_back({"contact 1: a lever", [](Problem& p) { p.contacts[1].lever_j = not_a_number; }});
         faults.push_back({"body 0: the inverse inertia", [](Problem& p) { p.bodies[0].inv_inertia = -1; }});
     }
-    if constexpr (M::driven_walls) {
-        faults.push_back({"wall 0: the speed", [](Problem& p) { p.walls[0].speed = not_a_number; }});
-        faults.push_back({"wall 1: the inverse mass", [](Problem& p) { p.walls[1].inv_mass = -1; }});
-    }
+    faults.push_back({"wall 0: the speed", [](Problem& p) { p.walls[0].speed = not_a_number; }});
+    faults.push_back({"wall 1: the inverse mass", [](Problem& p) { p.walls[1].inv_mass = -1; }});
     return faults;
 }
 
 }  // namespace
 
 TEMPLATE_TEST_CASE("a sequential user fills neither multiplicities nor a least radius", "[misuse]", FrictionDisks,
-                   DrivenFrictionSpheres) {
+                   FrictionSpheres) {
     using M = TestType;
     for (const bool filled : {false, true}) {
         auto problem = column<M>();
@@ -164,7 +162,7 @@ TEST_CASE("a body that cannot move is as good as a wall", "[misuse]") {
     }
 }
 
-TEMPLATE_TEST_CASE("what is no contact problem is refused by name", "[misuse]", FrictionDisks, DrivenFrictionSpheres) {
+TEMPLATE_TEST_CASE("what is no contact problem is refused by name", "[misuse]", FrictionDisks, FrictionSpheres) {
     using M = TestType;
     for (const auto& fault : faults<M>()) {
         INFO(fault.said);
