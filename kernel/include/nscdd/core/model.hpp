@@ -7,11 +7,9 @@
 // one scalar impulse, a kinematic wall no inverse mass.
 #pragma once
 
-#include <type_traits>
-
-#include <Eigen/Core>
-
 #include "nscdd/core/abi.hpp"
+
+#include <type_traits>
 
 namespace nscdd::inline NSCDD_ABI {
 
