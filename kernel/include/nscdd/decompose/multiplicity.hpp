@@ -77,6 +77,13 @@ void read_activity(Subdomain<M>& part) {
     });
 }
 
+template <class M>
+int first_active(const Subdomain<M>& part, std::size_t grain) {
+    for (std::size_t s = part.first_sharer(grain); s < part.last_sharer(grain); ++s)
+        if (part.active[s]) return part.sharers[s];
+    return part.rank;  // nobody touches it: every copy has V_free
+}
+
 }  // namespace detail
 
 // Which copies count, for every holder of a grain or wall; puts the contacts into the order of the sweep.
@@ -84,10 +91,11 @@ template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
     std::vector<Links> links(parts.size());
     std::vector<Buffer> pushed(parts.size());
+    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     for (std::size_t k = 0; k < parts.size(); ++k) {
         detail::mark_own_activity(parts[k]);
         links[k].swap(parts[k].links);
-        if constexpr (M::driven_walls) {
+        if (driven) {
             pushed[k].assign(walls.size(), 0.0);
             for (const auto& c : parts[k].problem.wall_contacts) pushed[k][static_cast<std::size_t>(c.j)] = 1;
         }
@@ -98,15 +106,15 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
         detail::read_activity(parts[k]);
         if (!parts[k].interface.empty()) detail::sweep_interface_last(parts[k]);
     }
-    if constexpr (M::driven_walls) {
-        const auto size = static_cast<std::size_t>(comm.size());
-        const std::span<const double> all = comm.all_gather(pushed);
-        for (auto& part : parts) {
-            part.wall_active.assign(walls.size() * size, 0);
-            for (std::size_t r = 0; r < size; ++r)
-                for (std::size_t w = 0; w < walls.size(); ++w)
-                    part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
-        }
+    for (auto& part : parts) part.wall_active.clear();
+    if (!driven) return;
+    const auto size = static_cast<std::size_t>(comm.size());
+    const std::span<const double> all = comm.all_gather(pushed);
+    for (auto& part : parts) {
+        part.wall_active.assign(walls.size() * size, 0);
+        for (std::size_t r = 0; r < size; ++r)
+            for (std::size_t w = 0; w < walls.size(); ++w)
+                part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
     }
 }
 
@@ -135,15 +143,45 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
         problem.wall_multiplicity.assign(walls.size(), 1);
         for (std::size_t w = 0; w < walls.size(); ++w) {
             problem.walls[w].prescribed = walls[w].velocity;
-            if constexpr (M::driven_walls) {
-                const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
-                const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
-                const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
-                problem.wall_multiplicity[w] = m;
-                problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
-                problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
-            }
+            const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
+            const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
+            const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
+            problem.wall_multiplicity[w] = m;
+            problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
+            problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
+    }
+}
+
+// Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
+// and after a factorised gluing copies agree to round-off only.
+template <class M>
+void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    std::vector<Links> links(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        for (std::size_t l = 0; l < part.links.size(); ++l) {
+            Link& link = part.links[l];
+            link.send.clear();
+            for (int g : part.linked[l]) {
+                const auto& v = part.problem.bodies[static_cast<std::size_t>(g)].v;
+                link.send.insert(link.send.end(), v.data(), v.data() + M::dof);
+            }
+            link.recv.resize(link.send.size());
+        }
+        links[k].swap(part.links);
+    }
+    comm.exchange(links);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        links[k].swap(part.links);
+        for (std::size_t l = 0; l < part.links.size(); ++l)
+            for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
+                const auto g = static_cast<std::size_t>(part.linked[l][s]);
+                if (detail::first_active(part, g) == part.links[l].peer)
+                    part.problem.bodies[g].v =
+                        Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
+            }
     }
 }
 

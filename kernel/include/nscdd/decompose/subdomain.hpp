@@ -17,9 +17,9 @@ struct Candidate {
     int i;  // local grain, the lower id of the two
     int j;  // local grain, or wall
     typename M::Impulse r = M::Impulse::Zero();
-    static constexpr double not_left_out = std::numeric_limits<double>::infinity();
-    double gap_left_out = not_left_out;  // its gap when the fine detection left it out as too far
-    bool missed = false;                 // left out, and then found to close within the step: next time it goes in
+    static constexpr double held = std::numeric_limits<double>::infinity();
+    double free_gap = held;  // its gap, unless it is a contact that the law keeps from closing within the step
+    bool missed = false;     // left out, and then found to close within the step: next time it goes in
 };
 
 template <class M>
@@ -40,7 +40,7 @@ struct Subdomain {
     std::vector<int> source, wall_source;  // candidate of each contact
     std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
     std::vector<int> interface;            // grains with this and another active copy, by ascending id
-    std::vector<int> wall_active;          // per wall and rank (wall * size + rank), driven walls only
+    std::vector<int> wall_active;  // per wall and rank (wall * size + rank) of driven walls; empty where none is
 
     std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
     std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }

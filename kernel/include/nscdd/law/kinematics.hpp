@@ -27,8 +27,7 @@ template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, WithWall) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
     const WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
-    typename M::Vec v = a.linear() - wall.prescribed;
-    if constexpr (M::driven_walls) v -= wall.speed * c.normal;
+    const typename M::Vec v = a.linear() - wall.prescribed - wall.speed * c.normal;
     if constexpr (M::friction) {
         const typename M::Spin spin = c.lever_i * a.spin();
         return v - spin_cross<M>(spin, c.normal);
@@ -68,10 +67,8 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
     const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
     a.linear() += a.inv_mass * impulse;
     if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
-    if constexpr (M::driven_walls) {
-        WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
-        wall.speed -= wall.inv_mass * impulse.dot(c.normal);
-    }
+    WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
+    wall.speed -= wall.inv_mass * impulse.dot(c.normal);
 }
 
 // The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
@@ -101,10 +98,8 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     DelassusDiagonal w{si * a.inv_mass, 0};
     // a driven wall gives way along its normal only, so it adds nothing to W_t
     if constexpr (M::friction) w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia;
-    if constexpr (M::driven_walls) {
-        const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
-        w.normal += sw * problem.walls[j].inv_mass;
-    }
+    const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
+    w.normal += sw * problem.walls[j].inv_mass;
     return w;
 }
 

@@ -38,8 +38,9 @@ SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     do {
-        for (int k = 0; k < options.check_every; ++k) block_sweep(problem, r);
-        report.iterations += options.check_every;
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) block_sweep(problem, r);
+        report.iterations += count;
         report.residual = natural_map_error(problem, r);
         if (!std::isfinite(report.residual)) throw std::runtime_error("the natural map is not finite: check W and q");
         report.converged = report.residual <= options.tolerance;

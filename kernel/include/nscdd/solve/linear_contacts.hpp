@@ -109,14 +109,14 @@ LinearContactsOf<M> linear_contacts(const ContactProblem<M>& problem) {
         put_contact(c, BetweenGrains{});
     }
     const int walls = static_cast<int>(problem.bodies.size()) * M::dof;
+    const bool driven = problem.driven_walls();
     for (const Contact<M>& c : problem.wall_contacts) {
         put_body(c.i, 1, c);
-        if constexpr (M::driven_walls)
-            put(walls + c.j, problem.walls[static_cast<std::size_t>(c.j)].inv_mass, -c.normal, c);
+        if (driven) put(walls + c.j, problem.walls[static_cast<std::size_t>(c.j)].inv_mass, -c.normal, c);
         put_contact(c, WithWall{});
     }
 
-    const int states = walls + (M::driven_walls ? static_cast<int>(problem.walls.size()) : 0);
+    const int states = walls + (driven ? static_cast<int>(problem.walls.size()) : 0);
     linear.velocity.resize(linear.free.size(), states);
     linear.velocity.setFromTriplets(entries.begin(), entries.end());
     linear.state = linear.velocity.transpose();

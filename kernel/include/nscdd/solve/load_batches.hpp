@@ -7,13 +7,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The order in which load_batches() deals contacts: as they come, but those of a driven wall, which comes once in a
-// batch, in turn with those of the others.
+// The order in which load_batches() deals contacts: as they come, but where walls are driven each comes once in a
+// batch, in turn with the others.
 template <bool wall, class M>
 void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::vector<int>& turns) {
     turns.resize(contacts.size());
     std::iota(turns.begin(), turns.end(), 0);
-    if constexpr (wall && M::driven_walls) {
+    if (wall && problem.driven_walls()) {
         std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
         for (std::size_t c = 0; c < contacts.size(); ++c) before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
         std::stable_sort(turns.begin(), turns.end(), [&before](int a, int b) {
@@ -37,13 +37,13 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
         return true;
     };
+    group.driven = wall && problem.driven_walls();
     const auto touched = [&](int c, auto&& visit) {
         visit(at(c).i);
         if constexpr (!wall) visit(at(c).j);
-        if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
+        if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
-    const int most =
-        wall && M::driven_walls ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
     find_turns<wall>(problem, contacts, turns);
     group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
 

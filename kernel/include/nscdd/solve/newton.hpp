@@ -100,7 +100,9 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     validate(problem);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
-    const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
+    const SolveOptions stop{.tolerance = options.tolerance,
+                            .velocity_error = options.velocity_error,
+                            .penetration = options.penetration};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
@@ -114,15 +116,17 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             nlgs_of_valid(problem, sweeps, sweeper);
         }
     }
+    const FreeVelocities<M> free = free_velocities(problem);
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r = gather_impulses(problem);
     detail::newton_solve<Factorisation>(
         linear, options, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             scatter_impulses(problem, answer);
-            finished(residual_parts(problem), stop, problem.least_radius, so_far);
+            finished(residual_parts(problem, free), stop, problem.least_radius, so_far);
             // solved, and contacts still close: there is no answer
-            return so_far.converged || so_far.residual <= std::min(1e-7, options.tolerance);
+            return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
+                                        so_far.penetration > stop.penetration * problem.least_radius);
         },
         report);
     return report;

@@ -23,14 +23,15 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
     while (!over) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
-        for (int k = 0; k < options.check_every; ++k) {
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) {
             if (accelerated)
                 anderson.update(sweeper.sweep(problem, anderson).data());
             else
                 sweeper.sweep(problem);
             for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
         }
-        report.iterations += options.check_every;
+        report.iterations += count;
         residual = sweeper.residual(problem);
         over = finished(residual, options, problem.least_radius, report);
         if (over && anderson.parted()) {

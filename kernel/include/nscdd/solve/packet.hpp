@@ -41,6 +41,7 @@ struct Packet {
     }
     friend Packet larger(Packet a, Packet b) { return of(Eigen::internal::pmax(a.lanes, b.lanes)); }
     friend Packet smaller(Packet a, Packet b) { return of(Eigen::internal::pmin(a.lanes, b.lanes)); }
+    friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }
     friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }
 };
 

@@ -274,12 +274,14 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     validate(problem);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
+    const FreeVelocities<M> free = free_velocities(problem);
     BodyGradient<M> gradient(problem);
     ProjectedGradient iteration(gradient, descent);
     do {
-        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
-        report.iterations += options.check_every;
-    } while (!finished(residual_parts(problem), options, problem.least_radius, report));
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) iteration.iterate();
+        report.iterations += count;
+    } while (!finished(residual_parts(problem, free), options, problem.least_radius, report));
     return report;
 }
 
@@ -296,8 +298,9 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
     BlockGradient<dim> gradient(problem, r);
     ProjectedGradient iteration(gradient, descent);
     do {
-        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
-        report.iterations += options.check_every;
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) iteration.iterate();
+        report.iterations += count;
         report.residual = measure(gradient.contacts.r);
         if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
         report.converged = report.residual <= options.tolerance;
