@@ -24,7 +24,7 @@ nscdd_test(test_single_precision quick unit/test_single_precision.cpp)
 nscdd_test(test_schemes quick agreement/test_schemes.cpp)
 nscdd_test(test_reference quick agreement/test_reference.cpp)
 
-foreach(test test_detection test_gluing test_partition test_sweeper test_sweeper_unvectorised)
+foreach(test test_detection test_gluing test_misuse test_partition test_sweeper test_sweeper_unvectorised)
     target_compile_options(${test} PRIVATE -O0)  # they compile for a minute and run for a moment
 endforeach()
 

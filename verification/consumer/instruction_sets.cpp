@@ -45,7 +45,7 @@ double largest_error() {
 
 double UNIT() {
     using namespace nscdd;
-    return std::max(largest_error<Model<2, Coulomb, DrivenWalls>>(), largest_error<Model<3, Coulomb, DrivenWalls>>());
+    return std::max(largest_error<Model<2, Coulomb>>(), largest_error<Model<3, Coulomb>>());
 }
 #else
 #include <cstdio>

@@ -65,8 +65,7 @@ void sort(std::vector<Contact<M>>& contacts, const std::vector<int>& order) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a fast sweep as it ships is a plain one", "[shipped]", (Model<2, Coulomb, DrivenWalls>),
-                   (Model<3, Coulomb, DrivenWalls>)) {
+TEMPLATE_TEST_CASE("a fast sweep as it ships is a plain one", "[shipped]", (Model<2, Coulomb>), (Model<3, Coulomb>)) {
     using M = TestType;
     ContactProblem<M> fast = random_problem<M>(300);
     ContactProblem<M> plain = fast;

@@ -58,7 +58,7 @@ std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
     if constexpr (!wall) {
         inverse += problem.bodies[j].inv_mass;
         sideways = inverse;
-    } else if constexpr (M::driven_walls) {
+    } else {
         inverse += problem.walls[j].inv_mass;
     }
     if constexpr (M::friction) {
@@ -104,10 +104,8 @@ void name_fault(const ContactProblem<M>& problem) {
     for (std::size_t k = 0; k < problem.walls.size(); ++k) {
         const WallBody<M>& wall = problem.walls[k];
         require(wall.prescribed.allFinite(), "wall", k, "the velocity is not finite");
-        if constexpr (M::driven_walls) {
-            require(is_finite(wall.speed), "wall", k, "the speed is not finite");
-            require(is_mass(wall.inv_mass), "wall", k, "the inverse mass is negative or not finite");
-        }
+        require(is_finite(wall.speed), "wall", k, "the speed is not finite");
+        require(is_mass(wall.inv_mass), "wall", k, "the inverse mass is negative or not finite");
     }
     require_multiplicities("bodies", problem.multiplicity, problem.bodies.size());
     require_multiplicities("walls", problem.wall_multiplicity, problem.walls.size());
@@ -138,10 +136,8 @@ void validate(const ContactProblem<M>& problem) {
     }
     for (const WallBody<M>& wall : problem.walls) {
         sound &= detail::is_finite(wall.prescribed.sum());
-        if constexpr (M::driven_walls) {
-            sound &= detail::is_finite(wall.speed);
-            sound &= detail::is_mass(wall.inv_mass);
-        }
+        sound &= detail::is_finite(wall.speed);
+        sound &= detail::is_mass(wall.inv_mass);
     }
     const std::size_t bodies = problem.bodies.size(), walls = problem.walls.size();
     sound &= problem.multiplicity.empty() || problem.multiplicity.size() == bodies;
