@@ -3,6 +3,12 @@ nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_sweeper quick unit/test_sweeper.cpp)
 nscdd_test(test_sweeper_unvectorised quick unit/test_sweeper.cpp)  # where Eigen knows no packets, or is told to use none
 target_compile_definitions(test_sweeper_unvectorised PRIVATE EIGEN_DONT_VECTORIZE)
+# the fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
+add_executable(test_sweep_as_shipped unit/test_sweep_as_shipped.cpp)
+target_link_libraries(test_sweep_as_shipped PRIVATE nscdd::kernel catch_main)
+target_compile_options(test_sweep_as_shipped PRIVATE -O3 -Wall -Wextra $<$<BOOL:${NSCDD_NATIVE}>:-march=native>
+                       $<$<BOOL:${NSCDD_WERROR}>:-Werror>)
+catch_discover_tests(test_sweep_as_shipped TEST_PREFIX "test_sweep_as_shipped: " PROPERTIES LABELS quick TIMEOUT 600)
 nscdd_test(test_anderson quick unit/test_anderson.cpp)
 nscdd_test(test_local_form quick unit/test_local_form.cpp)
 nscdd_test(test_partition quick unit/test_partition.cpp)
@@ -18,7 +24,7 @@ nscdd_test(test_single_precision quick unit/test_single_precision.cpp)
 nscdd_test(test_schemes quick agreement/test_schemes.cpp)
 nscdd_test(test_reference quick agreement/test_reference.cpp)
 
-foreach(test test_detection test_gluing test_partition test_sweeper test_sweeper_unvectorised)
+foreach(test test_detection test_gluing test_misuse test_partition test_sweeper test_sweeper_unvectorised)
     target_compile_options(${test} PRIVATE -O0)  # they compile for a minute and run for a moment
 endforeach()
 

@@ -95,6 +95,8 @@ std::vector<Fault<ContactProblem<M>>> faults() {
         {"contact 0: neither side can move", [](Problem& p) { p.bodies[0].inv_mass = p.bodies[1].inv_mass = 0; }},
         {"wall contact 0: neither side can move", [](Problem& p) { p.bodies[0].inv_mass = 0; }},
         {"wall 1: the velocity", [](Problem& p) { p.walls[1].prescribed[1] = not_a_number; }},
+        {"wall 0: the speed", [](Problem& p) { p.walls[0].speed = not_a_number; }},
+        {"wall 1: the inverse mass", [](Problem& p) { p.walls[1].inv_mass = -1; }},
         {"the step h", [](Problem& p) { p.h = 0; }},
         {"the step h", [](Problem& p) { p.h = -1; }},
         {"the step h", [](Problem& p) { p.h = not_a_number; }},
@@ -120,8 +122,6 @@ std::vector<Fault<ContactProblem<M>>> faults() {
         faults.push_back({"contact 1: a lever", [](Problem& p) { p.contacts[1].lever_j = not_a_number; }});
         faults.push_back({"body 0: the inverse inertia", [](Problem& p) { p.bodies[0].inv_inertia = -1; }});
     }
-    faults.push_back({"wall 0: the speed", [](Problem& p) { p.walls[0].speed = not_a_number; }});
-    faults.push_back({"wall 1: the inverse mass", [](Problem& p) { p.walls[1].inv_mass = -1; }});
     return faults;
 }
 
@@ -251,6 +251,7 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     };
     for (const double bad : {not_a_number, -1.0}) {
         CHECK(lacks(by({.tolerance = bad}), "tolerance") == "");
+        CHECK(lacks(by({.velocity_error = bad}), "velocity_error") == "");
         CHECK(lacks(by({.penetration = bad}), "penetration") == "");
     }
     for (const double bad : {not_a_number, 0.0, -1.0, 2.0}) CHECK(lacks(by({.relaxation = bad}), "relaxation") == "");

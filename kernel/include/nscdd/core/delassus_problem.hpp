@@ -4,16 +4,14 @@
 // matrix-free (contact_problem.hpp). Components of a contact: normal first, then tangential, as in FCLIB.
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Core>
-
-#include "nscdd/core/abi.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -7,11 +7,9 @@
 // one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 #pragma once
 
-#include <type_traits>
-
-#include <Eigen/Core>
-
 #include "nscdd/core/abi.hpp"
+
+#include <type_traits>
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -121,8 +121,9 @@ void name_fault(const ContactProblem<M>& problem) {
 
 }  // namespace detail
 
-// Throws std::invalid_argument that names what is wrong. One to two nanoseconds a contact: nlgs(), newton_solve() and
-// projected_gradient() ask by themselves; the problems of a Simulation are made by our own detection and are not asked.
+// Throws std::invalid_argument that names what is wrong. 3 to 5 ns a contact, less than half a sweep: 1 to 3 % of a
+// solve of ten iterations. nlgs(), newton_solve() and projected_gradient() ask by themselves, once; by_nlgs() and NSCDD
+// do not, for their problems are made by our own detection.
 template <class M>
 void validate(const ContactProblem<M>& problem) {
     bool sound = problem.h > 0 && detail::is_finite(problem.h) && detail::is_mass(problem.least_radius);

@@ -4,6 +4,8 @@
 // is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <memory>

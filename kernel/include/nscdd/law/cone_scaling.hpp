@@ -2,14 +2,12 @@
 // instead of a first axis, and Nesterov and Todd's scaling of one contact [NesterovTodd97].
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
-
-#include <Eigen/Core>
-
-#include "nscdd/core/abi.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

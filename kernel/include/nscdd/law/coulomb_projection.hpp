@@ -1,11 +1,9 @@
 // The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P, for Newton methods.
 #pragma once
 
-#include <cmath>
-
-#include <Eigen/Core>
-
 #include "nscdd/core/abi.hpp"
+
+#include <cmath>
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -3,6 +3,8 @@
 // For disks and spheres the block is diagonal and contact_law() has the answer in closed form.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

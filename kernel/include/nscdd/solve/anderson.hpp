@@ -5,13 +5,13 @@
 // and no exchange is added. It may leave the cone: the sweep that follows brings every contact back into it.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include <Eigen/Cholesky>
-
-#include "nscdd/core/abi.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

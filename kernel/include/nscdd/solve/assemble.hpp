@@ -5,6 +5,8 @@
 // are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/Geometry>
 
 #include "nscdd/core/delassus_problem.hpp"

@@ -6,6 +6,8 @@
 // [Acary11] freezes it, and iterates on it.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/LU>
 #include <Eigen/SparseCore>
 #include <vector>

@@ -1,6 +1,8 @@
 // A contact problem written out as sparse matrices, what a Newton method needs: from bodies, or from a stored W.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <cmath>
 #include <stdexcept>
 #include <vector>

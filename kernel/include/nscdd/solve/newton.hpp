@@ -5,6 +5,8 @@
 //   nscdd::NewtonReport report = nscdd::newton_solve(problem, {.tolerance = 1e-10});
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/SparseLU>
 #include <limits>
 #include <utility>

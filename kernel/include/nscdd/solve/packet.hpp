@@ -5,15 +5,13 @@
 // the same code is the scalar path.
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <cstddef>
 #include <limits>
 #include <new>
 #include <utility>
 #include <vector>
-
-#include <Eigen/Core>
-
-#include "nscdd/core/abi.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
