@@ -172,6 +172,23 @@ class AnotherScene(ProgramTest):
         done = self.go_on(SCENE)
         self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.state}: dataset 'rough/cells': is missing\n"))
 
+    def test_a_state_with_damaged_names_or_rough_detection(self):
+        for dataset, values, problem in (("walls/name", ["floor"], "must hold strings of fixed length"),
+                                         ("walls/name", np.array([b"floor"] * 2), "must have shape (1), found (2)"),
+                                         ("materials/name", [7], "must hold strings of fixed length"),
+                                         ("materials/density", np.zeros(0), "must have shape (0), found (1)"),
+                                         ("rough/skin", [-1.0], "must be > 0"), ("rough/steps_since", [-1], "must be >= 0"),
+                                         ("rough/x", np.full((2, 3), np.inf), "row 0 is not finite")):
+            self.succeeds("run", self.folder / "scene.toml", "--state", self.state, "--quiet")
+            with h5py.File(self.state, "r+") as file:
+                del file[dataset]
+                file[dataset] = values
+            for more in ((), ("--adopt",)):
+                done = self.go_on(SCENE, *more)
+                with self.subTest(dataset=dataset, more=more):
+                    self.assertEqual(done.returncode, 1)
+                    self.assertIn(problem, done.stderr)
+
     def test_adopt_needs_a_state(self):
         done = self.run_program("run", self.folder / "scene.toml", "--adopt")
         self.assertEqual(done.returncode, 1)

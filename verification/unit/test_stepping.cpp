@@ -29,7 +29,7 @@ Buffer numbers_of(const Simulation<M>& simulation) {
     Outcome<M> outcome;
     outcome.grains = gather_grains(simulation);
     outcome.contacts = gather_contacts(simulation);
-    outcome.walls = simulation.walls();
+    outcome.walls.assign(simulation.walls().begin(), simulation.walls().end());
     Buffer numbers = outcome.state();
     for (const double x : outcome.history()) numbers.push_back(x);
     return numbers;
