@@ -14,7 +14,7 @@ struct BuiltScene {
     std::optional<RoughDetection<M>> rough;  // of a state to go on from
 };
 
-namespace detail {
+namespace build_detail {
 
 template <class M>
 std::vector<Grain<M>> scene_grains(const RunRequest& request) {
@@ -51,13 +51,13 @@ std::vector<Grain<M>> scene_grains(const RunRequest& request) {
     return grains;
 }
 
-}  // namespace detail
+}  // namespace build_detail
 
 // Throws InputError for what only shows once scene and packing meet.
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request) {
     const Scene& scene = request.scene;
-    BuiltScene<M> built{detail::scene_grains<M>(request), {}, {}, {}};
+    BuiltScene<M> built{build_detail::scene_grains<M>(request), {}, {}, {}};
     if (built.grains.empty())
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
     double mass = 0;
@@ -116,7 +116,7 @@ BuiltScene<M> build_scene(const RunRequest& request) {
 
 // Distance between the two walls of each axis; 0 where there are not two.
 template <class M>
-typename M::Vec box_edges(const std::vector<Wall<M>>& walls) {
+typename M::Vec box_edges(std::span<const Wall<M>> walls) {
     typename M::Vec low = M::Vec::Constant(NAN), high = low, edges;
     for (const auto& wall : walls)
         for (int d = 0; d < M::dim; ++d) {
@@ -129,7 +129,7 @@ typename M::Vec box_edges(const std::vector<Wall<M>>& walls) {
 
 // Forces of the walls under pressure for the box as it is now.
 template <class M>
-void push_walls(const Scene& scene, std::vector<Wall<M>>& walls) {
+void push_walls(const Scene& scene, std::span<Wall<M>> walls) {
     const typename M::Vec edges = box_edges<M>(walls);
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (scene.walls[w].motion != WallMotion::Pressure) continue;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "nscdd/comm/in_process.hpp"
-#include "replace_file.hpp"
+#include "number_option.hpp"
 #include "run.hpp"
 
 namespace nscdd {
@@ -21,7 +21,7 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     command
         ->add_option("--tolerance", arguments.tolerance,
                      "On eta, of the step exported; those before it have the scene's")
-        ->check(CLI::PositiveNumber)
+        ->check(positive_number())
         ->capture_default_str();
     command->add_option("--max-iterations", arguments.max_iterations, "Cap of the step exported")
         ->check(CLI::PositiveNumber)
@@ -34,7 +34,6 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
 }
 
 int export_fclib(const ExportFclibArguments& arguments, const Provenance& provenance) {
-    require_folder(arguments.output);
     RunArguments run;
     run.scene = arguments.scene;
     run.packing = arguments.packing;
@@ -43,6 +42,7 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     run.steps = arguments.step;
     run.quiet = arguments.quiet;
     RunRequest request = prepare_run(run, provenance, 1, false);
+    check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
                                           .check_every = request.scene.solver.check_every,
                                           .max_iterations = arguments.max_iterations}

@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -78,12 +74,32 @@ Handle creating_groups() {
     return links;
 }
 
-// Also when a group on the way is missing.
-bool exists(hid_t file, const std::string& object) {
+enum class Found { nothing, here, elsewhere };
+
+// Also when a group on the way is missing. Links other than hard ones may lead to other files, soft ones by way of
+// external ones, and are never followed: a packing could bring any file of its reader's into the results.
+Found find(hid_t file, const std::string& object) {
     for (std::size_t slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
-        if (H5Lexists(file, object.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
-        if (slash == std::string::npos) return true;
+        const std::string name = object.substr(0, slash);
+        H5L_info_t info{};
+        if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0) return Found::nothing;
+        if (H5Lget_info(file, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD)
+            return Found::elsewhere;
+        if (slash == std::string::npos) return Found::here;
     }
+}
+
+// Are the values of a dataset in the file itself?
+bool stored_here(hid_t dataset) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+    return H5Pget_layout(creation) != H5D_VIRTUAL && H5Pget_external_count(creation) == 0;
+}
+
+// H5Lvisit: stops at the first link that leads elsewhere, or to a dataset that is stored elsewhere.
+herr_t leads_elsewhere(hid_t group, const char* name, const H5L_info_t* info, void*) {
+    if (info->type != H5L_TYPE_HARD) return 1;
+    const Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    return object.valid() && H5Iget_type(object) == H5I_DATASET && !stored_here(object) ? 1 : 0;
 }
 
 // The library would print its whole error stack; our one line replaces it.
@@ -91,11 +107,7 @@ void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 hid_t open_for_reading(const std::string& path) {
     silence();
-    if (std::filesystem::is_directory(path)) throw InputError(fmt::format("{}: is a folder, not a file", path));
-    std::FILE* probe = std::fopen(path.c_str(), "rb");
-    if (!probe) throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
-    std::fclose(probe);
-
+    require_regular_file(path);
     if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(fmt::format("{}: is not an HDF5 file", path));
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file < 0) throw InputError(fmt::format("{}: is a truncated or damaged HDF5 file", path));
@@ -106,7 +118,7 @@ hid_t create_in_memory(const std::string& path) {
     silence();
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_fapl_core(access, 1 << 20, false);
-    return H5Fcreate((path + ".part").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);  // a name alone, no file
+    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);  // a name alone, no file
 }
 
 }  // namespace
@@ -124,8 +136,10 @@ InputError Reader::attribute_error(const std::string& name, const std::string& p
 }
 
 Handle Reader::open(const std::string& dataset) const {
+    if (!has(dataset)) throw error(dataset, "is missing");
     Handle handle(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
     if (!handle.valid()) throw error(dataset, "is missing");
+    if (!stored_here(handle)) throw error(dataset, "is stored in another file, which is not read");
     return handle;
 }
 
@@ -135,7 +149,11 @@ Handle Reader::open_attribute(const std::string& name) const {
     return handle;
 }
 
-bool Reader::has(const std::string& object) const { return exists(file_, object); }
+bool Reader::has(const std::string& object) const {
+    const Found found = find(file_, object);
+    if (found == Found::elsewhere) throw error(object, "is a soft or external link, which is not followed");
+    return found == Found::here;
+}
 
 Shape Reader::shape(const std::string& dataset) const {
     const Handle handle = open(dataset);
@@ -220,6 +238,8 @@ T Reader::attribute(const std::string& name) const {
         T value{};
         if (!converts<T>(type)) throw attribute_error(name, fmt::format("must hold {}", kind_name<T>()));
         if (H5Aread(handle, native_type<T>(), &value) < 0) throw attribute_error(name, "cannot be read");
+        if constexpr (std::is_same_v<T, double>)
+            if (!std::isfinite(value)) throw attribute_error(name, fmt::format("must be finite, found {}", value));
         return value;
     }
 }
@@ -284,13 +304,16 @@ void Writer::text(const std::string& dataset, const std::string& value) {
 }
 
 void Writer::copy(const Reader& source, const std::string& group) {
+    if (source.has(group) && H5Lvisit_by_name(source.file_, group.c_str(), H5_INDEX_NAME, H5_ITER_NATIVE,
+                                              leads_elsewhere, nullptr, H5P_DEFAULT) != 0)
+        throw source.error(group, "holds something of another file, which is not read");
     const Handle links = creating_groups();
     if (H5Ocopy(source.file_, group.c_str(), file_, group.c_str(), H5P_DEFAULT, links) < 0)
         throw error(fmt::format("a copy of group '{}'", group));
 }
 
 void Writer::write_attribute(const std::string& group, const std::string& name, hid_t type, const void* value) {
-    if (group != "/" && !exists(file_, group)) {
+    if (group != "/" && find(file_, group) == Found::nothing) {
         const Handle links = creating_groups();
         const Handle made(H5Gcreate2(file_, group.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     }
@@ -315,13 +338,20 @@ void Writer::attribute(const std::string& name, const std::string& value, const 
     write_attribute(group, name, string_type(value.size()), value.c_str());
 }
 
-void Writer::save() {
+std::string Writer::save(FileSet& files) {
     H5Fflush(file_, H5F_SCOPE_GLOBAL);
     const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
     if (size < 0) throw error("the file image");
     std::string image(static_cast<std::size_t>(size), '\0');
     if (H5Fget_file_image(file_, image.data(), image.size()) < 0) throw error("the file image");
-    replace_file(path_, image);
+    files.add(path_, image);
+    return checksum(image);
+}
+
+void Writer::save() {
+    FileSet files;
+    save(files);
+    files.commit();
 }
 
 template std::vector<double> Reader::read(const std::string&, const Shape&) const;

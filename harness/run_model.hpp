@@ -14,7 +14,7 @@
 
 namespace nscdd {
 
-namespace detail {
+namespace run_detail {
 
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
@@ -33,6 +33,7 @@ Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
 inline SolveOptions solve_options(const SolverSettings& solver, const std::string& scheme) {
     SolveOptions options;
     options.tolerance = solver.tolerance;
+    options.velocity_error = solver.velocity_error;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
     if (!sweeps(scheme)) return options;
@@ -49,6 +50,7 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
     if (request.scheme == "newton") {
         NewtonOptions newton;
         newton.tolerance = options.tolerance;
+        newton.velocity_error = options.velocity_error;
         newton.penetration = options.penetration;
         newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
         return {by_newton<M, UmfPack>(newton), "none"};
@@ -63,9 +65,10 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
 }
 
 template <class M>
-std::string model_name() {
+std::string model_name(std::span<const Wall<M>> walls) {
+    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     return std::to_string(M::dim) + (M::friction ? "D Coulomb, " : "D frictionless, ") +
-           (M::driven_walls ? "driven walls" : "kinematic walls");
+           (driven ? "driven walls" : "kinematic walls");
 }
 
 // Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
@@ -195,6 +198,25 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
     return state;
 }
 
+// StepEnergy of every step, by name.
+struct EnergySeries {
+    std::vector<double> before, kinetic, external, walls, normal, friction, round_off;
+
+    void add(const StepEnergy& e) {
+        before.push_back(e.before);
+        kinetic.push_back(e.kinetic);
+        external.push_back(e.external);
+        walls.push_back(e.walls);
+        normal.push_back(e.normal);
+        friction.push_back(e.friction);
+        round_off.push_back(e.round_off());
+    }
+};
+inline void to_json(nlohmann::json& json, const EnergySeries& e) {
+    json = {{"before", e.before},   {"kinetic", e.kinetic},   {"external", e.external}, {"walls", e.walls},
+            {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
+}
+
 // Of a step that sequential NLGS has solved.
 template <class M>
 ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
@@ -207,13 +229,12 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
     return out;
 }
 
-}  // namespace detail
+}  // namespace run_detail
 
-template <int dim, bool friction, bool driven>
+template <int dim, bool friction>
 RunResult run_model(const RunRequest& request, Communicator& comm) {
-    using namespace detail;
-    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>,
-                    std::conditional_t<driven, DrivenWalls, KinematicWalls>>;
+    using namespace run_detail;
+    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
     const SolveOptions options = solve_options(scene.solver, request.scheme);
@@ -221,8 +242,9 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
 
     RunResult result;
     std::vector<int> iterations;
-    std::vector<double> residual, penetration, contacts;
-    double interface_grains = 0, free_norm = 0, total_iterations = 0;
+    std::vector<double> residual, velocity_error, penetration, contacts;
+    EnergySeries energy;
+    double interface_grains = 0, free_norm = 0, turned_norm = 0, total_iterations = 0;
     Traffic solving;
     double solver_cpu = 0;
     const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
@@ -250,10 +272,13 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
         const StepReport report = simulation.step(counted);
         iterations.push_back(report.solve.iterations);
         residual.push_back(report.solve.residual);
+        velocity_error.push_back(report.solve.velocity_error);
+        energy.add(report.energy);
         penetration.push_back(report.solve.penetration / simulation.least_radius());
         contacts.push_back(report.contacts);
         interface_grains += report.interface_grains;
         free_norm = report.free_norm;
+        turned_norm = report.solve.turned_norm;
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
         progress.show(step, fmt::format("{} iterations", report.solve.iterations));
@@ -264,6 +289,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
+    measures["turned_velocity_norm"] = turned_norm;
     result.state = gather_state(simulation, request);
     std::map<std::string, int> multiplicity;
     for (int m : result.state.multiplicity) ++multiplicity[std::to_string(m)];
@@ -272,7 +298,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"scene", scene.name},
          {"dimension", M::dim},
          {"grains", grains},
-         {"model", model_name<M>()},
+         {"model", model_name<M>(simulation.walls())},
          {"friction", M::friction},
          {"subdomains", comm.size()},
          {"threads", request.threads},
@@ -284,6 +310,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                                                     : "in-process"},
          {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
          {"steps", scene.step.count},
+         {"start_step", request.from.step},
          {"h", scene.step.h},
          {"tolerance", options.tolerance},
          {"check_every", options.check_every},
@@ -292,6 +319,9 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"relaxation", options.relaxation},
          {"iterations", iterations},
          {"residual", residual},
+         {"velocity_error", velocity_error},
+         {"velocity_error_allowed", options.velocity_error},
+         {"energy", energy},
          {"penetration", penetration},
          {"contacts", contacts},
          {"interface_grains", interface_grains / scene.step.count},

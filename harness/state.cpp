@@ -138,13 +138,20 @@ State read_state(const std::string& path) {
 
     state.time = file.attribute<double>("time");
     state.step = file.attribute<std::int64_t>("step");
+    if (state.step < 0 || state.step > State::most_steps)
+        throw InputError(
+            fmt::format("{}: attribute 'step': must lie in [0, {}], found {}", path, State::most_steps, state.step));
     state.scene = file.attribute<std::string>("scene");
     return state;
 }
 
-void write_state(const std::string& path, const State& state) {
+std::string xdmf_beside(const std::string& path) {
+    return path.empty() ? "" : std::filesystem::path(path).replace_extension(".xdmf").string();
+}
+
+std::string write_state(FileSet& files, const std::string& path, const State& state) {
     const std::filesystem::path h5_path(path);
-    const std::string xdmf_path = std::filesystem::path(h5_path).replace_extension(".xdmf").string();
+    const std::string xdmf_path = xdmf_beside(path);
     if (xdmf_path == path)
         throw OutputError(path + ": a state is an HDF5 file, .xdmf is the name of the one beside it");
 
@@ -185,8 +192,14 @@ void write_state(const std::string& path, const State& state) {
     file.attribute("time", state.time);
     file.attribute("step", state.step);
     file.attribute("scene", state.scene);
-    file.save();
-    replace_file(xdmf_path, xdmf_text(h5_path.filename().string(), state));
+    files.add(xdmf_path, xdmf_text(h5_path.filename().string(), state));
+    return file.save(files);
+}
+
+void write_state(const std::string& path, const State& state) {
+    FileSet files;
+    write_state(files, path, state);
+    files.commit();
 }
 
 }  // namespace nscdd

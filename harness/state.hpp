@@ -51,9 +51,11 @@ struct State {
         int steps_since = 0;         // >= 0
     } rough;
 
-    double time = 0;        // [s]
-    std::int64_t step = 0;  // steps made
-    std::string scene;      // its name
+    static constexpr std::int64_t most_steps =
+        1'000'000'000'000'000;  // a double, as of JSON, holds them and those to come
+    double time = 0;            // [s]
+    std::int64_t step = 0;      // steps made
+    std::string scene;          // its name
 
     int spins() const { return packing.dim == 3 ? 3 : 1; }
 };
@@ -62,7 +64,10 @@ struct State {
 State read_state(const std::string& path);
 
 // Writes the HDF5 file and, beside it, the .xdmf file through which ParaView opens it (velocity_x, velocity_y in 2D).
-// Throws OutputError; an old file is then left as it was.
+// Throws OutputError; old files are then left as they were. The first returns the checksum of the HDF5 file.
+std::string write_state(FileSet& files, const std::string& path, const State& state);
 void write_state(const std::string& path, const State& state);
+
+std::string xdmf_beside(const std::string& state);  // "" of none
 
 }  // namespace nscdd

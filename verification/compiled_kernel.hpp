@@ -6,15 +6,11 @@
 
 namespace scenes {
 
-// Smooth: frictionless. Driven: with walls that a force pushes.
-using SmoothDisks = nscdd::Model<2, nscdd::Frictionless, nscdd::KinematicWalls>;
-using SmoothDisksDriven = nscdd::Model<2, nscdd::Frictionless, nscdd::DrivenWalls>;
-using Disks = nscdd::Model<2, nscdd::Coulomb, nscdd::KinematicWalls>;
-using DisksDriven = nscdd::Model<2, nscdd::Coulomb, nscdd::DrivenWalls>;
-using SmoothSpheres = nscdd::Model<3, nscdd::Frictionless, nscdd::KinematicWalls>;
-using SmoothSpheresDriven = nscdd::Model<3, nscdd::Frictionless, nscdd::DrivenWalls>;
-using Spheres = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
-using SpheresDriven = nscdd::Model<3, nscdd::Coulomb, nscdd::DrivenWalls>;
+// Smooth: frictionless.
+using SmoothDisks = nscdd::Model<2, nscdd::Frictionless>;
+using Disks = nscdd::Model<2, nscdd::Coulomb>;
+using SmoothSpheres = nscdd::Model<3, nscdd::Frictionless>;
+using Spheres = nscdd::Model<3, nscdd::Coulomb>;
 
 }  // namespace scenes
 
@@ -46,12 +42,8 @@ using SpheresDriven = nscdd::Model<3, nscdd::Coulomb, nscdd::DrivenWalls>;
 #ifndef EIGEN_DONT_VECTORIZE
 namespace nscdd {
 COMPILED_KERNEL(extern, scenes::SmoothDisks)
-COMPILED_KERNEL(extern, scenes::SmoothDisksDriven)
 COMPILED_KERNEL(extern, scenes::Disks)
-COMPILED_KERNEL(extern, scenes::DisksDriven)
 COMPILED_KERNEL(extern, scenes::SmoothSpheres)
-COMPILED_KERNEL(extern, scenes::SmoothSpheresDriven)
 COMPILED_KERNEL(extern, scenes::Spheres)
-COMPILED_KERNEL(extern, scenes::SpheresDriven)
 }  // namespace nscdd
 #endif

@@ -17,8 +17,7 @@ using nscdd::Grain;
 using nscdd::Wall;
 
 // For TEMPLATE_TEST_CASE.
-#define EVERY_MODEL \
-    SmoothDisks, SmoothDisksDriven, Disks, DisksDriven, SmoothSpheres, SmoothSpheresDriven, Spheres, SpheresDriven
+#define EVERY_MODEL SmoothDisks, Disks, SmoothSpheres, Spheres
 
 template <class M>
 struct Scene {
@@ -73,22 +72,22 @@ void drive(Wall<M>& wall, double force, double mass) {
     wall.mass = mass;
 }
 
-// Falls on the floor; with driven walls a lid follows and presses.
+// Falls on the floor. Driven: a lid follows and presses.
 template <class M>
-Scene<M> heap(double ratio = 1.2) {
-    Scene<M> scene = boxed<M>("heap", ratio);
+Scene<M> heap(bool driven, double ratio = 1.2) {
+    Scene<M> scene = boxed<M>(driven ? "heap under a lid" : "heap", ratio);
     scene.settings.gravity[M::dim - 1] = -1;
-    if constexpr (M::driven_walls) drive(scene.settings.walls.back(), 5.0, 10.0);
+    if (driven) drive(scene.settings.walls.back(), 5.0, 10.0);
     return scene;
 }
 
 // No gravity: the high walls close in, by forces or at a prescribed speed; the first wall also slides.
 template <class M>
-Scene<M> squeezed_box(double ratio = 1.5) {
-    Scene<M> scene = boxed<M>("squeezed box", ratio);
+Scene<M> squeezed_box(bool driven, double ratio = 1.5) {
+    Scene<M> scene = boxed<M>(driven ? "box squeezed by forces" : "squeezed box", ratio);
     for (std::size_t w = 1; w < scene.settings.walls.size(); w += 2) {
         Wall<M>& wall = scene.settings.walls[w];
-        if constexpr (M::driven_walls)
+        if (driven)
             drive(wall, 20.0, 30.0);
         else
             wall.velocity = -0.07 * wall.offset * wall.normal;
@@ -151,7 +150,7 @@ Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, cons
     outcome.measures = nscdd::measure(simulation);
     outcome.grains = nscdd::gather_grains(simulation);
     outcome.contacts = nscdd::gather_contacts(simulation);
-    outcome.walls = simulation.walls();
+    outcome.walls = simulation.settings().walls;
     return outcome;
 }
 
@@ -184,8 +183,12 @@ Scene<M> settled(Scene<M> scene, int steps, const nscdd::SolveOptions& options =
 
 // Both scenes when they have become dense: networks of contacts that reach over all subdomains, and still move.
 template <class M>
-std::vector<Scene<M>> dense_scenes() {
-    std::vector<Scene<M>> scenes{settled(heap<M>(), 200), settled(squeezed_box<M>(), 200)};
+std::vector<Scene<M>> dense_scenes(std::initializer_list<bool> driven = {false, true}) {
+    std::vector<Scene<M>> scenes;
+    for (const bool by_forces : driven) {
+        scenes.push_back(settled(heap<M>(by_forces), 200));
+        scenes.push_back(settled(squeezed_box<M>(by_forces), 200));
+    }
     for (auto& scene : scenes) scene.settings.rough_every = 3;  // so that short runs change the decomposition
     return scenes;
 }

@@ -8,6 +8,7 @@ nscdd_test(test_local_form quick unit/test_local_form.cpp)
 nscdd_test(test_partition quick unit/test_partition.cpp)
 nscdd_test(test_gluing quick unit/test_gluing.cpp)
 nscdd_test(test_detection quick unit/test_detection.cpp unit/test_stepping.cpp)
+nscdd_test(test_misuse quick unit/test_misuse.cpp)
 nscdd_test(test_conservation quick unit/test_conservation.cpp)
 nscdd_test(test_analytic quick unit/test_analytic.cpp)
 nscdd_test(test_newton quick unit/test_newton.cpp)
@@ -39,12 +40,15 @@ endif()
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/consumer
          -DCXX=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)
+add_test(NAME "consumer with options of its own" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/foreign -DSYSTEM=${eigen_include}
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/foreign.cmake)
 add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR} "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "only one header knows MPI" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/mpi_only_there.cmake)
-set_tests_properties(consumer "headers compile alone" "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
+set_tests_properties(consumer "consumer with options of its own" "headers compile alone" "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
 
 if(NSCDD_PROGRAM)
     find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
@@ -55,6 +59,8 @@ if(NSCDD_PROGRAM)
             ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
     endfunction()
     nscdd_program_test("bad input" "program;sanitized" test_bad_input)
+    nscdd_program_test("outputs" "program;sanitized" test_outputs)
+    nscdd_program_test("what compare trusts" "program;sanitized" test_compare)
     nscdd_program_test("pack, run, compare" program test_program.Program)
     nscdd_program_test("go on from a state" program test_restart)
     nscdd_program_test("hard cases" program test_hard_cases)

@@ -166,12 +166,12 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
 // A wall knocks a grain against the next one, which lies beyond the alert distance; the two touch in a subdomain
 // where the first has no other contact, and so no part in the iteration.
 TEST_CASE("a contact that only the solution closes is found in whatever subdomain it lies") {
-    Scene<SmoothDisksDriven> scene;
+    Scene<SmoothDisks> scene;
     scene.settings.h = 1e-2;
     scene.settings.walls.resize(1);
     drive(scene.settings.walls[0], 1000.0, 1.0);
     const auto add = [&](double x, double y, double radius) {
-        scene.grains.push_back(make_grain<SmoothDisksDriven>(int(scene.grains.size()), radius, 1.0, {x, y}));
+        scene.grains.push_back(make_grain<SmoothDisks>(int(scene.grains.size()), radius, 1.0, {x, y}));
     };
     add(0.5, 0, 0.5), add(1.53, 0, 0.5), add(0.3, 5, 0.1);  // the last puts the border at x = 0.915
     scene.settings.cells = {1, 1};

@@ -102,10 +102,10 @@ inline void per_contact(benchmark::State& state, double contacts, double bytes, 
     state.counters["s/contact"] = Counter(contacts, Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
-using Frictional3 = Model<3, Coulomb, KinematicWalls>;
-using Frictionless3 = Model<3, Frictionless, KinematicWalls>;
-using Frictional2 = Model<2, Coulomb, KinematicWalls>;
-using Frictionless2 = Model<2, Frictionless, KinematicWalls>;
+using Frictional3 = Model<3, Coulomb>;
+using Frictionless3 = Model<3, Frictionless>;
+using Frictional2 = Model<2, Coulomb>;
+using Frictionless2 = Model<2, Frictionless>;
 
 #define NSCDD_BENCH_ALL(function, name)                                         \
     BENCHMARK_TEMPLATE(function, Frictional3)->Name(name "/3D/Coulomb");        \

@@ -1,6 +1,6 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P headers.cmake
 #
-# Every header of the kernel compiles alone and may be included twice. SYSTEM: directories of Eigen and MPI.
+# Every header of the kernel compiles alone, may be included twice, and is in the namespace of the instruction set. SYSTEM: directories of Eigen and MPI.
 cmake_minimum_required(VERSION 3.25)
 set(flags -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -I${INCLUDE})
 foreach(directory IN LISTS SYSTEM)
@@ -12,6 +12,10 @@ if(count LESS 20)
     message(FATAL_ERROR "only ${count} headers found below ${INCLUDE}")
 endif()
 foreach(header IN LISTS headers)
+    file(STRINGS ${INCLUDE}/${header} opened REGEX "^namespace nscdd")
+    if(opened AND NOT opened STREQUAL "namespace nscdd::inline NSCDD_ABI {")
+        message(SEND_ERROR "${header} opens another namespace than nscdd::inline NSCDD_ABI: ${opened}")
+    endif()
     file(WRITE ${WORK}/alone.cpp "#include \"${header}\"\n#include \"${header}\"\n")
     execute_process(COMMAND ${CXX} ${flags} ${WORK}/alone.cpp RESULT_VARIABLE result ERROR_VARIABLE text)
     if(NOT result EQUAL 0)

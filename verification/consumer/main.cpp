@@ -8,7 +8,7 @@ int jumps_of_two_copies();  // second.cpp
 
 namespace {
 
-using Model = nscdd::Model<2, nscdd::Frictionless, nscdd::KinematicWalls>;
+using Model = nscdd::Model<2, nscdd::Frictionless>;
 
 constexpr double mass = 2.0, gravity = 9.81, h = 1e-3;
 

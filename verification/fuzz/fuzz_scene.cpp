@@ -9,7 +9,7 @@ namespace {
 
 template <int dim>
 void build(const RunRequest& request) {
-    using M = Model<dim, Coulomb, DrivenWalls>;
+    using M = Model<dim, Coulomb>;
     BuiltScene<M> built = build_scene<M>(request);
     push_walls<M>(request.scene, built.settings.walls);
     InProcess comm(2);

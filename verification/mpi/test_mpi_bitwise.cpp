@@ -43,7 +43,7 @@ std::string error_of(auto&& call) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", SmoothDisks, DisksDriven, SpheresDriven) {
+TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", SmoothDisks, Spheres) {
     for (const auto& scene : dense_scenes<TestType>()) {
         compare<Ccs, Factorised<>>(scene);
         compare<Ccs, ClosedForm>(scene);
@@ -54,10 +54,10 @@ TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", Smoo
 }
 
 TEST_CASE("an error in one subdomain is thrown on every rank, with the same words") {
-    auto scene = heap<DisksDriven>();
+    auto scene = heap<Disks>(true);
     scene.grains[0].position[0] = scene.grains[1].position[0] - 0.8 * scene.grains[1].radius;
     Mpi comm;
-    const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<DisksDriven>>({})); });
+    const std::string ours = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<Disks>>({})); });
     const std::string theirs = error_of([&] { run_nscdd<Dcs, ClosedForm>(scene, comm.size(), 1, {}); });
     CHECK(ours == theirs);
     INFO(ours);
@@ -66,10 +66,10 @@ TEST_CASE("an error in one subdomain is thrown on every rank, with the same word
 }
 
 TEST_CASE("a residual that is not finite is an error on every rank") {
-    auto scene = settled(heap<DisksDriven>(), 200);
+    auto scene = settled(heap<Disks>(true), 200);
     for (auto& pair : scene.impulses) pair.r *= 1e300;
     Mpi comm;
-    const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<DisksDriven>>({.check_every = 1})); });
+    const std::string said = error_of([&] { run(scene, comm, 1, by_nscdd<Dcs<Disks>>({.check_every = 1})); });
     INFO(said);
     CHECK(said.starts_with("the residual is not finite"));
     MPI_Barrier(MPI_COMM_WORLD);

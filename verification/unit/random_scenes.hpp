@@ -11,14 +11,10 @@
 
 namespace nscdd::test {
 
-using Disks = Model<2, Frictionless, KinematicWalls>;
-using Spheres = Model<3, Frictionless, KinematicWalls>;
-using FrictionDisks = Model<2, Coulomb, KinematicWalls>;
-using FrictionSpheres = Model<3, Coulomb, KinematicWalls>;
-using DrivenDisks = Model<2, Frictionless, DrivenWalls>;
-using DrivenSpheres = Model<3, Frictionless, DrivenWalls>;
-using DrivenFrictionDisks = Model<2, Coulomb, DrivenWalls>;
-using DrivenFrictionSpheres = Model<3, Coulomb, DrivenWalls>;
+using Disks = Model<2, Frictionless>;
+using Spheres = Model<3, Frictionless>;
+using FrictionDisks = Model<2, Coulomb>;
+using FrictionSpheres = Model<3, Coulomb>;
 
 using Random = std::mt19937_64;
 
@@ -75,16 +71,16 @@ std::vector<Grain<M>> shaken_lattice(Random& random, int side) {
     return grains;
 }
 
-// The walls of the box [0, edge]^dim. In a model with driven walls those on the far sides are pushed inwards.
+// The walls of the box [0, edge]^dim. Driven: those on the far sides are pushed inwards.
 template <class M>
-std::vector<Wall<M>> box_walls(double edge) {
+std::vector<Wall<M>> box_walls(double edge, bool driven = false) {
     std::vector<Wall<M>> walls;
     for (int d = 0; d < M::dim; ++d)
         for (const double sign : {1.0, -1.0}) {
             Wall<M>& wall = walls.emplace_back();
             wall.normal = sign * M::Vec::Unit(d);
             wall.offset = sign > 0 ? 0 : -edge;
-            if (!M::driven_walls || sign > 0) continue;
+            if (!driven || sign > 0) continue;
             wall.driven = true;
             wall.mass = 50;
             wall.force = 100;
@@ -94,9 +90,9 @@ std::vector<Wall<M>> box_walls(double edge) {
 
 // The shaken lattice in its box, mu = 0.3, under its own weight.
 template <class M>
-SimulationSettings<M> lattice_settings(int side) {
+SimulationSettings<M> lattice_settings(int side, bool driven = false) {
     SimulationSettings<M> settings;
-    settings.walls = box_walls<M>(1.05 * side);
+    settings.walls = box_walls<M>(1.05 * side, driven);
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     settings.gravity[M::dim - 1] = -1;
     settings.h = 0.05;

@@ -138,8 +138,7 @@ TEMPLATE_TEST_CASE("the one-contact solve is what a search over Coulomb's law fi
     }
 }
 
-TEMPLATE_TEST_CASE("one sweep solves one contact exactly", "[law]", Disks, FrictionDisks, DrivenDisks,
-                   DrivenFrictionDisks, Spheres, FrictionSpheres, DrivenSpheres, DrivenFrictionSpheres) {
+TEMPLATE_TEST_CASE("one sweep solves one contact exactly", "[law]", Disks, FrictionDisks, Spheres, FrictionSpheres) {
     using M = TestType;
     Random random(2);
     int seen[3] = {0, 0, 0};
@@ -155,7 +154,7 @@ TEMPLATE_TEST_CASE("one sweep solves one contact exactly", "[law]", Disks, Frict
             if constexpr (M::friction) body.inv_inertia = uniform(random, 0.5, 5);
         }
         problem.walls[0].prescribed = random_vector<typename M::Vec>(random);
-        if constexpr (M::driven_walls) {
+        if (k % 4 > 1) {  // driven
             problem.walls[0].prescribed.setZero();
             problem.walls[0].speed = uniform(random, -1, 1);
             problem.walls[0].inv_mass = uniform(random, 0.5, 2);

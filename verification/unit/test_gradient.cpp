@@ -4,13 +4,9 @@
 
 using namespace nscdd;
 using scenes::Disks;
-using scenes::DisksDriven;
 using scenes::SmoothDisks;
-using scenes::SmoothDisksDriven;
 using scenes::SmoothSpheres;
-using scenes::SmoothSpheresDriven;
 using scenes::Spheres;
-using scenes::SpheresDriven;
 
 namespace {
 
@@ -83,7 +79,7 @@ TEMPLATE_TEST_CASE("a stored W of low rank, blocks full, by projected gradients"
 }
 
 TEST_CASE("projected gradients refuse what is not finite, or that nothing can move", "[gradient]") {
-    ContactProblem<Spheres> bodies = test::next_problem(scenes::settled(scenes::heap<Spheres>(), 100));
+    ContactProblem<Spheres> bodies = test::next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
     bodies.bodies[7].v[1] = std::nan("");
     CHECK_THROWS_AS(projected_gradient(bodies, {}), std::runtime_error);
 

@@ -15,13 +15,9 @@ using nscdd::test::Statuses;
 using nscdd::test::uniform;
 using nscdd::test::velocity_difference;
 using scenes::Disks;
-using scenes::DisksDriven;
 using scenes::SmoothDisks;
-using scenes::SmoothDisksDriven;
 using scenes::SmoothSpheres;
-using scenes::SmoothSpheresDriven;
 using scenes::Spheres;
-using scenes::SpheresDriven;
 
 namespace {
 
@@ -82,32 +78,32 @@ void check_cone(Random& random) {
 }
 
 // 6 x 6 x 6 spheres under a heavy lid: more unknowns at contacts that carry than grains have.
-ContactProblem<SpheresDriven> pile() {
+ContactProblem<Spheres> pile() {
     constexpr int edge = 6;
     Random random(3);
-    SimulationSettings<SpheresDriven> settings;
+    SimulationSettings<Spheres> settings;
     settings.gravity[2] = -1;
     settings.h = 1e-2;
     settings.materials.set(0, 0, {0.15, 0.0});
     for (int d = 0; d < 3; ++d)
         for (const double sign : {1.0, -1.0}) {
-            Wall<SpheresDriven>& wall = settings.walls.emplace_back();
-            wall.normal = sign * SpheresDriven::Vec::Unit(d);
+            Wall<Spheres>& wall = settings.walls.emplace_back();
+            wall.normal = sign * Spheres::Vec::Unit(d);
             wall.offset = sign > 0 ? 0.0 : -1.02 * edge;
         }
     scenes::drive(settings.walls.back(), 200.0, 100.0);
-    std::vector<Grain<SpheresDriven>> grains;
+    std::vector<Grain<Spheres>> grains;
     for (int id = 0; id < edge * edge * edge; ++id) {
-        const SpheresDriven::Vec cell(id % edge, id / edge % edge, id / edge / edge);
-        const SpheresDriven::Vec shift = 0.02 * random_vector<SpheresDriven::Vec>(random);
-        grains.push_back(make_grain<SpheresDriven>(id, uniform(random, 0.4, 0.5), 1.0,
-                                                   1.02 * (cell + SpheresDriven::Vec::Constant(0.5)) + shift));
+        const Spheres::Vec cell(id % edge, id / edge % edge, id / edge / edge);
+        const Spheres::Vec shift = 0.02 * random_vector<Spheres::Vec>(random);
+        grains.push_back(make_grain<Spheres>(id, uniform(random, 0.4, 0.5), 1.0,
+                                             1.02 * (cell + Spheres::Vec::Constant(0.5)) + shift));
     }
     InProcess comm(1);
-    Simulation<SpheresDriven> simulation(comm, settings, grains);
-    for (int step = 0; step < 400; ++step) simulation.step(by_nlgs<SpheresDriven>({.tolerance = 1e-3}));
-    ContactProblem<SpheresDriven> problem;
-    simulation.step([&](std::vector<Subdomain<SpheresDriven>>& parts, Communicator&, PhaseSeconds&) {
+    Simulation<Spheres> simulation(comm, settings, grains);
+    for (int step = 0; step < 400; ++step) simulation.step(by_nlgs<Spheres>({.tolerance = 1e-3}));
+    ContactProblem<Spheres> problem;
+    simulation.step([&](std::vector<Subdomain<Spheres>>& parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return nlgs(parts[0].problem, {});
     });
@@ -125,7 +121,7 @@ TEST_CASE("cone algebra and scaling", "[newton]") {
 }
 
 TEST_CASE("some hundred spheres under a heavy lid, hyperstatic, from zero impulses to 1e-10", "[newton]") {
-    ContactProblem<SpheresDriven> problem = pile();
+    ContactProblem<Spheres> problem = pile();
     const NewtonReport report = newton_solve(problem, precise);
     INFO(report.interior << " interior, " << report.outer << " outer, " << report.iterations << " Newton steps, eta "
                          << report.residual);
@@ -137,12 +133,12 @@ TEST_CASE("some hundred spheres under a heavy lid, hyperstatic, from zero impuls
     const double largest = r.cwiseAbs().maxCoeff();
     std::size_t loaded = 0, k = 0;
     std::vector<bool> carries(problem.bodies.size());
-    for (const Contact<SpheresDriven>& c : problem.contacts) {
+    for (const Contact<Spheres>& c : problem.contacts) {
         if (LinearContacts<3>::at(r, k++).norm() <= 1e-6 * largest) continue;
         ++loaded;
         carries[static_cast<std::size_t>(c.i)] = carries[static_cast<std::size_t>(c.j)] = true;
     }
-    for (const Contact<SpheresDriven>& c : problem.wall_contacts) {
+    for (const Contact<Spheres>& c : problem.wall_contacts) {
         if (LinearContacts<3>::at(r, k++).norm() <= 1e-6 * largest) continue;
         ++loaded;
         carries[static_cast<std::size_t>(c.i)] = true;
@@ -271,7 +267,7 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
 }
 
 TEST_CASE("a velocity that is not a number is an error", "[newton]") {
-    ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(), 100));
+    ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
     problem.bodies[7].v[1] = std::nan("");
     CHECK_THROWS_AS(newton_solve(problem, precise), std::runtime_error);
 }

@@ -268,14 +268,40 @@ TEST_CASE("an interrupted write leaves the old file and no part of the new one",
     }
     CHECK(line == path + ": cannot write: File too large");
     CHECK(scratch.read("end.h5") == before);
-    CHECK_FALSE(scratch.has("end.h5.part"));
-    CHECK_FALSE(scratch.has("end.xdmf"));
+    CHECK(scratch.files() == std::vector<std::string>{"end.h5"});
 
-    CHECK_THROWS_WITH(replace_file(scratch.path("no/such/folder"), "text"),
-                      scratch.path("no/such/folder") + ": cannot write: No such file or directory");
+    CHECK_THROWS_WITH(replace_file(scratch.path("no/folder"), "text"),
+                      Catch::Contains("no/folder: cannot write: the folder ") && Catch::Contains("does not exist"));
     std::filesystem::create_directory(scratch.path("folder"));
-    CHECK_THROWS_AS(replace_file(scratch.path("folder"), "text"), OutputError);
-    CHECK_FALSE(scratch.has("folder.part"));
+    CHECK_THROWS_WITH(replace_file(scratch.path("folder"), "text"),
+                      Catch::Contains("is a folder, only regular files are replaced"));
+}
+
+TEST_CASE("files of a set take their places together or not at all", "[files]") {
+    const Scratch scratch;
+    scratch.write("a", "old a");
+    {
+        FileSet files;
+        files.add(scratch.path("a"), "new a");
+        files.add(scratch.path("b"), "new b");
+        CHECK(scratch.read("a") == "old a");
+        CHECK_FALSE(scratch.has("b"));
+        CHECK_THROWS_AS(files.add(scratch.path("none/c"), "new c"), OutputError);
+    }
+    CHECK(scratch.files() == std::vector<std::string>{"a"});
+    FileSet files, others;  // of two runs
+    files.add(scratch.path("a"), "ours");
+    others.add(scratch.path("a"), "theirs");
+    others.commit();
+    CHECK(scratch.read("a") == "theirs");
+    files.commit();
+    CHECK(scratch.read("a") == "ours");
+    CHECK(scratch.files() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("checksums are those of FNV-1a", "[files]") {
+    CHECK(checksum("") == "cbf29ce484222325");
+    CHECK(checksum("foobar") == "85944171f73967e8");
 }
 
 TEST_CASE("a report says where it comes from", "[report]") {

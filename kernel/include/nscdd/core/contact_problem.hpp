@@ -1,14 +1,16 @@
 // The contact problem (4) of one step on one subdomain, matrix-free: body velocities, contacts, impulses.
 //
 // Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
-// the velocities and impulses back. Sizes: 64 bytes a body and 104 a contact in 3D with friction.
+// the velocities and impulses back; bodies, walls, contacts and the step are all that it must fill (validate.hpp).
+// Sizes: 64 bytes a body and 104 a contact in 3D with friction.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <bool friction>
 struct BodySpin {
@@ -29,17 +31,11 @@ struct Body : BodySpin<M::friction> {
     auto spin() const { return v.template tail<M::spins>(); }
 };
 
-template <bool driven>
-struct WallPush {
-    double speed = 0;     // along the wall's normal, on top of the prescribed velocity
-    double inv_mass = 0;  // split; 0 for a wall that is not driven
-};
-template <>
-struct WallPush<false> {};
-
 template <class M>
-struct WallBody : WallPush<M::driven_walls> {
+struct WallBody {
     typename M::Vec prescribed = M::Vec::Zero();
+    double speed = 0;     // along the wall's normal, on top of the prescribed velocity; 0 for a wall that is not driven
+    double inv_mass = 0;  // split; 0 for a wall that is not driven
 };
 
 template <bool friction>
@@ -69,11 +65,18 @@ struct ContactProblem {
     std::vector<Contact<M>> contacts;       // between grains, in spatial order
     std::vector<Contact<M>> wall_contacts;  // j is a wall
     std::vector<int> multiplicity;          // of each body; W of the residual takes whole masses
-    std::vector<int> wall_multiplicity;
-    double h = 0;             // step [s]
-    double least_radius = 0;  // of the whole scene [m], scale of the penetration test
+    std::vector<int> wall_multiplicity;     // either may be empty: then nothing is split, all are 1
+    double h = 0;                           // step [s]
+    double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
+
+    // Is any wall pushed by a force? The same on every rank.
+    bool driven_walls() const {
+        return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
+    }
 
     std::size_t contact_count() const { return contacts.size() + wall_contacts.size(); }
+    int copies(std::size_t body) const { return multiplicity.empty() ? 1 : multiplicity[body]; }
+    int wall_copies(std::size_t wall) const { return wall_multiplicity.empty() ? 1 : wall_multiplicity[wall]; }
 
     // What a sweep reads and writes.
     std::size_t bytes() const {

@@ -1,30 +1,29 @@
-// What a scene has, decided at compile time: dimension, contact law, and whether walls may be pushed.
+// What a scene has, decided at compile time: dimension and contact law.
 //
-//   using Model = nscdd::Model<3, nscdd::Coulomb, nscdd::KinematicWalls>;
+//   using Model = nscdd::Model<3, nscdd::Coulomb>;
 //   Model::Velocity v;                 // 3 translations, 3 spins
 //
 // Nothing that a model lacks is stored or computed: a frictionless grain has no spin, a frictionless contact
-// one scalar impulse, a kinematic wall no inverse mass.
+// one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 #pragma once
 
 #include <type_traits>
 
 #include <Eigen/Core>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
 
-struct Frictionless {};    // no tangential impulse, hence no rotation
-struct Coulomb {};         // |r_t| <= mu r_n, sliding against the slip velocity
-struct KinematicWalls {};  // walls rest or move as prescribed: no unknowns
-struct DrivenWalls {};     // some walls are pushed by a force along their normal
+namespace nscdd::inline NSCDD_ABI {
 
-template <int Dimension, class ContactLaw, class WallFreedom>
+struct Frictionless {};  // no tangential impulse, hence no rotation
+struct Coulomb {};       // |r_t| <= mu r_n, sliding against the slip velocity
+
+template <int Dimension, class ContactLaw>
 struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
 
     static constexpr int dim = Dimension;
     static constexpr bool friction = std::is_same_v<ContactLaw, Coulomb>;
-    static constexpr bool driven_walls = std::is_same_v<WallFreedom, DrivenWalls>;
     static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;
     static constexpr int dof = dim + spins;  // of one grain
 

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Wall {
@@ -11,7 +11,7 @@ struct Wall {
     typename M::Vec normal = M::Vec::UnitX();   // unit, into the sample
     double offset = 0;                          // normal . (any point of the plane)
     typename M::Vec velocity = M::Vec::Zero();  // prescribed; of a driven wall the tangential part only
-    bool driven = false;                        // needs Model<.., DrivenWalls>
+    bool driven = false;                        // pushed by a force, else at rest or as prescribed
     double force = 0;                           // driven: along the normal, positive pushes into the sample [N]
     double mass = 0;                            // driven: > 0
     double speed = 0;                           // driven: along the normal, an unknown of each step

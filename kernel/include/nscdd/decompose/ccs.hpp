@@ -7,7 +7,7 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
 class Ccs {
@@ -27,7 +27,7 @@ class Ccs {
                 out[k][0].insert(out[k][0].end(), {double(grain.id), double(parts[k].rank), 1 / grain.mass});
                 out[k][0].push_back(M::friction ? 1 / grain.inertia : 0);
             }
-            if constexpr (M::driven_walls) walls_ = parts[k].problem.walls.size();
+            if (parts[k].problem.driven_walls()) walls_ = parts[k].problem.walls.size();
             mine_[k].resize(parts[k].interface.size() * dof + walls_);
         }
         const std::vector<Buffer> told = comm.route(out);
@@ -42,8 +42,7 @@ class Ccs {
                 const auto& v = parts[k].problem.bodies[static_cast<std::size_t>(g)].v;
                 out = std::copy(v.data(), v.data() + dof, out);
             }
-            if constexpr (M::driven_walls)
-                for (const auto& wall : parts[k].problem.walls) *out++ = wall.speed;
+            for (std::size_t w = 0; w < walls_; ++w) *out++ = parts[k].problem.walls[w].speed;
         }
         comm.gather(mine_, all_);
         if (!all_.empty()) solve();
@@ -55,8 +54,7 @@ class Ccs {
                 std::copy(in, in + dof, v.data());
                 in += dof;
             }
-            if constexpr (M::driven_walls)
-                for (auto& wall : parts[k].problem.walls) wall.speed = *in++;
+            for (std::size_t w = 0; w < walls_; ++w) parts[k].problem.walls[w].speed = *in++;
         }
     }
 
@@ -96,12 +94,7 @@ class Ccs {
                 if (part.wall_active[w * size + r]) wall_places_.push_back({r, taken[r] * dof + w});
             if (wall_places_.size() == before) continue;  // touches nothing: moves freely
             wall_copies_.begin.push_back(static_cast<int>(wall_places_.size()));
-            wall_copies_.inverse_mass.push_back([&] {
-                if constexpr (M::driven_walls)
-                    return part.problem.walls[w].inv_mass / part.problem.wall_multiplicity[w];
-                else
-                    return 0.0;
-            }());
+            wall_copies_.inverse_mass.push_back(part.problem.walls[w].inv_mass / part.problem.wall_multiplicity[w]);
             wall_of_.push_back(w);
         }
         wall_speeds_.resize(wall_places_.size());
@@ -129,7 +122,7 @@ class Ccs {
     }
 
     std::vector<Buffer> mine_, all_;  // all_ is empty where rank 0 is not hosted
-    std::size_t walls_ = 0;
+    std::size_t walls_ = 0;           // that have a speed to agree on: none where none is driven
     Copies copies_, wall_copies_;
     std::vector<Place> places_, wall_places_;
     std::vector<std::size_t> wall_of_, taken_;

@@ -8,7 +8,7 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
 class Dcs {
@@ -22,14 +22,14 @@ class Dcs {
         links_.resize(parts.size());
         speeds_.resize(parts.size());
         for (std::size_t k = 0; k < parts.size(); ++k) set_up(parts[k], links_[k], fronts_[k]);
-        if constexpr (M::driven_walls) set_up_walls(parts[0], static_cast<std::size_t>(comm.size()));
+        set_up_walls(parts[0], static_cast<std::size_t>(comm.size()));
     }
 
     void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
         comm.each_rank([this, &parts](std::size_t k) { pack(parts[k], k); });
         comm.exchange(links_);
         comm.each_rank([this, &parts](std::size_t k) { unpack(parts[k], k); });
-        if constexpr (M::driven_walls) glue_walls(parts, comm);
+        glue_walls(parts, comm);
     }
 
   private:
@@ -115,7 +115,7 @@ class Dcs {
         wall_copies_.clear(1);
         wall_places_.clear();
         wall_of_.clear();
-        const std::size_t walls = part.problem.walls.size();
+        const std::size_t walls = part.problem.driven_walls() ? part.problem.walls.size() : 0;
         for (std::size_t w = 0; w < walls; ++w) {
             const std::size_t before = wall_places_.size();
             for (std::size_t r = 0; r < size; ++r)

@@ -12,7 +12,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order. Velocities of all
 // copies are one buffer, `dof` doubles a copy.

@@ -9,7 +9,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
@@ -91,10 +91,11 @@ template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
     std::vector<Links> links(parts.size());
     std::vector<Buffer> pushed(parts.size());
+    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     for (std::size_t k = 0; k < parts.size(); ++k) {
         detail::mark_own_activity(parts[k]);
         links[k].swap(parts[k].links);
-        if constexpr (M::driven_walls) {
+        if (driven) {
             pushed[k].assign(walls.size(), 0.0);
             for (const auto& c : parts[k].problem.wall_contacts) pushed[k][static_cast<std::size_t>(c.j)] = 1;
         }
@@ -105,15 +106,15 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
         detail::read_activity(parts[k]);
         if (!parts[k].interface.empty()) detail::sweep_interface_last(parts[k]);
     }
-    if constexpr (M::driven_walls) {
-        const auto size = static_cast<std::size_t>(comm.size());
-        const std::span<const double> all = comm.all_gather(pushed);
-        for (auto& part : parts) {
-            part.wall_active.assign(walls.size() * size, 0);
-            for (std::size_t r = 0; r < size; ++r)
-                for (std::size_t w = 0; w < walls.size(); ++w)
-                    part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
-        }
+    for (auto& part : parts) part.wall_active.clear();
+    if (!driven) return;
+    const auto size = static_cast<std::size_t>(comm.size());
+    const std::span<const double> all = comm.all_gather(pushed);
+    for (auto& part : parts) {
+        part.wall_active.assign(walls.size() * size, 0);
+        for (std::size_t r = 0; r < size; ++r)
+            for (std::size_t w = 0; w < walls.size(); ++w)
+                part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
     }
 }
 
@@ -142,14 +143,12 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
         problem.wall_multiplicity.assign(walls.size(), 1);
         for (std::size_t w = 0; w < walls.size(); ++w) {
             problem.walls[w].prescribed = walls[w].velocity;
-            if constexpr (M::driven_walls) {
-                const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
-                const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
-                const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
-                problem.wall_multiplicity[w] = m;
-                problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
-                problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
-            }
+            const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
+            const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
+            const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
+            problem.wall_multiplicity[w] = m;
+            problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
+            problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
     }
 }

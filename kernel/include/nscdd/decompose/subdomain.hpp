@@ -9,7 +9,7 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // A pair of the rough detection, with the impulse that it carries from step to step.
 template <class M>
@@ -40,7 +40,7 @@ struct Subdomain {
     std::vector<int> source, wall_source;  // candidate of each contact
     std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
     std::vector<int> interface;            // grains with this and another active copy, by ascending id
-    std::vector<int> wall_active;          // per wall and rank (wall * size + rank), driven walls only
+    std::vector<int> wall_active;  // per wall and rank (wall * size + rank) of driven walls; empty where none is
 
     std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
     std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }

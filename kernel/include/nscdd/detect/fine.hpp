@@ -11,7 +11,7 @@
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct Overlap {
     double ratio = 0;    // overlap over the smaller radius

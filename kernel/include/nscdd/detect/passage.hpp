@@ -12,7 +12,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The pair that overlaps by more than is allowed on its way, though perhaps not at its end, and needs the smallest
 // step.
@@ -121,7 +121,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         double closing = wall.velocity.dot(wall.normal) - velocity(c.i).dot(wall.normal);
-        if constexpr (M::driven_walls) closing += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
+        closing += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
         if (materials(a.material, wall.material).restitution > 0) {
             const double allowed = largest_overlap * a.radius;
             note(detail::when_deeper(c.free_gap, closing, allowed, h), allowed, closing, a.id, -1 - c.j);

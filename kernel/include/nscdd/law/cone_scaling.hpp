@@ -9,7 +9,9 @@
 
 #include <Eigen/Core>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 // Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
 template <int size>

@@ -5,7 +5,9 @@
 
 #include <Eigen/Core>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 // One component: the normal one, without friction.
 template <int size>

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Which kind of contact a function is compiled for: `j` is a grain, or a wall.
 struct BetweenGrains {};
@@ -27,8 +27,7 @@ template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, WithWall) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
     const WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
-    typename M::Vec v = a.linear() - wall.prescribed;
-    if constexpr (M::driven_walls) v -= wall.speed * c.normal;
+    const typename M::Vec v = a.linear() - wall.prescribed - wall.speed * c.normal;
     if constexpr (M::friction) {
         const typename M::Spin spin = c.lever_i * a.spin();
         return v - spin_cross<M>(spin, c.normal);
@@ -68,10 +67,8 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
     const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
     a.linear() += a.inv_mass * impulse;
     if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
-    if constexpr (M::driven_walls) {
-        WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
-        wall.speed -= wall.inv_mass * impulse.dot(c.normal);
-    }
+    WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
+    wall.speed -= wall.inv_mass * impulse.dot(c.normal);
 }
 
 // The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
@@ -84,7 +81,7 @@ struct DelassusDiagonal {
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
-    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i], sj = split ? 1.0 : 1.0 / problem.multiplicity[j];
+    const double si = split ? 1.0 : 1.0 / problem.copies(i), sj = split ? 1.0 : 1.0 / problem.copies(j);
     const Body<M>&a = problem.bodies[i], &b = problem.bodies[j];
     DelassusDiagonal w{si * a.inv_mass + sj * b.inv_mass, 0};
     if constexpr (M::friction)
@@ -96,15 +93,13 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, WithWall) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
-    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i];
+    const double si = split ? 1.0 : 1.0 / problem.copies(i);
     const Body<M>& a = problem.bodies[i];
     DelassusDiagonal w{si * a.inv_mass, 0};
     // a driven wall gives way along its normal only, so it adds nothing to W_t
     if constexpr (M::friction) w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia;
-    if constexpr (M::driven_walls) {
-        const double sw = split ? 1.0 : 1.0 / problem.wall_multiplicity[j];
-        w.normal += sw * problem.walls[j].inv_mass;
-    }
+    const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
+    w.normal += sw * problem.walls[j].inv_mass;
     return w;
 }
 

@@ -10,7 +10,7 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
@@ -120,10 +120,8 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
         } else {
             const auto w = static_cast<std::size_t>(c.j);
             u -= frame * problem.walls[w].prescribed;
-            if constexpr (M::driven_walls) {
-                u[0] -= problem.walls[w].speed;
-                if (problem.walls[w].inv_mass > 0) pushes[w].push_back(index);
-            }
+            u[0] -= problem.walls[w].speed;
+            if (problem.walls[w].inv_mass > 0) pushes[w].push_back(index);
         }
         local.q.push_back(u);
         local.friction.push_back(mu);
@@ -136,13 +134,12 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
             for (const Side& column : sides[b])
                 entries.push_back({row.contact, column.contact, scaled * column.map.transpose()});
         }
-    if constexpr (M::driven_walls)
-        for (std::size_t w = 0; w < pushes.size(); ++w) {
-            typename Local::Block block = Local::Block::Zero();
-            block(0, 0) = problem.walls[w].inv_mass;
-            for (int row : pushes[w])
-                for (int column : pushes[w]) entries.push_back({row, column, block});
-        }
+    for (std::size_t w = 0; w < pushes.size(); ++w) {
+        typename Local::Block block = Local::Block::Zero();
+        block(0, 0) = problem.walls[w].inv_mass;
+        for (int row : pushes[w])
+            for (int column : pushes[w]) entries.push_back({row, column, block});
+    }
     local.set_blocks(std::move(entries));
     return local;
 }

@@ -8,7 +8,7 @@
 #include "nscdd/solve/batches.hpp"
 #include "nscdd/solve/packet.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
@@ -41,6 +41,7 @@ struct BatchGroup {
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
     AlignedDoubles start;          // of each batch: impulses to restore velocities from
     std::size_t count = 0;         // batches
+    bool driven = false;           // with walls of which any is
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
@@ -83,8 +84,8 @@ struct BatchGroup {
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };
 
-// The walls of a batch, by lane.
-template <class M>
+// The walls of a batch, by lane. Where none is driven (said once for a problem) no speed is read, computed or stored.
+template <class M, bool driven>
 struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;
 
@@ -93,14 +94,14 @@ struct BatchWalls {
         for (int k = 0; k < Packet::width; ++k) {
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
-            if constexpr (M::driven_walls) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
+            if constexpr (driven) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
         }
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);
     }
     void store(ContactProblem<M>& problem, const int* wall, const int* contact) const {
-        if constexpr (M::driven_walls) {
+        if constexpr (driven) {
             alignas(sizeof(Packet)) double lane[Packet::width];
             speed.store(lane);
             for (int k = 0; k < Packet::width; ++k)
@@ -114,7 +115,7 @@ template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
     using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
-    static constexpr bool wall = std::is_same_v<Other, BatchWalls<M>>;
+    static constexpr bool wall = !std::is_same_v<Other, Rows<Layout::row>>;
 
     Rows<Layout::row> a;
     Other b;
@@ -249,6 +250,23 @@ struct Batch : BatchLayout<M> {
                 const Packet turn_j = Packet(kappa) * mass_j * ratio_j;
                 for (int d = 0; d < spins; ++d) b[dim + d] = b[dim + d] - turn_j * turn[d];
             }
+        }
+    }
+
+    // |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t) by lane, ResidualParts::work.
+    EIGEN_ALWAYS_INLINE Packet forbidden_work(double friction) const {
+        if constexpr (framed) {
+            const Packet sliding = madd(Packet(friction) * r[0], magnitude(v[1]), r[1] * v[1]);
+            return magnitude(r[0] * (v[0] + bias)) + sliding;
+        } else if constexpr (M::friction) {
+            const Packet vn = dot(v, n), rn = dot(r, n);
+            Packet slip[dim];
+            for (int d = 0; d < dim; ++d) slip[d] = v[d] - vn * n[d];
+            const Packet square = dot(slip, slip), speed = square * inverse_root(larger(square, Packet(1e-300)));
+            return magnitude(rn * (vn + bias)) + madd(Packet(friction) * rn, speed, dot(r, slip));
+        } else {
+            (void)friction;
+            return magnitude(r[0] * (v[0] + bias));
         }
     }
 

@@ -13,7 +13,7 @@
 #include "nscdd/law/cone_scaling.hpp"
 #include "nscdd/solve/linear_contacts.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <int size, class Factorisation>
 class InteriorPoint {

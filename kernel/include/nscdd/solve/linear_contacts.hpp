@@ -10,7 +10,7 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
 // L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the
@@ -107,14 +107,14 @@ LinearContactsOf<M> linear_contacts(const ContactProblem<M>& problem) {
         put_contact(c, BetweenGrains{});
     }
     const int walls = static_cast<int>(problem.bodies.size()) * M::dof;
+    const bool driven = problem.driven_walls();
     for (const Contact<M>& c : problem.wall_contacts) {
         put_body(c.i, 1, c);
-        if constexpr (M::driven_walls)
-            put(walls + c.j, problem.walls[static_cast<std::size_t>(c.j)].inv_mass, -c.normal, c);
+        if (driven) put(walls + c.j, problem.walls[static_cast<std::size_t>(c.j)].inv_mass, -c.normal, c);
         put_contact(c, WithWall{});
     }
 
-    const int states = walls + (M::driven_walls ? static_cast<int>(problem.walls.size()) : 0);
+    const int states = walls + (driven ? static_cast<int>(problem.walls.size()) : 0);
     linear.velocity.resize(linear.free.size(), states);
     linear.velocity.setFromTriplets(entries.begin(), entries.end());
     linear.state = linear.velocity.transpose();

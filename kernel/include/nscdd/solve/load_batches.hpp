@@ -5,15 +5,15 @@
 
 #include "nscdd/solve/body_rows.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
-// The order in which load_batches() deals contacts: as they come, but those of a driven wall, which comes once in a
-// batch, in turn with those of the others.
+// The order in which load_batches() deals contacts: as they come, but where walls are driven each comes once in a
+// batch, in turn with the others.
 template <bool wall, class M>
 void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::vector<int>& turns) {
     turns.resize(contacts.size());
     std::iota(turns.begin(), turns.end(), 0);
-    if constexpr (wall && M::driven_walls) {
+    if (wall && problem.driven_walls()) {
         std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
         for (std::size_t c = 0; c < contacts.size(); ++c) before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
         std::stable_sort(turns.begin(), turns.end(), [&before](int a, int b) {
@@ -22,7 +22,8 @@ void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>&
     }
 }
 
-// Returns whether the layout fits: levers and inertias must be those of solid grains (3D). `turns`: for its memory.
+// Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
+// `turns`: for its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BodyRows<M>& rows,
                   BatchGroup<M>& group, std::vector<int>& turns) {
@@ -36,13 +37,13 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
         return true;
     };
+    group.driven = wall && problem.driven_walls();
     const auto touched = [&](int c, auto&& visit) {
         visit(at(c).i);
         if constexpr (!wall) visit(at(c).j);
-        if constexpr (wall && M::driven_walls) visit(static_cast<int>(bodies) + at(c).j);
+        if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
-    const int most =
-        wall && M::driven_walls ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
     find_turns<wall>(problem, contacts, turns);
     group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
 
@@ -53,7 +54,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     group.shared.assign(group.count, 0);
     group.friction.assign(M::friction ? group.count : 0, 0.0);
     group.data.assign(order.size() * Layout::fields, 0.0);
-    bool fits = true;
+    bool fits = rows.fits();
     for (std::size_t k = 0; k < order.size(); ++k) {
         const auto field = [&](int f) -> double& {
             return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
@@ -67,7 +68,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         group.i[k] = static_cast<int>(rows.row_of(c.i));
         group.j[k] = wall ? c.j : static_cast<int>(rows.row_of(c.j));
-        if (problem.multiplicity[i] > 1 || (wall ? problem.wall_multiplicity : problem.multiplicity)[j] > 1)
+        if (problem.copies(i) > 1 || (wall ? problem.wall_copies(j) : problem.copies(j)) > 1)
             group.shared[k / lanes] = 1;
         for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
         if constexpr (Layout::framed) {

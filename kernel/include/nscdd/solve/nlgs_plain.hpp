@@ -6,7 +6,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>
@@ -86,14 +86,12 @@ void plain_sweep(ContactProblem<M>& problem) {
         const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal);
         Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose();
         Eigen::VectorXd v = ha * a.v - axes * wall.prescribed;
-        if constexpr (M::driven_walls) {
-            w(0, 0) += wall.inv_mass;
-            v[0] -= wall.speed;
-        }
+        w(0, 0) += wall.inv_mass;
+        v[0] -= wall.speed;
         const Eigen::VectorXd r = local(axes, c);
         const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
-        if constexpr (M::driven_walls) wall.speed -= wall.inv_mass * (next[0] - r[0]);
+        wall.speed -= wall.inv_mass * (next[0] - r[0]);
         store(axes, next, c);
     }
     for (Contact<M>& c : problem.contacts) {

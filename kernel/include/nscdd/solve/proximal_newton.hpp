@@ -17,7 +17,7 @@
 #include "nscdd/solve/linear_contacts.hpp"
 #include "nscdd/solve/newton_options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The iteration on any LinearContacts. Factorisation: of square sparse matrices that need not be symmetric, with
 // Eigen's interface.

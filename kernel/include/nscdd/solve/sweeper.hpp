@@ -12,23 +12,24 @@
 #include "nscdd/solve/load_batches.hpp"
 #include "nscdd/solve/sweep.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
-    // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem, double relaxation = 1) {
+    // it is, and is swept contact by contact. `problem` is left as it is.
+    void load(ContactProblem<M>& problem, double relaxation = 1) {
         rows_.begin(problem);
         batched_ = load_batches<false>(problem, problem.contacts, rows_, grains_, turns_);
         batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
         rows_.load(problem);
         wall_share_.assign(problem.walls.size(), 1.0);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
         start_rows_.clear();
+        note_free(problem);
     }
 
     // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric. `many`:
@@ -42,11 +43,13 @@ class Sweeper {
     // be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_.data = start_rows_;
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
-            apply_since_start<BatchWalls<M>>(problem, walls_);
-            apply_since_start<Rows<Layout::row>>(problem, grains_);
+            const auto since_start = [](const auto& batch, const BatchGroup<M>& group, std::size_t k, int d) {
+                return batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
+            };
+            with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, since_start); });
+            apply<Rows<Layout::row>>(problem, grains_, since_start);
             return;
         }
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
@@ -64,7 +67,7 @@ class Sweeper {
     void sweep(ContactProblem<M>& problem) {
         if (!batched_) return nscdd::sweep(problem);
         find_open();
-        sweep_group<BatchWalls<M>>(problem, walls_, Unaccelerated{});
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, Unaccelerated{}); });
         sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
     }
 
@@ -79,7 +82,7 @@ class Sweeper {
         }
         find_open();
         BatchByBatch<M> batches{anderson, {}};
-        sweep_group<BatchWalls<M>>(problem, walls_, batches);
+        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, batches); });
         sweep_group<Rows<Layout::row>>(problem, grains_, batches);
         for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
         return products;
@@ -87,11 +90,20 @@ class Sweeper {
 
     // As residual_parts(problem), of the velocities and impulses held here.
     ResidualParts residual(const ContactProblem<M>& problem) const {
-        if (!batched_) return residual_parts(problem);
+        if (!batched_) return residual_parts(problem, free_);
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
-        add_group<BatchWalls<M>>(problem, walls_, parts);
+        with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
+        for (std::size_t at = 0; at < rows_.data.size(); at += row) {
+            double linear = 0, angular = 0;
+            for (std::size_t d = 0; d < M::dof; ++d) {
+                const double change = rows_.data[at + d] - free_rows_[at + d];
+                (d < M::dim ? linear : angular) += change * change;
+            }
+            parts.turned.add(rows_.data[at + Layout::mass_at], linear + angular / Layout::kappa);
+        }
+        add_turned_walls(problem, free_.walls, parts.turned);
         return parts;
     }
 
@@ -134,6 +146,14 @@ class Sweeper {
     static constexpr std::size_t lanes = Packet::width, row = Layout::row;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
 
+    // Calls f with the type of the walls of this problem.
+    void with_walls(auto&& f) const {
+        if (walls_.driven)
+            f(std::type_identity<BatchWalls<M, true>>{});
+        else
+            f(std::type_identity<BatchWalls<M, false>>{});
+    }
+
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
         const auto slots = static_cast<std::size_t>(window);
@@ -163,8 +183,7 @@ class Sweeper {
 
     void note_start(const ContactProblem<M>& problem) {
         start_speeds_.clear();
-        if constexpr (M::driven_walls)
-            for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
+        for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
         start_.clear();
         if (batched_) {
             grains_.note_start();
@@ -177,14 +196,36 @@ class Sweeper {
         start_rows_ = rows_.data;
     }
 
+    // V_free, of the impulses and velocities that are loaded.
+    void note_free(ContactProblem<M>& problem) {
+        if (!batched_) {
+            free_ = free_velocities(problem);
+            return;
+        }
+        std::vector<double> speeds;
+        for (const WallBody<M>& wall : problem.walls) speeds.push_back(wall.speed);
+        free_rows_ = rows_.data;
+        const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
+            return Packet(0) - batch.r[d];
+        };
+        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, none); });
+        apply<Rows<Layout::row>>(problem, grains_, none);
+        free_rows_.swap(rows_.data);
+        free_.walls.clear();
+        for (std::size_t w = 0; w < speeds.size(); ++w) {
+            free_.walls.push_back(problem.walls[w].speed);
+            problem.walls[w].speed = speeds[w];
+        }
+    }
+
+    // V += M^-1 H dr, component d of dr being change(batch, group, its number, d).
     template <class Other>
-    void apply_since_start(ContactProblem<M>& problem, const BatchGroup<M>& group) {
+    void apply(ContactProblem<M>& problem, const BatchGroup<M>& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             Packet dr[Layout::components];
-            for (int d = 0; d < Layout::components; ++d)
-                dr[d] = batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
+            for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, group, k, d);
             batch.apply(dr);
             store_batch(problem, group, k, batch);
         }
@@ -207,14 +248,13 @@ class Sweeper {
         }
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-                double& speed = problem.walls[w].speed;
-                double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
-                const double before = speed;
-                for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
-                past[anderson.last()] = before;
-            }
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+            double& speed = problem.walls[w].speed;
+            double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
+            const double before = speed;
+            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
+            past[anderson.last()] = before;
+        }
     }
 
     template <class Other>
@@ -279,7 +319,7 @@ class Sweeper {
 
     template <class Other>
     void add_group(const ContactProblem<M>& problem, const BatchGroup<M>& group, ResidualParts& parts) const {
-        Packet change(0), energy(0), next_energy(0), round_off(0), closing(0);
+        Packet change(0), energy(0), next_energy(0), round_off(0), work(0), closing(0), miss(0);
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
@@ -294,9 +334,12 @@ class Sweeper {
             Packet speed[M::dim];
             for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
             round_off = round_off + batch.dot(speed, speed) / wn;
+            work = work + batch.forbidden_work(M::friction ? group.friction[k] : 0.0);
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
+            miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, problem.h * largest(closing)});
+        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, sum(work), {},
+                   problem.h * largest(closing), std::sqrt(largest(miss))});
     }
 
     template <class Other>
@@ -312,6 +355,8 @@ class Sweeper {
     }
 
     BodyRows<M> rows_;
+    AlignedDoubles free_rows_;        // V_free; where contacts are swept one by one, and of walls:
+    FreeVelocities<M> free_;
     std::vector<double> wall_share_;  // 1/multiplicity
     BatchGroup<M> grains_, walls_;
     std::vector<int> turns_;  // of contacts; kept for its memory

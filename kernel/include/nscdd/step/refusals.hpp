@@ -8,7 +8,7 @@
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // "step 12: grain 3 and wall 1"
 inline std::string pair_of_step(int step, int i, int j) {

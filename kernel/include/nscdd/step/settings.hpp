@@ -14,7 +14,7 @@
 #include "nscdd/decompose/grid.hpp"
 #include "nscdd/decompose/repartition.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct SimulationSettings {
@@ -56,7 +56,7 @@ void check_grains(std::span<const Grain<M>> grains, const Materials& materials) 
         const char* what = !positive(g.radius)                                 ? "radius"
                            : !positive(g.mass)                                 ? "mass"
                            : M::friction && !positive(g.inertia)               ? "inertia"
-                           : !g.position.allFinite()                           ? "position"
+                           : !std::isfinite(g.position.squaredNorm())          ? "position"
                            : !g.velocity.allFinite() || !g.load.allFinite()    ? "velocity or load"
                            : g.material < 0 || g.material >= materials.count() ? "material"
                            : g.id < 0                                          ? "id"
@@ -71,25 +71,28 @@ void check_grains(std::span<const Grain<M>> grains, const Materials& materials) 
 }
 
 template <class M>
+void check_walls(std::span<const Wall<M>> walls, const Materials& materials) {
+    for (const auto& wall : walls) {
+        const std::string name = "wall " + std::to_string(&wall - walls.data()) + ": ";
+        if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
+            throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
+        if (wall.material < 0 || wall.material >= materials.count())
+            throw std::invalid_argument(name + "material is not valid");
+        if (wall.driven && !(wall.mass > 0))
+            throw std::invalid_argument(name + "it is driven and needs a positive mass");
+        if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
+            throw std::invalid_argument(name + "the normal must be a unit vector");
+    }
+}
+
+template <class M>
 void check_settings(const SimulationSettings<M>& settings, int ranks) {
     if (!settings.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
     if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
         throw std::invalid_argument("the step must be positive and theta within [0, 1]");
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
-    for (const auto& wall : settings.walls) {
-        const std::string name = "wall " + std::to_string(&wall - settings.walls.data()) + ": ";
-        if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
-            throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
-        if (wall.material < 0 || wall.material >= settings.materials.count())
-            throw std::invalid_argument(name + "material is not valid");
-        if (wall.driven && !M::driven_walls)
-            throw std::invalid_argument("a wall is driven by a force: the model needs DrivenWalls");
-        if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
-        if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
-            throw std::invalid_argument("a wall's normal must be a unit vector");
-    }
-    if (settings.cells != GridCells<M::dim>{} && !one_cell_each(settings.cells, ranks))
-        throw std::invalid_argument("the grid's cells must be as many as the ranks");
+    check_walls<M>(settings.walls, settings.materials);
+    if (settings.cells != GridCells<M::dim>{}) check_cells<M::dim>(settings.cells, ranks);
 }
 
 template <class M>

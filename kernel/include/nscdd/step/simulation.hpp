@@ -18,10 +18,11 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
+#include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/settings.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct StepReport {
     SolveReport solve;
@@ -29,6 +30,7 @@ struct StepReport {
     double contacts = 0;  // of the whole scene
     double interface_grains = 0;
     double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
+    StepEnergy energy;
 };
 
 template <class M>
@@ -40,7 +42,7 @@ class Simulation {
     // still tells when the next rough detection comes.
     //
     // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
-    // finite, an impulse that is not finite, a driven wall without mass, or in a model without DrivenWalls.
+    // finite, an impulse that is not finite, a driven wall without mass.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr)
         : comm_(comm), settings_(std::move(settings)) {
@@ -57,7 +59,7 @@ class Simulation {
             least_radius_ = std::min(least_radius_, grains[g].radius);
             largest_radius_ = std::max(largest_radius_, grains[g].radius);
         }
-        if (settings_.cells[0] == 0)
+        if (settings_.cells == GridCells<M::dim>{})
             settings_.cells = last && one_cell_each(last->cells, comm_.size())
                                   ? last->cells
                                   : choose_cells<M>(comm_.size(), high - low);
@@ -85,9 +87,12 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step. Throws std::runtime_error, the same on every rank, when grains overlap too much, pass through each
-    // other unseen, or the numbers are no longer finite.
+    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each other
+    // unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have become
+    // what no scene can have.
     StepReport step(const StepSolver<M>& solve) {
+        if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
+        check_walls<M>(settings_.walls, settings_.materials);
         Stopwatch watch(comm_);
         StepReport report;
         if (steps_ == 0) check_first_drift();
@@ -113,6 +118,7 @@ class Simulation {
             if (done) break;
         }
         report.solve.iterations = iterations;
+        report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         commit();
         drift(settings_.theta * settings_.h);
         ++steps_;
@@ -123,7 +129,7 @@ class Simulation {
     Communicator& comm() const { return comm_; }
     const std::vector<Subdomain<M>>& parts() const { return parts_; }
     const SimulationSettings<M>& settings() const { return settings_; }
-    std::vector<Wall<M>>& walls() { return settings_.walls; }  // to change a force or a velocity between steps
+    std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }
     const PhaseSeconds& seconds() const { return seconds_; }
     double least_radius() const { return least_radius_; }
@@ -146,8 +152,7 @@ class Simulation {
     }
     double normal_speed(std::size_t w, Velocities which) const {
         const Wall<M>& wall = settings_.walls[w];
-        if constexpr (M::driven_walls)
-            if (which == Velocities::solved) return wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
+        if (which == Velocities::solved) return wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
         return wall.normal_speed();
     }
 
@@ -286,9 +291,8 @@ class Simulation {
         }
         std::array<double, 2> sum;
         sum_in_rank_order(comm_.all_gather(mine), sum);
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-                sum[1] += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
+        for (std::size_t w = 0; w < settings_.walls.size(); ++w)
+            sum[1] += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
         report.interface_grains = sum[0];
         report.free_norm = std::sqrt(sum[1]);
     }
@@ -352,9 +356,8 @@ class Simulation {
             for (auto& c : part.pairs) c.missed = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
-        if constexpr (M::driven_walls)
-            for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-                settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
+        for (std::size_t w = 0; w < settings_.walls.size(); ++w)
+            settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
     }
 
     Communicator& comm_;
