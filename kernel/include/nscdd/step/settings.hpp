@@ -106,7 +106,8 @@ template <class M>
 void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t walls) {
     if (rough.positions.size() != grains || rough.offsets.size() != walls)
         throw std::invalid_argument("the last rough detection is of other grains or walls");
-    if (!std::all_of(rough.positions.begin(), rough.positions.end(), [](const auto& x) { return x.allFinite(); }) ||
+    if (!std::all_of(rough.positions.begin(), rough.positions.end(),
+                     [](const auto& x) { return std::isfinite(x.squaredNorm()); }) ||
         !std::all_of(rough.offsets.begin(), rough.offsets.end(), [](double x) { return std::isfinite(x); }))
         throw std::invalid_argument("a position or offset of the last rough detection is not finite");
     if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
