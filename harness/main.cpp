@@ -92,7 +92,11 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(nscdd::positive_number());
     run_command
         ->add_option("--velocity-error", run.velocity_error,
-                     "Largest velocity error of a step, instead of the scene's (default: 0.03)")
+                     "Largest velocity error of a step, instead of the scene's (default: 0.1)")
+        ->check(nscdd::positive_number());
+    run_command
+        ->add_option("--energy-made", run.energy_made,
+                     "Largest share of energy that contacts may make in a step, instead of the scene's (default: 1e-3)")
         ->check(nscdd::positive_number());
     run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
         ->check(CLI::PositiveNumber);

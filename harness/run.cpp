@@ -151,6 +151,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.relaxation > 0) scene.solver.relaxation = arguments.relaxation;
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     if (arguments.velocity_error > 0) scene.solver.velocity_error = arguments.velocity_error;
+    if (arguments.energy_made > 0) scene.solver.energy_made = arguments.energy_made;
     // a run that goes on from a state needs no packing: the scene's is compared where it is still there
     const bool go_on = !arguments.from.empty();
     const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;

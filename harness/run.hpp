@@ -64,7 +64,7 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
-    double tolerance = 0, velocity_error = 0, relaxation = 0;
+    double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0;
     std::string method;
     std::optional<int> window;
     bool adopt = false;  // `from` may be of another scene

@@ -34,6 +34,7 @@ inline SolveOptions solve_options(const SolverSettings& solver, const std::strin
     SolveOptions options;
     options.tolerance = solver.tolerance;
     options.velocity_error = solver.velocity_error;
+    options.energy_made = solver.energy_made;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
     if (!sweeps(scheme)) return options;
@@ -51,6 +52,7 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
         NewtonOptions newton;
         newton.tolerance = options.tolerance;
         newton.velocity_error = options.velocity_error;
+        newton.energy_made = options.energy_made;
         newton.penetration = options.penetration;
         newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
         return {by_newton<M, UmfPack>(newton), "none"};
@@ -242,7 +244,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
 
     RunResult result;
     std::vector<int> iterations;
-    std::vector<double> residual, velocity_error, penetration, contacts;
+    std::vector<double> residual, velocity_error, energy_made, penetration, contacts;
     EnergySeries energy;
     double interface_grains = 0, free_norm = 0, turned_norm = 0, total_iterations = 0;
     Traffic solving;
@@ -273,6 +275,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
         iterations.push_back(report.solve.iterations);
         residual.push_back(report.solve.residual);
         velocity_error.push_back(report.solve.velocity_error);
+        energy_made.push_back(report.solve.energy_made);
         energy.add(report.energy);
         penetration.push_back(report.solve.penetration / simulation.least_radius());
         contacts.push_back(report.contacts);
@@ -321,6 +324,8 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"residual", residual},
          {"velocity_error", velocity_error},
          {"velocity_error_allowed", options.velocity_error},
+         {"energy_made", energy_made},
+         {"energy_made_allowed", options.energy_made},
          {"energy", energy},
          {"penetration", penetration},
          {"contacts", contacts},

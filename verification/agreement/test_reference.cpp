@@ -53,7 +53,7 @@ struct Mover {
 };
 
 struct Judged {
-    double eta, velocity_error;
+    double eta, velocity_error, energy_made;
 };
 
 // Of one step from the state before it and the impulses after it: V = V_free + M^-1 H r with whole masses.
@@ -110,7 +110,7 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
         touches.push_back(t);
     }
 
-    double change = 0, energy = 0, next_energy = 0, work = 0, miss = 0, turned = 0, mass = 0;
+    double change = 0, energy = 0, next_energy = 0, work = 0, made = 0, miss = 0, turned = 0, mass = 0;
     for (const Touch& t : touches) {
         const Vector3d v = t.a->at(t.arm_a) - t.b->at(t.arm_b), n = t.normal, side = n.unitOrthogonal();
         const Vector3d tangent = M::dim == 3 ? side : Vector3d(-n[1], n[0], 0);
@@ -126,8 +126,9 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
         energy += wn * rn * rn + wt * rt.squaredNorm();
         next_energy += wn * next_rn * next_rn + wt * next_rt.squaredNorm();
         const Vector3d slip = v - v.dot(n) * n;
-        work += std::abs(rn * (v.dot(n) + std::max(t.gap, 0.0) / s.h)) +
-                s.materials(0, 0).friction * rn * slip.norm() + rt.dot(slip);
+        const double normal = rn * (v.dot(n) + std::max(t.gap, 0.0) / s.h);
+        work += std::abs(normal) + s.materials(0, 0).friction * rn * slip.norm() + rt.dot(slip);
+        made += normal + rt.dot(slip);
         miss = std::max(miss, std::hypot(wn * (next_rn - rn), wt * (next_rt - rt).norm()));
     }
     for (const auto* movers : {&grains, &walls})
@@ -136,7 +137,7 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
             mass += m.turned() > 0 ? m.mass : 0;
         }
     return {std::sqrt(change / std::max(energy, next_energy)),
-            std::max(work / turned, miss / std::sqrt(turned / mass))};
+            std::max(work / turned, miss / std::sqrt(turned / mass)), std::max(made, 0.0) / turned};
 }
 
 }  // namespace
@@ -183,6 +184,7 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
                 CHECK(reported.residual > 0);
                 CHECK(judged.eta == Approx(reported.residual).epsilon(1e-6));
                 CHECK(judged.velocity_error == Approx(reported.velocity_error).epsilon(1e-5));
+                CHECK(judged.energy_made == Approx(reported.energy_made).epsilon(1e-4).margin(1e-9));
             }
 }
 

@@ -18,6 +18,7 @@ struct ResidualParts {
     double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
     double contacts = 0;
     double work = 0;         // sum of |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t), each zero at an answer [J]
+    double made = 0;         // sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
     Turned turned;           // what the contacts do to the bodies
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
     double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
@@ -30,15 +31,16 @@ struct ResidualParts {
     }
 
     // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
-    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 2). A change of
-    // velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
+    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 2).
     double velocity_error() const {
         if (eta() == 0) return 0;
-        const double scale = std::max(turned.energy, 1e-16 * round_off);
-        if (!(scale > 0 && turned.mass > 0)) return std::numeric_limits<double>::infinity();
-        const double forbidden = work / scale, worst = miss / std::sqrt(scale / turned.mass);
+        if (!(scale() > 0 && turned.mass > 0)) return std::numeric_limits<double>::infinity();
+        const double forbidden = work / scale(), worst = miss / std::sqrt(scale() / turned.mass);
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
+
+    // Energy that the contacts make out of nothing, over |V - V_free|_M^2.
+    double energy_made() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
 
     void add(const ResidualParts& o) {
         change += o.change;
@@ -47,18 +49,22 @@ struct ResidualParts {
         round_off += o.round_off;
         contacts += o.contacts;
         work += o.work;
+        made += o.made;
         turned.energy += o.turned.energy;
         turned.mass += o.turned.mass;
         penetration = std::max(penetration, o.penetration);
         miss = std::max(miss, o.miss);
     }
 
-    static constexpr std::size_t size = 10;
+    // A change of velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
+    double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
+
+    static constexpr std::size_t size = 11;
     std::array<double, size> pack() const {
-        return {change, energy, next_energy, round_off, contacts, work, turned.energy, turned.mass, penetration, miss};
+        return {change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.mass, penetration, miss};
     }
     static ResidualParts unpack(const double* p) {
-        return {p[0], p[1], p[2], p[3], p[4], p[5], {p[6], p[7]}, p[8], p[9]};
+        return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], {p[7], p[8]}, p[9], p[10]};
     }
 };
 
@@ -80,17 +86,18 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
                 return normal * x[0] * x[0];
             }
         };
-        double vn = v[0], rn = c.r[0], sliding = 0;
+        double vn = v[0], rn = c.r[0], along = 0, limit = 0;  // r_t.v_t, and mu r_n |v_t|
         if constexpr (M::friction) {
             vn = v.dot(c.normal), rn = c.r.dot(c.normal);
             const typename M::Vec slip = v - vn * c.normal;
-            sliding = c.friction_coefficient * rn * slip.norm() + c.r.dot(slip);
+            along = c.r.dot(slip), limit = c.friction_coefficient * rn * slip.norm();
         }
         parts.change += weighed(dr, w.normal, w.tangential);
         parts.energy += weighed(c.r, w.normal, w.tangential);
         parts.next_energy += weighed(next, w.normal, w.tangential);
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
-        parts.work += std::abs(rn * (vn + c.bias)) + sliding;
+        parts.work += std::abs(rn * (vn + c.bias)) + limit + along;
+        parts.made += rn * (vn + c.bias) + along;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
         parts.miss = std::max(parts.miss,
                               std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));

@@ -253,21 +253,27 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t) by lane, ResidualParts::work.
-    EIGEN_ALWAYS_INLINE Packet forbidden_work(double friction) const {
+    // Adds to ResidualParts::work and made, by lane.
+    EIGEN_ALWAYS_INLINE void add_work(double friction, Packet& work, Packet& made) const {
+        Packet normal, along(0), limit(0);
         if constexpr (framed) {
-            const Packet sliding = madd(Packet(friction) * r[0], magnitude(v[1]), r[1] * v[1]);
-            return magnitude(r[0] * (v[0] + bias)) + sliding;
+            normal = r[0] * (v[0] + bias);
+            along = r[1] * v[1];
+            limit = Packet(friction) * r[0] * magnitude(v[1]);
         } else if constexpr (M::friction) {
             const Packet vn = dot(v, n), rn = dot(r, n);
             Packet slip[dim];
             for (int d = 0; d < dim; ++d) slip[d] = v[d] - vn * n[d];
             const Packet square = dot(slip, slip), speed = square * inverse_root(larger(square, Packet(1e-300)));
-            return magnitude(rn * (vn + bias)) + madd(Packet(friction) * rn, speed, dot(r, slip));
+            normal = rn * (vn + bias);
+            along = dot(r, slip);
+            limit = Packet(friction) * rn * speed;
         } else {
             (void)friction;
-            return magnitude(r[0] * (v[0] + bias));
+            normal = r[0] * (v[0] + bias);
         }
+        work = work + magnitude(normal) + limit + along;
+        made = made + normal + along;
     }
 
     // An impulse with its normal part times wn and its tangential part times wt.

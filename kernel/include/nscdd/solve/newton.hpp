@@ -102,6 +102,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     if (problem.contact_count() == 0) return report;
     const SolveOptions stop{.tolerance = options.tolerance,
                             .velocity_error = options.velocity_error,
+                            .energy_made = options.energy_made,
                             .penetration = options.penetration};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;

@@ -14,7 +14,8 @@ namespace nscdd::inline NSCDD_ABI {
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta
     // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
-    double velocity_error = 0.03;
+    double velocity_error = 0.1;
+    double energy_made = 1e-3;  // on ResidualParts::energy_made()
     double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // kept, and reported when hit
@@ -30,12 +31,13 @@ struct SolveOptions {
     }
 };
 
-// Converged: eta and the velocity error are small enough, and no contact closes too far in the step. A problem without
+// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step. A problem without
 // a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to judge.
 struct SolveReport {
     int iterations = 0;
     double residual = 0;        // eta
     double velocity_error = 0;  // ResidualParts::velocity_error()
+    double energy_made = 0;     // ResidualParts::energy_made()
     double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
     double penetration = 0;     // deepest that the step would close a contact [m]
     bool converged = true;
@@ -77,13 +79,14 @@ inline bool finished(const ResidualParts& parts, const SolveOptions& options, do
                      SolveReport& report) {
     report.residual = parts.eta();
     report.velocity_error = parts.velocity_error();
+    report.energy_made = parts.energy_made();
     report.turned_norm = std::sqrt(parts.turned.energy);
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
     const bool deep = least_radius > 0 && report.penetration > options.penetration * least_radius;
-    report.converged =
-        report.residual <= options.tolerance && report.velocity_error <= options.velocity_error && !deep;
+    report.converged = report.residual <= options.tolerance && report.velocity_error <= options.velocity_error &&
+                       report.energy_made <= options.energy_made && !deep;
     return report.converged || report.iterations >= options.max_iterations;
 }
 

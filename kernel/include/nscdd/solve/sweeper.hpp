@@ -319,7 +319,7 @@ class Sweeper {
 
     template <class Other>
     void add_group(const ContactProblem<M>& problem, const BatchGroup<M>& group, ResidualParts& parts) const {
-        Packet change(0), energy(0), next_energy(0), round_off(0), work(0), closing(0), miss(0);
+        Packet change(0), energy(0), next_energy(0), round_off(0), work(0), made(0), closing(0), miss(0);
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
@@ -334,11 +334,11 @@ class Sweeper {
             Packet speed[M::dim];
             for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
             round_off = round_off + batch.dot(speed, speed) / wn;
-            work = work + batch.forbidden_work(M::friction ? group.friction[k] : 0.0);
+            batch.add_work(M::friction ? group.friction[k] : 0.0, work, made);
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
             miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, sum(work), {},
+        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, sum(work), sum(made), {},
                    problem.h * largest(closing), std::sqrt(largest(miss))});
     }
 
