@@ -110,7 +110,7 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
         touches.push_back(t);
     }
 
-    double change = 0, energy = 0, next_energy = 0, work = 0, made = 0, miss = 0, turned = 0, mass = 0;
+    double change = 0, energy = 0, next_energy = 0, work = 0, made = 0, miss = 0, turned = 0, quartic = 0;
     for (const Touch& t : touches) {
         const Vector3d v = t.a->at(t.arm_a) - t.b->at(t.arm_b), n = t.normal, side = n.unitOrthogonal();
         const Vector3d tangent = M::dim == 3 ? side : Vector3d(-n[1], n[0], 0);
@@ -134,10 +134,10 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
     for (const auto* movers : {&grains, &walls})
         for (const Mover& m : *movers) {
             turned += m.turned();
-            mass += m.turned() > 0 ? m.mass : 0;
+            if (m.mass > 0) quartic += m.turned() * m.turned() / m.mass;
         }
     return {std::sqrt(change / std::max(energy, next_energy)),
-            std::max(work / turned, miss / std::sqrt(turned / mass)), std::max(made, 0.0) / turned};
+            std::max(work / turned, miss / std::sqrt(quartic / turned)), std::max(made, 0.0) / turned};
 }
 
 }  // namespace

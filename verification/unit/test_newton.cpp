@@ -269,5 +269,5 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
 TEST_CASE("a velocity that is not a number is an error", "[newton]") {
     ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
     problem.bodies[7].v[1] = std::nan("");
-    CHECK_THROWS_AS(newton_solve(problem, precise), std::runtime_error);
+    CHECK_THROWS_AS(newton_solve(problem, precise), std::invalid_argument);
 }

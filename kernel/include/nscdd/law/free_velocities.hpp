@@ -27,14 +27,16 @@ FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
 // The change that contacts make to the velocities: the same in every frame of reference that moves uniformly. Sums
 // of split masses over the copies of a body are those of the whole body.
 struct Turned {
-    double energy = 0;  // |V - V_free|_M^2, driven walls included [J]
-    double mass = 0;    // of the bodies and driven walls that are turned [kg]
+    double energy = 0;   // |V - V_free|_M^2, driven walls included: sum of m c^2, c the change of one body [J]
+    double quartic = 0;  // sum of m c^4
 
     void add(double inverse_mass, double square) {
         if (!(square > 0)) return;
         energy += square / inverse_mass;
-        mass += 1 / inverse_mass;
+        quartic += square * square / inverse_mass;
     }
+    // Mean c^2, each body weighed by its share of the energy: bodies that hardly change do not count.
+    double mean_square() const { return quartic / energy; }
 };
 
 // Driven walls: their copies on this subdomain count where it has a contact with them.

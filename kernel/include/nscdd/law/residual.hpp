@@ -34,8 +34,9 @@ struct ResidualParts {
     // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 2).
     double velocity_error() const {
         if (eta() == 0) return 0;
-        if (!(scale() > 0 && turned.mass > 0)) return std::numeric_limits<double>::infinity();
-        const double forbidden = work / scale(), worst = miss / std::sqrt(scale() / turned.mass);
+        if (turned.energy == 0) return std::numeric_limits<double>::infinity();
+        const double forbidden = work / scale();
+        const double worst = miss / std::sqrt(turned.mean_square() * scale() / turned.energy);
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
 
@@ -51,7 +52,7 @@ struct ResidualParts {
         work += o.work;
         made += o.made;
         turned.energy += o.turned.energy;
-        turned.mass += o.turned.mass;
+        turned.quartic += o.turned.quartic;
         penetration = std::max(penetration, o.penetration);
         miss = std::max(miss, o.miss);
     }
@@ -61,7 +62,7 @@ struct ResidualParts {
 
     static constexpr std::size_t size = 11;
     std::array<double, size> pack() const {
-        return {change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.mass, penetration, miss};
+        return {change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.quartic, penetration, miss};
     }
     static ResidualParts unpack(const double* p) {
         return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], {p[7], p[8]}, p[9], p[10]};

@@ -18,8 +18,8 @@ template <class M>
 class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
-    // it is, and is swept contact by contact. `problem` is left as it is.
-    void load(ContactProblem<M>& problem, double relaxation = 1) {
+    // it is, and is swept contact by contact.
+    void load(const ContactProblem<M>& problem, double relaxation = 1) {
         rows_.begin(problem);
         batched_ = load_batches<false>(problem, problem.contacts, rows_, grains_, turns_);
         batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
@@ -197,25 +197,22 @@ class Sweeper {
     }
 
     // V_free, of the impulses and velocities that are loaded.
-    void note_free(ContactProblem<M>& problem) {
+    void note_free(const ContactProblem<M>& problem) {
         if (!batched_) {
             free_ = free_velocities(problem);
             return;
         }
-        std::vector<double> speeds;
-        for (const WallBody<M>& wall : problem.walls) speeds.push_back(wall.speed);
+        ContactProblem<M> free;  // of which batches use and change the walls
+        free.walls = problem.walls;
         free_rows_ = rows_.data;
         const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
             return Packet(0) - batch.r[d];
         };
-        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, none); });
-        apply<Rows<Layout::row>>(problem, grains_, none);
+        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(free, walls_, none); });
+        apply<Rows<Layout::row>>(free, grains_, none);
         free_rows_.swap(rows_.data);
         free_.walls.clear();
-        for (std::size_t w = 0; w < speeds.size(); ++w) {
-            free_.walls.push_back(problem.walls[w].speed);
-            problem.walls[w].speed = speeds[w];
-        }
+        for (const WallBody<M>& wall : free.walls) free_.walls.push_back(wall.speed);
     }
 
     // V += M^-1 H dr, component d of dr being change(batch, group, its number, d).
