@@ -1,6 +1,7 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P headers.cmake
 #
-# Every header of the kernel compiles alone, may be included twice, and is in the namespace of the instruction set. SYSTEM: directories of Eigen and MPI.
+# Every header of the kernel compiles alone, may be included twice, and is in the namespace of the instruction set.
+# SYSTEM: directories of Eigen and MPI.
 cmake_minimum_required(VERSION 3.25)
 set(flags -std=c++20 -fsyntax-only -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -I${INCLUDE})
 foreach(directory IN LISTS SYSTEM)
