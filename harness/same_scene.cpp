@@ -3,17 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 namespace nscdd {
 namespace {
-
-// The text with control characters, which names may have, made visible.
-std::string one_line(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');
-    return text;
-}
 
 // What of a state differs from the scene, in words.
 class Differences {
@@ -25,7 +17,7 @@ class Differences {
                              quoted(in_state), quoted(in_scene));
     }
     int count() const { return count_; }
-    std::string text() const { return one_line(text_ + (count_ > 3 ? fmt::format("; and {} more", count_ - 3) : "")); }
+    std::string text() const { return text_ + (count_ > 3 ? fmt::format("; and {} more", count_ - 3) : ""); }
 
   private:
     static std::string quoted(const std::string& name) { return "'" + name + "'"; }

@@ -87,9 +87,9 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each other
-    // unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have become
-    // what no scene can have.
+    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each
+    // other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have
+    // become what no scene can have.
     StepReport step(const StepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
         check_walls<M>(settings_.walls, settings_.materials);
