@@ -138,7 +138,7 @@ class Compare(ProgramTest):
         self.disagrees("steps without convergence +1", self.tampered(lambda report: report.update(penetration=[0, 0.5, 0, 0, 0])))
         self.disagrees("steps without convergence +3", self.tampered(lambda report: report.update(unconverged_steps=3)))
         self.disagrees("largest residual eta.* +nan", self.tampered(lambda report: report.update(residual=[0, None, 0, 0, 0])))
-        self.disagrees("contacts, largest difference of a step", self.tampered(lambda report: report.update(contacts=[1, 9, 1, 1, 1])))
+        self.disagrees("contacts, differences of the steps / their sum", self.tampered(lambda report: report.update(contacts=[1, 9, 1, 1, 1])))
 
         def faster(state):
             state["velocity"][...] *= 2
