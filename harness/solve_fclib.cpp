@@ -3,11 +3,8 @@
 #include <ctime>
 
 #include "local_form.hpp"
-#include "nscdd/solve/block_nlgs.hpp"
-#include "nscdd/solve/newton.hpp"
-#include "nscdd/solve/projected_gradient.hpp"
 #include "replace_file.hpp"
-#include "umfpack.hpp"
+#include "suitesparse.hpp"
 
 namespace nscdd {
 
