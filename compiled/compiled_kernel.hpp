@@ -23,7 +23,8 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
                                      std::span<const Wall<M>>, double, double);                                        \
     prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,         \
                                             double);                                                                   \
-    prefix template bool find_missed(Subdomain<M>&, std::span<const Wall<M>>, double, double);                         \
+    prefix template Unseen find_unseen(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double, double,      \
+                                       double);                                                                        \
     prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>); \
     prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);    \
     prefix template Measures<M> measure(const Simulation<M>&);                                                         \

@@ -11,9 +11,10 @@ struct BuiltScene {
     std::vector<Grain<M>> grains;
     SimulationSettings<M> settings;
     std::vector<PairImpulse<M>> impulses;
+    std::optional<RoughDetection<M>> rough;  // of a state to go on from
 };
 
-namespace detail {
+namespace build_detail {
 
 template <class M>
 std::vector<Grain<M>> scene_grains(const RunRequest& request) {
@@ -50,13 +51,13 @@ std::vector<Grain<M>> scene_grains(const RunRequest& request) {
     return grains;
 }
 
-}  // namespace detail
+}  // namespace build_detail
 
 // Throws InputError for what only shows once scene and packing meet.
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request) {
     const Scene& scene = request.scene;
-    BuiltScene<M> built{detail::scene_grains<M>(request), {}, {}};
+    BuiltScene<M> built{build_detail::scene_grains<M>(request), {}, {}, {}};
     if (built.grains.empty())
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
     double mass = 0;
@@ -74,9 +75,6 @@ BuiltScene<M> build_scene(const RunRequest& request) {
         std::copy(request.grid.begin(), request.grid.end(), settings.cells.begin());
     }
     const State& from = request.from;
-    if (from.packing.size() && from.walls.offset.size() != scene.walls.size())
-        throw InputError("the state has " + std::to_string(from.walls.offset.size()) + " walls, " + scene.file +
-                         " has " + std::to_string(scene.walls.size()));
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];
         Wall<M>& wall = settings.walls.emplace_back();
@@ -91,28 +89,34 @@ BuiltScene<M> build_scene(const RunRequest& request) {
         }
         if (from.packing.size()) {
             wall.offset = from.walls.offset[w];
-            if (wall.driven)
-                wall.speed =
-                    Eigen::Map<const typename M::Vec>(from.walls.velocity.data() + w * M::dim).dot(wall.normal);
+            if (wall.driven) wall.speed = from.walls.normal_speed[w];
         } else {
             wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.packing.box)));
         }
     }
     for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
         const typename M::Vec impulse = Eigen::Map<const typename M::Vec>(from.contacts.impulse.data() + c * M::dim);
-        const typename M::Vec normal = Eigen::Map<const typename M::Vec>(from.contacts.normal.data() + c * M::dim);
         if constexpr (M::friction)
             built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], impulse});
         else
             built.impulses.push_back(
-                {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{impulse.dot(normal)}});
+                {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});
+    }
+    if (from.packing.size()) {
+        RoughDetection<M>& rough = built.rough.emplace();
+        std::copy_n(from.rough.cells.begin(), M::dim, rough.cells.begin());
+        rough.skin = from.rough.skin;
+        rough.steps_since = from.rough.steps_since;
+        for (std::size_t g = 0; g < from.packing.size(); ++g)
+            rough.positions.emplace_back(Eigen::Map<const typename M::Vec>(from.rough.x.data() + g * M::dim));
+        rough.offsets = from.rough.offset;
     }
     return built;
 }
 
 // Distance between the two walls of each axis; 0 where there are not two.
 template <class M>
-typename M::Vec box_edges(const std::vector<Wall<M>>& walls) {
+typename M::Vec box_edges(std::span<const Wall<M>> walls) {
     typename M::Vec low = M::Vec::Constant(NAN), high = low, edges;
     for (const auto& wall : walls)
         for (int d = 0; d < M::dim; ++d) {
@@ -125,7 +129,7 @@ typename M::Vec box_edges(const std::vector<Wall<M>>& walls) {
 
 // Forces of the walls under pressure for the box as it is now.
 template <class M>
-void push_walls(const Scene& scene, std::vector<Wall<M>>& walls) {
+void push_walls(const Scene& scene, std::span<Wall<M>> walls) {
     const typename M::Vec edges = box_edges<M>(walls);
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (scene.walls[w].motion != WallMotion::Pressure) continue;

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "nscdd/comm/in_process.hpp"
-#include "replace_file.hpp"
+#include "number_option.hpp"
 #include "run.hpp"
 
 namespace nscdd {
@@ -14,13 +14,14 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     command->add_option("scene", arguments.scene, "Scene (TOML)")->required();
     command->add_option("--packing", arguments.packing, "HDF5 packing instead of the scene's own");
     command->add_option("--from", arguments.from, "Go on from a state that `nscdd run --state` wrote");
+    command->add_flag("--adopt", arguments.adopt, "Go on from the state of another scene with as many walls");
     command->add_option("--step", arguments.step, "Step to export, counted from 1")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command
         ->add_option("--tolerance", arguments.tolerance,
                      "On eta, of the step exported; those before it have the scene's")
-        ->check(CLI::PositiveNumber)
+        ->check(positive_number())
         ->capture_default_str();
     command->add_option("--max-iterations", arguments.max_iterations, "Cap of the step exported")
         ->check(CLI::PositiveNumber)
@@ -33,14 +34,15 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
 }
 
 int export_fclib(const ExportFclibArguments& arguments, const Provenance& provenance) {
-    require_folder(arguments.output);
     RunArguments run;
     run.scene = arguments.scene;
     run.packing = arguments.packing;
     run.from = arguments.from;
+    run.adopt = arguments.adopt;
     run.steps = arguments.step;
     run.quiet = arguments.quiet;
     RunRequest request = prepare_run(run, provenance, 1, false);
+    check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
                                           .check_every = request.scene.solver.check_every,
                                           .max_iterations = arguments.max_iterations}

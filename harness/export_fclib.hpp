@@ -12,6 +12,7 @@ struct ExportFclibArguments {
     std::string scene, packing, from, output;
     int step = 1, max_iterations = 200000;
     double tolerance = 1e-8;
+    bool adopt = false;  // `from` may be of another scene
     bool quiet = false;
 };
 

@@ -192,13 +192,14 @@ void write_fclib(const std::string& path, const LocalProblem& problem, const Fcl
     file.save();
 }
 
-void write_fclib_solution(const std::string& path, const std::string& source, const FclibSolution& solution) {
+void write_fclib_solution(FileSet& files, const std::string& path, const std::string& source,
+                          const FclibSolution& solution) {
     const hdf5::Reader from(source);
     const std::string group = from.has("fclib_local") ? "fclib_local" : "fclib_global";
     hdf5::Writer file(path);
     file.copy(from, group);
     add_solution(file, group + "/info", solution);
-    file.save();
+    file.save(files);
 }
 
 }  // namespace nscdd

@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "error.hpp"
+#include "replace_file.hpp"
 
 namespace nscdd {
 
@@ -60,6 +61,7 @@ Eigen::VectorXd body_velocities(const GlobalProblem& problem, const Eigen::Vecto
 void write_fclib(const std::string& path, const LocalProblem& problem, const FclibSolution& solution,
                  const FclibInfo& info);
 // The problem is that of the file `source`, copied as it is.
-void write_fclib_solution(const std::string& path, const std::string& source, const FclibSolution& solution);
+void write_fclib_solution(FileSet& files, const std::string& path, const std::string& source,
+                          const FclibSolution& solution);
 
 }  // namespace nscdd

@@ -3,11 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <limits>
 #include <numeric>
 #include <type_traits>
@@ -78,12 +74,32 @@ Handle creating_groups() {
     return links;
 }
 
-// Also when a group on the way is missing.
-bool exists(hid_t file, const std::string& object) {
+enum class Found { nothing, here, elsewhere };
+
+// Also when a group on the way is missing. Links other than hard ones may lead to other files, soft ones by way of
+// external ones, and are never followed: a packing could bring any file of its reader's into the results.
+Found find(hid_t file, const std::string& object) {
     for (std::size_t slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
-        if (H5Lexists(file, object.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
-        if (slash == std::string::npos) return true;
+        const std::string name = object.substr(0, slash);
+        H5L_info_t info{};
+        if (H5Lexists(file, name.c_str(), H5P_DEFAULT) <= 0) return Found::nothing;
+        if (H5Lget_info(file, name.c_str(), &info, H5P_DEFAULT) < 0 || info.type != H5L_TYPE_HARD)
+            return Found::elsewhere;
+        if (slash == std::string::npos) return Found::here;
     }
+}
+
+// Are the values of a dataset in the file itself?
+bool stored_here(hid_t dataset) {
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+    return H5Pget_layout(creation) != H5D_VIRTUAL && H5Pget_external_count(creation) == 0;
+}
+
+// H5Lvisit: stops at the first link that leads elsewhere, or to a dataset that is stored elsewhere.
+herr_t leads_elsewhere(hid_t group, const char* name, const H5L_info_t* info, void*) {
+    if (info->type != H5L_TYPE_HARD) return 1;
+    const Handle object(H5Oopen(group, name, H5P_DEFAULT), H5Oclose);
+    return object.valid() && H5Iget_type(object) == H5I_DATASET && !stored_here(object) ? 1 : 0;
 }
 
 // The library would print its whole error stack; our one line replaces it.
@@ -91,11 +107,7 @@ void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
 
 hid_t open_for_reading(const std::string& path) {
     silence();
-    if (std::filesystem::is_directory(path)) throw InputError(fmt::format("{}: is a folder, not a file", path));
-    std::FILE* probe = std::fopen(path.c_str(), "rb");
-    if (!probe) throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
-    std::fclose(probe);
-
+    require_regular_file(path);
     if (H5Fis_hdf5(path.c_str()) <= 0) throw InputError(fmt::format("{}: is not an HDF5 file", path));
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file < 0) throw InputError(fmt::format("{}: is a truncated or damaged HDF5 file", path));
@@ -106,7 +118,7 @@ hid_t create_in_memory(const std::string& path) {
     silence();
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_fapl_core(access, 1 << 20, false);
-    return H5Fcreate((path + ".part").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);  // a name alone, no file
+    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);  // a name alone, no file
 }
 
 }  // namespace
@@ -124,8 +136,10 @@ InputError Reader::attribute_error(const std::string& name, const std::string& p
 }
 
 Handle Reader::open(const std::string& dataset) const {
+    if (!has(dataset)) throw error(dataset, "is missing");
     Handle handle(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
     if (!handle.valid()) throw error(dataset, "is missing");
+    if (!stored_here(handle)) throw error(dataset, "is stored in another file, which is not read");
     return handle;
 }
 
@@ -135,7 +149,11 @@ Handle Reader::open_attribute(const std::string& name) const {
     return handle;
 }
 
-bool Reader::has(const std::string& object) const { return exists(file_, object); }
+bool Reader::has(const std::string& object) const {
+    const Found found = find(file_, object);
+    if (found == Found::elsewhere) throw error(object, "is a soft or external link, which is not followed");
+    return found == Found::here;
+}
 
 Shape Reader::shape(const std::string& dataset) const {
     const Handle handle = open(dataset);
@@ -145,6 +163,34 @@ Shape Reader::shape(const std::string& dataset) const {
     Shape shape(static_cast<std::size_t>(rank));
     H5Sget_simple_extent_dims(space, shape.data(), nullptr);
     return shape;
+}
+
+void Reader::require_stored(const std::string& dataset, hid_t handle, const Shape& shape,
+                            std::size_t bytes_a_value) const {
+    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 65536;
+    const hsize_t declared = std::max(count(shape), chunk_values(handle, shape.size()));
+    if (declared > largest || !plausible(declared * bytes_a_value, stored))
+        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(shape), stored));
+}
+
+std::vector<std::string> Reader::texts(const std::string& dataset, hsize_t expected) const {
+    if (const Shape found = shape(dataset); found != Shape{expected})
+        throw error(dataset, fmt::format("must have shape ({}), found {}", expected, to_string(found)));
+    const Handle handle = open(dataset);
+    const Handle type(H5Dget_type(handle), H5Tclose);
+    const std::size_t size = H5Tget_size(type);
+    if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size > 65536)
+        throw error(dataset, "must hold strings of fixed length");
+    require_stored(dataset, handle, {expected}, size);
+    std::string all(expected * size, '\0');
+    if (H5Dread(handle, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) < 0)
+        throw error(dataset, "cannot be read: the file is damaged");
+    std::vector<std::string> values;
+    for (std::size_t at = 0; at < all.size(); at += size) {
+        const std::string& value = values.emplace_back(all, at, size);
+        values.back().resize(std::min(value.find('\0'), size));
+    }
+    return values;
 }
 
 template <class T>
@@ -157,10 +203,7 @@ std::vector<T> Reader::read(const std::string& dataset, const Shape& expected) c
     const Handle type(H5Dget_type(handle), H5Tclose);
     if (!converts<T>(type)) throw error(dataset, fmt::format("must hold {}", kind_name<T>()));
 
-    const hsize_t stored = H5Dget_storage_size(handle), largest = std::numeric_limits<hsize_t>::max() / 64;
-    const hsize_t declared = std::max(count(found), chunk_values(handle, found.size()));
-    if (declared > largest || !plausible(declared * std::max(sizeof(T), H5Tget_size(type)), stored))
-        throw error(dataset, fmt::format("declares shape {}, but only {} bytes are stored", to_string(found), stored));
+    require_stored(dataset, handle, found, std::max(sizeof(T), H5Tget_size(type)));
 
     std::vector<T> values(count(found));
     if (H5Dread(handle, native_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
@@ -195,6 +238,8 @@ T Reader::attribute(const std::string& name) const {
         T value{};
         if (!converts<T>(type)) throw attribute_error(name, fmt::format("must hold {}", kind_name<T>()));
         if (H5Aread(handle, native_type<T>(), &value) < 0) throw attribute_error(name, "cannot be read");
+        if constexpr (std::is_same_v<T, double>)
+            if (!std::isfinite(value)) throw attribute_error(name, fmt::format("must be finite, found {}", value));
         return value;
     }
 }
@@ -229,6 +274,25 @@ void Writer::write(const std::string& dataset, const std::vector<T>& values, con
         throw error(fmt::format("dataset '{}'", dataset));
 }
 
+void Writer::texts(const std::string& dataset, const std::vector<std::string>& values) {
+    std::size_t longest = 0;
+    for (const auto& value : values) longest = std::max(longest, value.size());
+    std::string all;
+    for (const auto& value : values) {
+        all += value;
+        all.resize(all.size() + longest + 1 - value.size());
+    }
+    const Handle type = string_type(longest);
+    const hsize_t extent = values.size();
+    const Handle space(H5Screate_simple(1, &extent, nullptr), H5Sclose);
+    const Handle links = creating_groups();
+    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false);  // equal data give equal bytes
+    const Handle handle(H5Dcreate2(file_, dataset.c_str(), type, space, links, creation, H5P_DEFAULT), H5Dclose);
+    if (!handle.valid() || H5Dwrite(handle, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data()) < 0)
+        throw error(fmt::format("dataset '{}'", dataset));
+}
+
 void Writer::text(const std::string& dataset, const std::string& value) {
     const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);  // ASCII, as libfclib reads it
     H5Tset_size(type, value.size() + 1);
@@ -240,13 +304,16 @@ void Writer::text(const std::string& dataset, const std::string& value) {
 }
 
 void Writer::copy(const Reader& source, const std::string& group) {
+    if (source.has(group) && H5Lvisit_by_name(source.file_, group.c_str(), H5_INDEX_NAME, H5_ITER_NATIVE,
+                                              leads_elsewhere, nullptr, H5P_DEFAULT) != 0)
+        throw source.error(group, "holds something of another file, which is not read");
     const Handle links = creating_groups();
     if (H5Ocopy(source.file_, group.c_str(), file_, group.c_str(), H5P_DEFAULT, links) < 0)
         throw error(fmt::format("a copy of group '{}'", group));
 }
 
 void Writer::write_attribute(const std::string& group, const std::string& name, hid_t type, const void* value) {
-    if (group != "/" && !exists(file_, group)) {
+    if (group != "/" && find(file_, group) == Found::nothing) {
         const Handle links = creating_groups();
         const Handle made(H5Gcreate2(file_, group.c_str(), links, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
     }
@@ -271,13 +338,20 @@ void Writer::attribute(const std::string& name, const std::string& value, const 
     write_attribute(group, name, string_type(value.size()), value.c_str());
 }
 
-void Writer::save() {
+std::string Writer::save(FileSet& files) {
     H5Fflush(file_, H5F_SCOPE_GLOBAL);
     const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
     if (size < 0) throw error("the file image");
     std::string image(static_cast<std::size_t>(size), '\0');
     if (H5Fget_file_image(file_, image.data(), image.size()) < 0) throw error("the file image");
-    replace_file(path_, image);
+    files.add(path_, image);
+    return checksum(image);
+}
+
+void Writer::save() {
+    FileSet files;
+    save(files);
+    files.commit();
 }
 
 template std::vector<double> Reader::read(const std::string&, const Shape&) const;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "replace_file.hpp"
 
 namespace nscdd::hdf5 {
 
@@ -38,21 +39,25 @@ class Handle {
 
 class Reader {
   public:
-    // Throws InputError for a file that is missing, unreadable, not HDF5, damaged or truncated.
+    // Throws InputError for a file that is missing, unreadable, not a regular one, not HDF5, damaged or truncated.
     explicit Reader(const std::string& path);
 
-    // Is there a group or dataset of that name, "group/name"?
+    // Is there a group or dataset of that name, "group/name"? Throws InputError for a soft or external link.
     bool has(const std::string& object) const;
 
     // Extents of a dataset. Throws InputError when there is no such dataset.
     Shape shape(const std::string& dataset) const;
 
     // Values in C order, T = double (from any real or integer type; must be finite) or int (from integers).
-    // Throws InputError when the dataset is missing, unreadable, or of another type or shape.
+    // Throws InputError when the dataset is missing, unreadable, of another type or shape, or stored in another file:
+    // external storage, virtual datasets.
     template <class T>
     std::vector<T> read(const std::string& dataset, const Shape& expected) const;
 
-    // Root attribute, T = double, std::int64_t or std::string. Throws InputError as `read` does.
+    // A list of texts of fixed length. Throws InputError as `read` does.
+    std::vector<std::string> texts(const std::string& dataset, hsize_t expected) const;
+
+    // Root attribute, T = double (finite), std::int64_t or std::string. Throws InputError as `read` does.
     template <class T>
     T attribute(const std::string& name) const;
 
@@ -63,6 +68,7 @@ class Reader {
     friend class Writer;
 
     Handle open(const std::string& dataset) const;
+    void require_stored(const std::string& dataset, hid_t handle, const Shape& shape, std::size_t bytes_a_value) const;
     Handle open_attribute(const std::string& name) const;
     InputError attribute_error(const std::string& name, const std::string& problem) const;
 
@@ -82,10 +88,14 @@ class Writer {
     template <class T>
     void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
 
+    // A list of texts, null-terminated, of one fixed length.
+    void texts(const std::string& dataset, const std::vector<std::string>& values);
+
     // Scalar string of fixed length, null-terminated.
     void text(const std::string& dataset, const std::string& value);
 
-    // A group of another file, with all that is in it.
+    // A group of another file, with all that is in it. Throws InputError for links and datasets that lead out of that
+    // file.
     void copy(const Reader& source, const std::string& group);
 
     // Of the root, or of a group: made if there is none, an attribute of that name replaced.
@@ -93,7 +103,8 @@ class Writer {
     void attribute(const std::string& name, std::int64_t value, const std::string& group = "/");
     void attribute(const std::string& name, const std::string& value, const std::string& group = "/");
 
-    // Throws OutputError; an old file is then left as it was.
+    // Throws OutputError; an old file is then left as it was. The first returns the checksum of the file.
+    std::string save(FileSet& files);
     void save();
 
   private:

@@ -7,6 +7,7 @@
 #include "compare.hpp"
 #include "export_fclib.hpp"
 #include "nscdd/solve/anderson.hpp"
+#include "number_option.hpp"
 #include "pack.hpp"
 #include "run.hpp"
 #include "solve_fclib.hpp"
@@ -38,6 +39,11 @@ int main(int argc, char** argv) {
   nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5
   nscdd solve-fclib step10.hdf5 --tolerance 1e-6
 
+Files to write are checked before the first step: they are regular files or new ones, in folders that can be written, and
+neither an input nor another output. All of a command's files are written before the first takes its place: the old ones
+stay, whole, where one fails. A symbolic link stays and the file that it leads to is replaced. Grains, [[grain]]s and rows
+of data sets are counted from 0 in messages.
+
 Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
 disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance.)");
 
@@ -56,7 +62,13 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         app.add_subcommand("run", "Step a scene by sequential NLGS or Newton, or by NSCDD in-process or under mpirun");
     run_command->add_option("scene", run.scene, "Scene (TOML)")->required();
     run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    run_command->add_option("--from", run.from, "Go on from a state that --state wrote, with its impulses");
+    run_command->add_option(
+        "--from", run.from,
+        "Go on from a state that --state wrote: to the last bit on as many subdomains. The state of "
+        "another scene is refused: names of scene, materials and walls, densities, normals, and number, "
+        "radii and materials of the grains must be the same. Forces and motions, friction, "
+        "restitution, h and the solver may change");
+    run_command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
     run_command
         ->add_option("--scheme", run.scheme,
                      "nlgs: sequential reference; newton: the same to high accuracy; spg, apgd: projected gradients, "
@@ -76,10 +88,18 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
         ->capture_default_str();
     run_command->add_option("--steps", run.steps, "Instead of the scene's")->check(CLI::PositiveNumber);
-    run_command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")->check(CLI::PositiveNumber);
+    run_command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")
+        ->check(nscdd::positive_number());
+    run_command
+        ->add_option("--velocity-error", run.velocity_error,
+                     "Largest velocity error of a step, instead of the scene's (default: 0.03)")
+        ->check(nscdd::positive_number());
     run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
         ->check(CLI::PositiveNumber);
-    run_command->add_option("--max-iterations", run.max_iterations, "Cap per step")->check(CLI::PositiveNumber);
+    run_command
+        ->add_option("--max-iterations", run.max_iterations,
+                     "Cap per step, also where fewer than --check-every are left")
+        ->check(CLI::PositiveNumber);
     run_command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
     run_command
         ->add_option("--method", run.method,
@@ -88,7 +108,7 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     run_command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
         ->check(CLI::Range(0, nscdd::Anderson::largest_window));
     run_command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")
-        ->check(CLI::Range(1e-3, 1.999));
+        ->check(nscdd::between(0, 2));
     run_command
         ->add_option("--repeat", run.repeat,
                      "Runs from the start, to keep the one with the median CPU time of the solver")
@@ -128,8 +148,10 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
         if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
         if (*report_command) return report(results, page);
+    } catch (const std::bad_alloc&) {
+        fmt::print(stderr, "nscdd: out of memory\n");
     } catch (const std::exception& error) {
-        fmt::print(stderr, "nscdd: {}\n", error.what());
+        fmt::print(stderr, "nscdd: {}\n", nscdd::one_line(error.what()));
     }
     return 1;
 }

@@ -35,7 +35,7 @@ PackSpecification read_specification(const std::string& path) {
     if (spec.dimension > 3) table.fail("dimension", fmt::format("must be 2 or 3, found {}", spec.dimension));
     spec.grains = table.integer("grains", 1);
     spec.seed = table.integer("seed", 0, 1);
-    spec.radius = table.number("radius", positive, 0.5);
+    spec.radius = table.number("radius", {"in [1e-50, 1e50]", [](double v) { return v >= 1e-50 && v <= 1e50; }}, 0.5);
     spec.spread = table.number("spread", {"in [0, 0.9]", [](double v) { return v >= 0 && v <= 0.9; }}, 0.0);
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
     if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
@@ -187,8 +187,9 @@ int pack_model(const PackSpecification& spec, const PackArguments& arguments, co
 }  // namespace
 
 int pack(const PackArguments& arguments, const Provenance& provenance) {
-    require_folder(arguments.output);
     const PackSpecification spec = read_specification(arguments.specification);
+    check_outputs({{"--output", arguments.output, 40 * static_cast<std::uint64_t>(spec.grains)}},
+                  {{"the specification", arguments.specification}});
     return spec.dimension == 3 ? pack_model<Model<3, Frictionless>>(spec, arguments, provenance)
                                : pack_model<Model<2, Frictionless>>(spec, arguments, provenance);
 }

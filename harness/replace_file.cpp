@@ -1,47 +1,204 @@
 #include "replace_file.hpp"
 
-#include <fmt/core.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 
 #include "error.hpp"
 
 namespace nscdd {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, int error) {
-    throw OutputError(fmt::format("{}: cannot write: {}", path, std::strerror(error)));
+namespace fs = std::filesystem;
+
+// Owns a file descriptor.
+class Descriptor {
+  public:
+    explicit Descriptor(int number) : number_(number) {}
+    ~Descriptor() {
+        if (number_ >= 0) ::close(number_);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+
+    operator int() const { return number_; }
+    int close() {  // what a disk could not take may be told only now
+        const int number = number_;
+        number_ = -1;
+        return ::close(number);
+    }
+
+  private:
+    int number_;
+};
+
+// Why a file cannot be written; a caller puts the path before it.
+struct Refused {
+    std::string why;
+};
+
+[[noreturn]] void refuse(int error) { throw Refused{std::strerror(error)}; }
+
+const char* kind(mode_t mode) {
+    return S_ISDIR(mode)                    ? "a folder"
+           : S_ISFIFO(mode)                 ? "a FIFO"
+           : S_ISSOCK(mode)                 ? "a socket"
+           : S_ISCHR(mode) || S_ISBLK(mode) ? "a device"
+                                            : "something else";
+}
+
+std::optional<struct stat> status(const std::string& path) {
+    struct stat found {};
+    if (::stat(path.c_str(), &found) == 0) return found;
+    if (errno != ENOENT) refuse(errno);
+    return {};
+}
+
+// Where the bytes go: through symbolic links.
+std::string target_of(const std::string& path) {
+    if (const auto found = status(path)) {
+        if (!S_ISREG(found->st_mode))
+            throw Refused{fmt::format("is {}, only regular files are replaced", kind(found->st_mode))};
+        return fs::canonical(path).string();
+    }
+    if (fs::is_symlink(path)) throw Refused{"is a symbolic link to nothing"};
+    const auto folder = fs::absolute(path).parent_path();
+    if (!fs::is_directory(folder)) throw Refused{fmt::format("the folder {} does not exist", folder.string())};
+    return (fs::canonical(folder) / fs::path(path).filename()).string();
+}
+
+// A new file beside `target`, of a name that nobody else has.
+Descriptor open_part(const std::string& target, std::string& part) {
+    for (int k = 0;; ++k) {
+        part = fmt::format("{}.{}-{}.part", target, ::getpid(), k);
+        const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor >= 0) return Descriptor(descriptor);
+        if (errno != EEXIST || k == 1000) refuse(errno);
+    }
+}
+
+void write_part(const Descriptor& file, const std::string& target, std::string_view bytes) {
+    if (const auto old = status(target)) {
+        const bool same_owner = ::fchown(file, old->st_uid, old->st_gid) == 0;  // root alone may give files away
+        if (::fchmod(file, old->st_mode & (same_owner ? 07777 : 0777)) != 0) refuse(errno);
+    }
+    while (!bytes.empty()) {
+        const ssize_t written = ::write(file, bytes.data(), bytes.size());
+        if (written < 0 && errno != EINTR) refuse(errno);
+        if (written > 0) bytes.remove_prefix(static_cast<std::size_t>(written));
+    }
+}
+
+// Where a file is or will be, by which two names of it are told to be one.
+bool same_file(const std::string& a, const std::string& b) {
+    struct stat x {
+    }, y{};
+    if (::stat(a.c_str(), &x) == 0 && ::stat(b.c_str(), &y) == 0) return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+    std::error_code ignored;
+    return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
+}
+
+void check_output(const NamedFile& output) {
+    const std::string target = target_of(output.path);
+    if (status(target) && ::access(target.c_str(), W_OK) != 0) refuse(errno);
+    std::string part;
+    Descriptor made = open_part(target, part);  // finds out what folders and disks allow
+    ::unlink(part.c_str());
+    struct statvfs disk {};
+    if (::fstatvfs(made, &disk) != 0) return;
+    if (const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize; free < output.bytes)
+        fmt::print(stderr, "nscdd: warning: {}: {:.3g} MB are free, the file may take {:.3g} MB\n",
+                   one_line(output.path), 1e-6 * static_cast<double>(free), 1e-6 * static_cast<double>(output.bytes));
 }
 
 }  // namespace
 
-void replace_file(const std::string& path, std::string_view bytes) {
-    const std::string part = path + ".part";
-    std::FILE* file = std::fopen(part.c_str(), "wb");
-    if (!file) fail(path, errno);
-
-    errno = 0;
-    bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-    written = written && std::fflush(file) == 0;
-    int error = errno;
-    if (std::fclose(file) != 0 && written) {
-        written = false;
-        error = errno;
+void FileSet::add(const std::string& path, std::string_view bytes) {
+    try {
+        const std::string target = target_of(path);
+        std::string part;
+        Descriptor file = open_part(target, part);
+        parts_.push_back({path, target, part});
+        write_part(file, target, bytes);
+        if (file.close() != 0) refuse(errno);
+    } catch (const Refused& refused) {
+        throw OutputError(fmt::format("{}: cannot write: {}", path, refused.why));
+    } catch (const fs::filesystem_error& error) {
+        throw OutputError(fmt::format("{}: cannot write: {}", path, error.code().message()));
     }
-    if (written && std::rename(part.c_str(), path.c_str()) == 0) return;
-
-    if (written) error = errno;
-    std::remove(part.c_str());
-    fail(path, error);
 }
 
-void require_folder(const std::string& path) {
-    const auto folder = std::filesystem::path(path).parent_path();
-    if (!folder.empty() && !std::filesystem::is_directory(folder))
-        throw InputError(fmt::format("{}: the folder {} does not exist", path, folder.string()));
+void FileSet::commit() {
+    for (Part& part : parts_) {
+        if (std::rename(part.part.c_str(), part.target.c_str()) != 0)
+            throw OutputError(fmt::format("{}: cannot write: {}", part.path, std::strerror(errno)));
+        part.part.clear();
+    }
+    parts_.clear();
+}
+
+FileSet::~FileSet() {
+    for (const Part& part : parts_)
+        if (!part.part.empty()) ::unlink(part.part.c_str());
+}
+
+void replace_file(const std::string& path, std::string_view bytes) {
+    FileSet files;
+    files.add(path, bytes);
+    files.commit();
+}
+
+std::string checksum(std::string_view bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325;
+    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001b3;
+    return fmt::format("{:016x}", hash);
+}
+
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
+    for (auto output = outputs.begin(); output != outputs.end(); ++output) {
+        if (output->path.empty()) continue;
+        const auto must_differ = [&](const NamedFile& other) {
+            if (!other.path.empty() && same_file(output->path, other.path))
+                throw InputError(fmt::format("{}: {} is the same file as {}", output->path, output->name, other.name));
+        };
+        for (const NamedFile& input : inputs) must_differ(input);
+        for (auto other = outputs.begin(); other != output; ++other) must_differ(*other);
+        try {
+            check_output(*output);
+        } catch (const Refused& refused) {
+            throw InputError(fmt::format("{}: cannot write: {}", output->path, refused.why));
+        } catch (const fs::filesystem_error& error) {
+            throw InputError(fmt::format("{}: cannot write: {}", output->path, error.code().message()));
+        }
+    }
+}
+
+void require_regular_file(const std::string& path) {
+    struct stat found {};
+    if (::stat(path.c_str(), &found) != 0)
+        throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+    if (!S_ISREG(found.st_mode)) throw InputError(fmt::format("{}: is {}, not a file", path, kind(found.st_mode)));
+    if (::access(path.c_str(), R_OK) != 0)
+        throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
+}
+
+std::string read_file(const std::string& path) {
+    require_regular_file(path);
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    std::string bytes;
+    for (std::string block(1 << 16, '\0');;) {
+        const ssize_t count = file < 0 ? -1 : ::read(file, block.data(), block.size());
+        if (count < 0) throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+        if (count == 0) return bytes;
+        bytes.append(block.data(), static_cast<std::size_t>(count));
+    }
 }
 
 }  // namespace nscdd

@@ -1,16 +1,55 @@
-// The one way in which the harness writes a file.
+// The one way in which the harness writes files.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace nscdd {
 
-// Writes `bytes` to `path`.part and renames it to `path`: a reader meets the old file or the whole new one.
-// Throws OutputError, with the part removed and an old file untouched.
+// Files that take their places together. Each is written beside its place under a name that no other process uses,
+// PATH.*.part; commit() renames them all. A reader meets the old file or the whole new one, and where one file cannot
+// be written no old one is replaced. A symbolic link stays, the file that it leads to is replaced. New files have the
+// mode that the umask gives, others keep theirs.
+class FileSet {
+  public:
+    FileSet() = default;
+    ~FileSet();  // removes what was not committed
+    FileSet(const FileSet&) = delete;
+    FileSet& operator=(const FileSet&) = delete;
+
+    // Both throw OutputError.
+    void add(const std::string& path, std::string_view bytes);
+    void commit();
+
+  private:
+    struct Part {
+        std::string path, target, part;
+    };
+    std::vector<Part> parts_;
+};
+
+// A set of one.
 void replace_file(const std::string& path, std::string_view bytes);
 
-// Throws InputError if `path` would be in a folder that does not exist, to be asked before long work; "" is no file.
-void require_folder(const std::string& path);
+// Tells files apart: FNV-1a of 64 bits, as 16 hexadecimal digits.
+std::string checksum(std::string_view bytes);
+
+// A file of a command and how it is named on the command line; path "" is no file. `bytes`: about what it will take.
+struct NamedFile {
+    std::string name, path;
+    std::uint64_t bytes = 0;
+};
+
+// To be asked before long work. Throws InputError unless every output can be written: it is a regular file or nothing
+// yet, in a folder where files can be made, and neither an input nor another output. Too little space is a warning.
+void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs);
+
+// The whole file. Throws InputError for one that is missing or not a regular file: a FIFO would be waited for.
+std::string read_file(const std::string& path);
+
+// Throws InputError as read_file() does.
+void require_regular_file(const std::string& path);
 
 }  // namespace nscdd

@@ -13,8 +13,6 @@
 #include <string_view>
 #include <thread>
 
-#include "replace_file.hpp"
-
 #ifndef NSCDD_COMMIT
 #define NSCDD_COMMIT "unknown"
 #endif
@@ -100,8 +98,14 @@ void to_json(nlohmann::json& json, const Provenance& provenance) {
             {"date", provenance.date}};
 }
 
+void write_json(FileSet& files, const std::string& path, const nlohmann::json& json) {
+    files.add(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
 void write_json(const std::string& path, const nlohmann::json& json) {
-    replace_file(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    FileSet files;
+    write_json(files, path, json);
+    files.commit();
 }
 
 }  // namespace nscdd

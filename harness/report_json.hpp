@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "replace_file.hpp"
+
 namespace nscdd {
 
 struct Machine {
@@ -30,6 +32,7 @@ std::string command_line(int argc, const char* const* argv);
 
 // Indented, with a final newline; numbers that are not finite become null.
 // Throws OutputError; an old file is then left as it was.
+void write_json(FileSet& files, const std::string& path, const nlohmann::json& json);
 void write_json(const std::string& path, const nlohmann::json& json);
 
 }  // namespace nscdd

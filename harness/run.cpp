@@ -11,6 +11,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
+#include "same_scene.hpp"
 
 namespace nscdd {
 
@@ -52,7 +53,7 @@ class Session {
         const int mine = problem.empty() ? size_ : rank_;
         int first = mine;
         if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", problem);
+        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
         return first == size_;
     }
 
@@ -61,9 +62,10 @@ class Session {
     int rank_ = 0, size_ = 1;
 };
 
-// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well.
+// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
+// batch script has it too, and srun starts MPI programs by PMI or PMIx.
 bool launched() {
-    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_NTASKS"})
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
         if (std::getenv(name)) return true;
     return false;
 }
@@ -82,6 +84,17 @@ std::vector<int> read_grid(const std::string& text) {
     return cells;
 }
 
+// What a run will write takes, about: 600 bytes a grain with its contacts, 100 a step.
+void check_run_outputs(const RunArguments& arguments, const RunRequest& request) {
+    const Scene& scene = request.scene;
+    const std::size_t packed = std::max(request.packing.size(), request.from.packing.size());
+    const std::uint64_t grains = packed + scene.grains.size(), steps = static_cast<std::uint64_t>(scene.step.count);
+    check_outputs({{"--json", arguments.json, 100 * steps},
+                   {"--state", arguments.state, 600 * grains},
+                   {"the .xdmf beside --state", xdmf_beside(arguments.state)}},
+                  inputs_of(arguments, scene));
+}
+
 double solver_cpu(const RunResult& result) { return result.json["seconds"]["solver_cpu"]; }  // the same on all ranks
 
 }  // namespace
@@ -95,7 +108,6 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.progress = !arguments.quiet;
     request.json = arguments.json;
     request.state = arguments.state;
-    for (const auto& file : {request.json, request.state}) require_folder(file);
     request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
     if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
         throw InputError(
@@ -118,11 +130,11 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
             throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
     if (!arguments.grid.empty()) {
         request.grid = read_grid(arguments.grid);
-        int product = 1;
+        double product = 1;  // never overflows, and is exact where it could be the number of subdomains
         for (int cells : request.grid) product *= cells;
         if (product != request.subdomains)
             throw InputError(
-                fmt::format("--grid {}: {} cells for {} subdomains", arguments.grid, product, request.subdomains));
+                fmt::format("--grid {}: {:.0f} cells for {} subdomains", arguments.grid, product, request.subdomains));
     }
 
     request.scene = read_scene(arguments.scene);
@@ -138,26 +150,31 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
                                      *scene.solver.window));
     if (arguments.relaxation > 0) scene.solver.relaxation = arguments.relaxation;
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
-    const auto same_dimension = [&](const Packing& packing, const std::string& file) {
-        if (packing.dim != scene.dimension)
+    if (arguments.velocity_error > 0) scene.solver.velocity_error = arguments.velocity_error;
+    // a run that goes on from a state needs no packing: the scene's is compared where it is still there
+    const bool go_on = !arguments.from.empty();
+    const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
+    if (!packing.empty() && (!go_on || !arguments.packing.empty() || std::filesystem::exists(packing))) {
+        request.packing = read_packing(packing);
+        if (request.packing.dim != scene.dimension)
             throw InputError(
-                fmt::format("{}: {} dimensions, {} has {}", file, packing.dim, scene.file, scene.dimension));
-    };
-    if (!arguments.from.empty()) {
+                fmt::format("{}: {} dimensions, {} has {}", packing, request.packing.dim, scene.file, scene.dimension));
+    }
+    if (!go_on && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
+    if (go_on) {
         request.from = read_state(arguments.from);
         request.from_file = arguments.from;
-        same_dimension(request.from.packing, arguments.from);
-        for (int material : request.from.material)
-            if (material < 0 || material >= static_cast<int>(scene.materials.size()))
-                throw InputError(fmt::format("{}: material {} is not one of {}", arguments.from, material, scene.file));
-        return request;
-    }
-    const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
-    if (!packing.empty()) {
-        request.packing = read_packing(packing);
-        same_dimension(request.packing, packing);
+        require_fitting_state(request.from, arguments.from, scene);
+        if (!arguments.adopt) require_same_scene(request.from, arguments.from, scene, request.packing);
+        request.packing = {};
     }
     return request;
+}
+
+std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene) {
+    return {{"the scene", arguments.scene},
+            {"the packing", arguments.packing.empty() ? scene.packing_file : arguments.packing},
+            {"--from", arguments.from}};
 }
 
 RunFunction choose_model(const Scene& scene) {
@@ -175,7 +192,11 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     Session session(over_mpi || among_ranks);
     RunRequest request;
     RunResult result;
-    if (!session.together([&] { request = prepare_run(arguments, provenance, session.size(), over_mpi); })) return 1;
+    if (!session.together([&] {
+            request = prepare_run(arguments, provenance, session.size(), over_mpi);
+            if (session.rank() == 0) check_run_outputs(arguments, request);
+        }))
+        return 1;
     if (!session.together([&] {
             const auto once = [&request, over_mpi] {
                 if (over_mpi) {
@@ -195,14 +216,15 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         return 1;
     const bool written = session.together([&] {
         if (session.rank() != 0) return;
+        FileSet files;
         if (!request.state.empty()) {
-            write_state(request.state, result.state);
-            if (request.json.empty()) return;
-            const auto folder = std::filesystem::absolute(request.json).parent_path();
+            const auto folder = std::filesystem::absolute(std::filesystem::path(".") / request.json).parent_path();
             result.json["state"] =
                 std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
+            result.json["state_checksum"] = write_state(files, request.state, result.state);
         }
-        if (!request.json.empty()) write_json(request.json, result.json);
+        if (!request.json.empty()) write_json(files, request.json, result.json);
+        files.commit();
     });
     if (!written) return 1;
     if (session.rank() == 0) {

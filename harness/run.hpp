@@ -64,14 +64,18 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
-    double tolerance = 0, relaxation = 0;
+    double tolerance = 0, velocity_error = 0, relaxation = 0;
     std::string method;
     std::optional<int> window;
+    bool adopt = false;  // `from` may be of another scene
     bool quiet = false;
 };
 
 // Reads what the arguments name, for so many MPI ranks. Throws InputError for what cannot be run.
 RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi);
+
+// The files that a run reads.
+std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);
 
 int run(const RunArguments& arguments, const Provenance& provenance);
 

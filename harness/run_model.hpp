@@ -12,7 +12,7 @@
 
 namespace nscdd {
 
-namespace detail {
+namespace run_detail {
 
 // The way to solve a step, and the name of what solves its interface problem.
 template <class M>
@@ -29,6 +29,7 @@ Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
 inline SolveOptions solve_options(const SolverSettings& solver, const std::string& scheme) {
     SolveOptions options;
     options.tolerance = solver.tolerance;
+    options.velocity_error = solver.velocity_error;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
     if (!sweeps(scheme)) return options;
@@ -45,6 +46,7 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
     if (request.scheme == "newton") {
         NewtonOptions newton;
         newton.tolerance = options.tolerance;
+        newton.velocity_error = options.velocity_error;
         newton.penetration = options.penetration;
         newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
         return {by_newton<M, UmfPack>(newton), "none"};
@@ -59,7 +61,7 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
 }
 
 template <class M>
-std::string model_name(const std::vector<Wall<M>>& walls) {
+std::string model_name(std::span<const Wall<M>> walls) {
     const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     return std::to_string(M::dim) + (M::friction ? "D Coulomb, " : "D frictionless, ") +
            (driven ? "driven walls" : "kinematic walls");
@@ -158,6 +160,7 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
         state.contacts.j.push_back(c.j);
         state.contacts.subdomain.push_back(c.subdomain);
         state.contacts.gap.push_back(c.gap);
+        state.contacts.normal_impulse.push_back(c.normal_impulse);
         append(state.contacts.normal, c.normal);
         append(state.contacts.impulse, c.impulse);
     }
@@ -165,15 +168,49 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
         state.walls.offset.push_back(wall.offset);
         append(state.walls.normal, wall.normal);
         append(state.walls.velocity, typename M::Vec(wall.velocity + wall.speed * wall.normal));
+        state.walls.normal_speed.push_back(wall.driven ? wall.speed : wall.normal_speed());
     }
+    for (const auto& wall : request.scene.walls) state.walls.name.push_back(wall.name);
+    for (const auto& material : request.scene.materials) {
+        state.materials.name.push_back(material.name);
+        state.materials.density.push_back(material.density);
+    }
+    const RoughDetection<M> rough = gather_rough(simulation);
+    state.rough.cells.assign(rough.cells.begin(), rough.cells.end());
+    for (const auto& x : rough.positions) append(state.rough.x, x);
+    state.rough.offset = rough.offsets;
+    state.rough.skin = rough.skin;
+    state.rough.steps_since = rough.steps_since;
     const auto& start = request.from.packing.size() ? request.from.packing.box : request.packing.box;
     const typename M::Vec edges = box_edges<M>(simulation.walls());
     for (int d = 0; d < M::dim; ++d)
         state.packing.box.push_back(edges[d] > 0 ? edges[d] : start.empty() ? 1.0 : start[static_cast<std::size_t>(d)]);
-    state.time = request.from.time + simulation.steps() * simulation.settings().h;
+    const double h = simulation.settings().h;
     state.step = request.from.step + simulation.steps();
+    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
+    state.time = request.from.time == double(request.from.step) * h ? double(state.step) * h
+                                                                    : request.from.time + simulation.steps() * h;
     state.scene = request.scene.name;
     return state;
+}
+
+// StepEnergy of every step, by name.
+struct EnergySeries {
+    std::vector<double> before, kinetic, external, walls, normal, friction, round_off;
+
+    void add(const StepEnergy& e) {
+        before.push_back(e.before);
+        kinetic.push_back(e.kinetic);
+        external.push_back(e.external);
+        walls.push_back(e.walls);
+        normal.push_back(e.normal);
+        friction.push_back(e.friction);
+        round_off.push_back(e.round_off());
+    }
+};
+inline void to_json(nlohmann::json& json, const EnergySeries& e) {
+    json = {{"before", e.before},   {"kinetic", e.kinetic},   {"external", e.external}, {"walls", e.walls},
+            {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
 }
 
 // Of a step that sequential NLGS has solved.
@@ -188,11 +225,11 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
     return out;
 }
 
-}  // namespace detail
+}  // namespace run_detail
 
 template <int dim, bool friction>
 RunResult run_model(const RunRequest& request, Communicator& comm) {
-    using namespace detail;
+    using namespace run_detail;
     using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
@@ -201,8 +238,9 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
 
     RunResult result;
     std::vector<int> iterations;
-    std::vector<double> residual, penetration, contacts;
-    double interface_grains = 0, free_norm = 0, total_iterations = 0;
+    std::vector<double> residual, velocity_error, penetration, contacts;
+    EnergySeries energy;
+    double interface_grains = 0, free_norm = 0, turned_norm = 0, total_iterations = 0;
     Traffic solving;
     double solver_cpu = 0;
     const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
@@ -220,7 +258,8 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
 
     const double began = comm.now();
-    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses);
+    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
+                             built.rough ? &*built.rough : nullptr);
     const int grains = static_cast<int>(built.grains.size());
     built = {};
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
@@ -229,10 +268,13 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
         const StepReport report = simulation.step(counted);
         iterations.push_back(report.solve.iterations);
         residual.push_back(report.solve.residual);
+        velocity_error.push_back(report.solve.velocity_error);
+        energy.add(report.energy);
         penetration.push_back(report.solve.penetration / simulation.least_radius());
         contacts.push_back(report.contacts);
         interface_grains += report.interface_grains;
         free_norm = report.free_norm;
+        turned_norm = report.solve.turned_norm;
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
         progress.show(step, fmt::format("{} iterations", report.solve.iterations));
@@ -243,6 +285,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
+    measures["turned_velocity_norm"] = turned_norm;
     result.state = gather_state(simulation, request);
     std::map<std::string, int> multiplicity;
     for (int m : result.state.multiplicity) ++multiplicity[std::to_string(m)];
@@ -251,7 +294,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"scene", scene.name},
          {"dimension", M::dim},
          {"grains", grains},
-         {"model", model_name(simulation.walls())},
+         {"model", model_name<M>(simulation.walls())},
          {"friction", M::friction},
          {"subdomains", comm.size()},
          {"threads", request.threads},
@@ -263,6 +306,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                                                     : "in-process"},
          {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
          {"steps", scene.step.count},
+         {"start_step", request.from.step},
          {"h", scene.step.h},
          {"tolerance", options.tolerance},
          {"check_every", options.check_every},
@@ -271,6 +315,9 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"relaxation", options.relaxation},
          {"iterations", iterations},
          {"residual", residual},
+         {"velocity_error", velocity_error},
+         {"velocity_error_allowed", options.velocity_error},
+         {"energy", energy},
          {"penetration", penetration},
          {"contacts", contacts},
          {"interface_grains", interface_grains / scene.step.count},

@@ -3,18 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <set>
 
 #include "toml_table.hpp"
 
 namespace nscdd {
 namespace {
 
+constexpr std::size_t most_materials = 1000;
 constexpr double unit_tolerance = 1e-9;  // on |n| - 1, and on a tangential velocity's normal part
 
 // x-, x+, y-, ... : index = 2 axis + upper
@@ -40,7 +38,11 @@ class SceneReader {
         scene_.dimension = dim_;
         scene_.gravity = top_.vector("gravity", dim_, zero());
 
-        for (TomlTable& table : top_.tables("material")) read_material(table);
+        std::vector<TomlTable> materials = top_.tables("material");
+        if (materials.size() > most_materials)  // each pair of them has a place in a table
+            top_.fail("material",
+                      fmt::format("must be given {} times at most, found {}", most_materials, materials.size()));
+        for (TomlTable& table : materials) read_material(table);
         if (scene_.materials.empty()) top_.fail("", "no [[material]]");
         for (TomlTable& table : top_.tables("pair")) read_pair(table);
         if (auto table = top_.table("packing")) read_packing_source(*table);
@@ -87,8 +89,7 @@ class SceneReader {
         table.name_thing(fmt::format("pair '{}'-'{}'", names[0], names[1]));
         const auto [a, b] =
             std::minmax({material(table, "materials", names[0]), material(table, "materials", names[1])});
-        for (const ScenePair& other : scene_.pairs)
-            if (other.a == a && other.b == b) table.fail("", "is given twice");
+        if (!paired_.insert({a, b}).second) table.fail("", "is given twice");
         scene_.pairs.push_back({.a = a,
                                 .b = b,
                                 .friction = table.number("friction", non_negative, 0.0),
@@ -184,6 +185,7 @@ class SceneReader {
     void read_solver(TomlTable& table) {
         SolverSettings& solver = scene_.solver;
         solver.tolerance = table.number("tolerance", positive, solver.tolerance);
+        solver.velocity_error = table.number("velocity_error", positive, solver.velocity_error);
         solver.check_every = table.integer("check_every", 1, solver.check_every);
         solver.max_iterations = table.integer("max_iterations", 1, solver.max_iterations);
         solver.sweeps = table.integer("sweeps", 1, solver.sweeps);
@@ -197,6 +199,7 @@ class SceneReader {
     toml::table root_;
     TomlTable top_;
     Scene scene_;
+    std::set<std::pair<int, int>> paired_;
     int dim_ = 0;
 };
 

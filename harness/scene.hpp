@@ -61,6 +61,7 @@ struct StepSettings {
 
 struct SolverSettings {
     double tolerance = 1e-4;     // on eta, > 0
+    double velocity_error = 0.03;  // > 0
     int check_every = 10;        // iterations between two evaluations of eta, >= 1
     int max_iterations = 20000;  // per step, >= 1
     int sweeps = 1;              // n_GS, >= 1

@@ -1,8 +1,10 @@
 #include "solve_fclib.hpp"
 
 #include <ctime>
+#include <filesystem>
 
 #include "local_form.hpp"
+#include "number_option.hpp"
 #include "replace_file.hpp"
 #include "suitesparse.hpp"
 
@@ -81,7 +83,7 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
         ->check(CLI::IsMember({"nlgs", "newton", "spg", "apgd", "none"}))
         ->capture_default_str();
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
-        ->check(CLI::PositiveNumber)
+        ->check(positive_number())
         ->capture_default_str();
     auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap on sweeps or gradient steps")
                            ->check(CLI::PositiveNumber)
@@ -104,8 +106,10 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
 }
 
 int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenance) {
-    require_folder(arguments.output);
-    require_folder(arguments.json);
+    std::error_code none;
+    const auto size = std::filesystem::file_size(arguments.file, none);
+    check_outputs({{"--output", arguments.output, none ? 0 : 2 * size}, {"--json", arguments.json}},
+                  {{"the problem", arguments.file}});
     const auto problem = read_fclib(arguments.file);
     const auto* global = std::get_if<GlobalProblem>(&problem);
     Solved solved;
@@ -117,7 +121,8 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
     } catch (const std::runtime_error& error) {
         throw InputError(fmt::format("{}: {}", arguments.file, error.what()));
     }
-    if (!arguments.output.empty()) write_fclib_solution(arguments.output, arguments.file, solved.solution);
+    FileSet files;
+    if (!arguments.output.empty()) write_fclib_solution(files, arguments.output, arguments.file, solved.solution);
 
     const ErrorMeasures& e = solved.measures;
     if (!arguments.json.empty()) {
@@ -135,8 +140,9 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"solver_cpu", solved.cpu},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});
-        write_json(arguments.json, json);
+        write_json(files, arguments.json, json);
     }
+    files.commit();
     fmt::print(
         "{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",

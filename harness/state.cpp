@@ -104,9 +104,16 @@ State read_state(const std::string& path) {
 
     const hdf5::Shape walls = file.shape("walls/normal");
     const hsize_t w = walls.empty() ? 0 : walls[0];
-    state.walls = {.offset = file.read<double>("walls/offset", {w}),
+    state.walls = {.name = file.texts("walls/name", w),
+                   .offset = file.read<double>("walls/offset", {w}),
                    .normal = file.read<double>("walls/normal", {w, dim}),
-                   .velocity = file.read<double>("walls/velocity", {w, dim})};
+                   .velocity = file.read<double>("walls/velocity", {w, dim}),
+                   .normal_speed = file.read<double>("walls/normal_speed", {w})};
+
+    const hdf5::Shape materials = file.shape("materials/density");
+    const hsize_t m = materials.empty() ? 0 : materials[0];
+    state.materials = {.name = file.texts("materials/name", m), .density = file.read<double>("materials/density", {m})};
+    require_range(file, "material", state.material, 0, static_cast<int>(m) - 1);
 
     const hdf5::Shape contacts = file.shape("contacts/normal");
     const hsize_t c = contacts.empty() ? 0 : contacts[0];
@@ -115,20 +122,36 @@ State read_state(const std::string& path) {
                       .impulse = file.read<double>("contacts/impulse", {c, dim}),
                       .normal = file.read<double>("contacts/normal", {c, dim}),
                       .gap = file.read<double>("contacts/gap", {c}),
-                      .subdomain = file.read<int>("contacts/subdomain", {c})};
+                      .subdomain = file.read<int>("contacts/subdomain", {c}),
+                      .normal_impulse = file.read<double>("contacts/normal_impulse", {c})};
     const int last = static_cast<int>(n) - 1;
     require_range(file, "contacts/i", state.contacts.i, 0, last);
     require_range(file, "contacts/j", state.contacts.j, -static_cast<int>(w), last);
 
+    state.rough = {.cells = file.read<int>("rough/cells", {dim}),
+                   .x = file.read<double>("rough/x", {n, dim}),
+                   .offset = file.read<double>("rough/offset", {w}),
+                   .skin = file.read<double>("rough/skin", {1})[0],
+                   .steps_since = file.read<int>("rough/steps_since", {1})[0]};
+    if (!(state.rough.skin > 0)) throw file.error("rough/skin", "must be > 0");
+    if (state.rough.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
+
     state.time = file.attribute<double>("time");
     state.step = file.attribute<std::int64_t>("step");
+    if (state.step < 0 || state.step > State::most_steps)
+        throw InputError(
+            fmt::format("{}: attribute 'step': must lie in [0, {}], found {}", path, State::most_steps, state.step));
     state.scene = file.attribute<std::string>("scene");
     return state;
 }
 
-void write_state(const std::string& path, const State& state) {
+std::string xdmf_beside(const std::string& path) {
+    return path.empty() ? "" : std::filesystem::path(path).replace_extension(".xdmf").string();
+}
+
+std::string write_state(FileSet& files, const std::string& path, const State& state) {
     const std::filesystem::path h5_path(path);
-    const std::string xdmf_path = std::filesystem::path(h5_path).replace_extension(".xdmf").string();
+    const std::string xdmf_path = xdmf_beside(path);
     if (xdmf_path == path)
         throw OutputError(path + ": a state is an HDF5 file, .xdmf is the name of the one beside it");
 
@@ -143,9 +166,13 @@ void write_state(const std::string& path, const State& state) {
     file.write("multiplicity", state.multiplicity, {n});
 
     const hsize_t w = state.walls.offset.size();
+    file.texts("walls/name", state.walls.name);
     file.write("walls/offset", state.walls.offset, {w});
     file.write("walls/normal", state.walls.normal, {w, dim});
     file.write("walls/velocity", state.walls.velocity, {w, dim});
+    file.write("walls/normal_speed", state.walls.normal_speed, {w});
+    file.texts("materials/name", state.materials.name);
+    file.write("materials/density", state.materials.density, {state.materials.density.size()});
 
     const hsize_t c = state.contacts.i.size();
     file.write("contacts/i", state.contacts.i, {c});
@@ -154,12 +181,25 @@ void write_state(const std::string& path, const State& state) {
     file.write("contacts/normal", state.contacts.normal, {c, dim});
     file.write("contacts/gap", state.contacts.gap, {c});
     file.write("contacts/subdomain", state.contacts.subdomain, {c});
+    file.write("contacts/normal_impulse", state.contacts.normal_impulse, {c});
+
+    file.write("rough/cells", state.rough.cells, {dim});
+    file.write("rough/x", state.rough.x, {n, dim});
+    file.write("rough/offset", state.rough.offset, {w});
+    file.write("rough/skin", std::vector{state.rough.skin}, {1});
+    file.write("rough/steps_since", std::vector{state.rough.steps_since}, {1});
 
     file.attribute("time", state.time);
     file.attribute("step", state.step);
     file.attribute("scene", state.scene);
-    file.save();
-    replace_file(xdmf_path, xdmf_text(h5_path.filename().string(), state));
+    files.add(xdmf_path, xdmf_text(h5_path.filename().string(), state));
+    return file.save(files);
+}
+
+void write_state(const std::string& path, const State& state) {
+    FileSet files;
+    write_state(files, path, state);
+    files.commit();
 }
 
 }  // namespace nscdd

@@ -9,7 +9,8 @@
 
 namespace nscdd {
 
-// n grains, w walls, c contacts; all arrays in C order. It is a packing with more in it: read_packing reads it too.
+// n grains, w walls, c contacts, m materials; all arrays in C order. It is a packing with more in it: read_packing
+// reads it too.
 struct State {
     Packing packing;
     std::vector<double> velocity;   // (n, dim) [m/s]
@@ -19,23 +20,42 @@ struct State {
     std::vector<int> multiplicity;  // (n) number of subdomains in which the grain has contacts
 
     struct Walls {
-        std::vector<double> offset;    // (w) normal . x of the plane [m]
-        std::vector<double> normal;    // (w, dim) into the sample
-        std::vector<double> velocity;  // (w, dim) [m/s]
+        std::vector<std::string> name;     // (w) in the scene
+        std::vector<double> offset;        // (w) normal . x of the plane [m]
+        std::vector<double> normal;        // (w, dim) into the sample
+        std::vector<double> velocity;      // (w, dim) [m/s]
+        std::vector<double> normal_speed;  // (w) of a wall that a force drives, to the last bit [m/s]
     } walls;
 
+    struct Materials {
+        std::vector<std::string> name;  // (m) in the scene
+        std::vector<double> density;    // (m)
+    } materials;
+
     struct Contacts {
-        std::vector<int> i;           // (c) grain
-        std::vector<int> j;           // (c) grain, or wall -1-j where j < 0
-        std::vector<double> impulse;  // (c, dim) on i, world axes [N s]
-        std::vector<double> normal;   // (c, dim) from j to i
-        std::vector<double> gap;      // (c) [m], negative where they overlap
-        std::vector<int> subdomain;   // (c)
+        std::vector<int> i;                  // (c) grain
+        std::vector<int> j;                  // (c) grain, or wall -1-j where j < 0
+        std::vector<double> impulse;         // (c, dim) on i, world axes [N s]
+        std::vector<double> normal;          // (c, dim) from j to i
+        std::vector<double> gap;             // (c) [m], negative where they overlap
+        std::vector<int> subdomain;          // (c)
+        std::vector<double> normal_impulse;  // (c) [N s]; without friction that of the solver, to the last bit
     } contacts;
 
-    double time = 0;        // [s]
-    std::int64_t step = 0;  // steps made
-    std::string scene;      // its name
+    // The last rough detection, nscdd::RoughDetection: with it a run goes on exactly.
+    struct Rough {
+        std::vector<int> cells;      // (dim) subdomains per axis
+        std::vector<double> x;       // (n, dim) centres then [m]
+        std::vector<double> offset;  // (w) of the walls then [m]
+        double skin = 0;             // [m], > 0
+        int steps_since = 0;         // >= 0
+    } rough;
+
+    static constexpr std::int64_t most_steps =
+        1'000'000'000'000'000;  // a double, as of JSON, holds them and those to come
+    double time = 0;            // [s]
+    std::int64_t step = 0;      // steps made
+    std::string scene;          // its name
 
     int spins() const { return packing.dim == 3 ? 3 : 1; }
 };
@@ -44,7 +64,10 @@ struct State {
 State read_state(const std::string& path);
 
 // Writes the HDF5 file and, beside it, the .xdmf file through which ParaView opens it (velocity_x, velocity_y in 2D).
-// Throws OutputError; an old file is then left as it was.
+// Throws OutputError; old files are then left as they were. The first returns the checksum of the HDF5 file.
+std::string write_state(FileSet& files, const std::string& path, const State& state);
 void write_state(const std::string& path, const State& state);
+
+std::string xdmf_beside(const std::string& state);  // "" of none
 
 }  // namespace nscdd

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <limits>
-#include <sstream>
+
+#include "replace_file.hpp"
 
 namespace nscdd {
 namespace {
@@ -25,25 +22,71 @@ std::string describe(const toml::node& node) {
     return "a date or time";
 }
 
-// The text with control characters, which names and the parser's quotations may have, made visible.
-std::string one_line(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c); }, '?');
-    return text;
+constexpr int most_dots = 8;  // of a key; ours have one at most
+
+// The end of the string that begins at `at`, of any of TOML's four kinds.
+std::size_t skip_string(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    const bool long_one = text.substr(at, 3) == std::string(3, quote);
+    const std::string end(long_one ? 3 : 1, quote);
+    for (at += end.size(); at < text.size(); ++at) {
+        if (quote == '"' && text[at] == '\\')
+            ++at;
+        else if (!long_one && text[at] == '\n')
+            return at;
+        else if (text.substr(at, end.size()) == end)
+            break;
+    }
+    at = std::min(at + end.size(), text.size());
+    for (int more = 0; long_one && more < 2 && at < text.size() && text[at] == quote; ++more)
+        ++at;  // """it says "yes""""
+    return at;
+}
+
+// The line of the first key of more dots than anybody means, 0 if there is none. The parser makes a table of each part
+// and destroys them one in another: 200,000 parts overflow the stack. (It bounds the nesting of values itself.)
+int line_of_long_key(std::string_view text) {
+    int line = 1, dots = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '"' || c == '\'') {
+            const std::size_t end = skip_string(text, at);
+            line += static_cast<int>(std::ranges::count(text.substr(at, end - at), '\n'));
+            at = end;
+            continue;
+        }
+        if (c == '#') {
+            at = std::min(text.find('\n', at), text.size());
+            continue;
+        }
+        if (c == '.' && ++dots > most_dots) return line;
+        if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots = 0;
+        line += c == '\n';
+        ++at;
+    }
+    return 0;
+}
+
+// C0, DEL, and C1 as UTF-8 has them: a terminal obeys them.
+bool has_control_characters(std::string_view text) {
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        const auto c = static_cast<unsigned char>(text[k]);
+        if (std::iscntrl(c)) return true;
+        if (c == 0xc2 && k + 1 < text.size() && static_cast<unsigned char>(text[k + 1]) < 0xa0) return true;
+    }
+    return false;
 }
 
 }  // namespace
 
 toml::table parse_toml(const std::string& path) {
-    if (std::filesystem::is_directory(path)) throw InputError(path + ": is a folder, not a scene file");
-    std::ifstream file(path, std::ios::binary);
-    if (!file) throw InputError(fmt::format("{}: cannot open: {}", path, std::strerror(errno)));
-    std::stringstream content;
-    content << file.rdbuf();
+    const std::string content = read_file(path);
+    if (const int line = line_of_long_key(content))
+        throw InputError(fmt::format("{}:{}: a key has more than {} dots", path, line, most_dots));
     try {
-        return toml::parse(content.str(), path);
+        return toml::parse(content, path);
     } catch (const toml::parse_error& error) {
-        throw InputError(one_line(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description())));
+        throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
     }
 }
 
@@ -51,7 +94,7 @@ void TomlTable::fail_at(const toml::source_region& where, std::string_view key, 
     std::string line = fmt::format("{}:{}: ", file_, where.begin.line);
     if (!thing_.empty()) line += thing_ + ": ";
     line += key.empty() ? problem : fmt::format("{} {}", key, problem);
-    throw InputError(one_line(line));
+    throw InputError(line);
 }
 
 void TomlTable::fail(std::string_view key, const std::string& problem) const {
@@ -101,6 +144,7 @@ std::string TomlTable::text(std::string_view key) {
     const toml::node& node = require(key);
     if (!node.is_string()) fail(key, fmt::format("must be a string, found {}", describe(node)));
     if (node.as_string()->get().empty()) fail(key, "must not be empty");
+    if (has_control_characters(node.as_string()->get())) fail(key, "must have no control characters");
     return node.as_string()->get();
 }
 
@@ -159,7 +203,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
         const toml::table& table = *item.as_table();
         const auto name = table["name"].value<std::string>();
         const std::string thing =
-            name ? fmt::format("{} '{}'", key, *name) : fmt::format("{} {}", key, tables.size() + 1);
+            name ? fmt::format("{} '{}'", key, *name) : fmt::format("[[{}]] {}", key, tables.size());
         tables.emplace_back(table, file_, thing);
     }
     return tables;

@@ -39,7 +39,7 @@ class TomlTable {
 
     double number(std::string_view key, Bound bound, std::optional<double> fallback = {});
     int integer(std::string_view key, int lowest, std::optional<int> fallback = {});
-    std::string text(std::string_view key);                                   // not empty
+    std::string text(std::string_view key);                                   // not empty, no control characters
     int choice(std::string_view key, const std::vector<std::string>& names);  // index into names
     Eigen::VectorXd vector(std::string_view key, int size);                   // size 1: a bare number too
     Eigen::VectorXd vector(std::string_view key, int size, const Eigen::VectorXd& fallback);
@@ -47,7 +47,7 @@ class TomlTable {
 
     // [key], called by its key; nothing if it is absent.
     std::optional<TomlTable> table(std::string_view key);
-    // All [[key]], called "key 'name'" where they have a name, else "key 2".
+    // All [[key]], called "key 'name'" where they have a name, else "[[key]] 2", counted from 0.
     std::vector<TomlTable> tables(std::string_view key);
 
     // To be called after the last read: names a key that nothing asked for.

@@ -147,7 +147,7 @@ Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, cons
     outcome.measures = nscdd::measure(simulation);
     outcome.grains = nscdd::gather_grains(simulation);
     outcome.contacts = nscdd::gather_contacts(simulation);
-    outcome.walls = simulation.walls();
+    outcome.walls = simulation.settings().walls;
     return outcome;
 }
 

@@ -5,14 +5,22 @@ nscdd_test(test_anderson "" unit/test_anderson.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)
 nscdd_test(test_partition "sanitized" unit/test_partition.cpp)
 nscdd_test(test_gluing "sanitized" unit/test_gluing.cpp)
-nscdd_test(test_detection "sanitized" unit/test_detection.cpp)
-nscdd_test(test_conservation "" unit/test_conservation.cpp)
+nscdd_test(test_detection "sanitized" unit/test_detection.cpp unit/test_stepping.cpp)
+nscdd_test(test_misuse "sanitized" unit/test_misuse.cpp)
+nscdd_test(test_conservation "" unit/test_conservation.cpp unit/test_velocity_error.cpp)
 nscdd_test(test_analytic "sanitized" unit/test_analytic.cpp)
 nscdd_test(test_newton "" unit/test_newton.cpp)
 nscdd_test(test_invariance "" unit/test_invariance.cpp)
 nscdd_test(test_gradient "" unit/test_gradient.cpp)
 nscdd_test(test_schemes "quick" agreement/test_schemes.cpp)
 nscdd_test(test_reference "" agreement/test_reference.cpp)
+
+# The fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
+add_executable(test_sweep_as_shipped unit/test_sweep_as_shipped.cpp)
+target_link_libraries(test_sweep_as_shipped PRIVATE nscdd::kernel catch_main)
+target_compile_options(test_sweep_as_shipped PRIVATE -O3 -Wall -Wextra $<$<BOOL:${NSCDD_NATIVE}>:-march=native>
+                       $<$<BOOL:${NSCDD_WERROR}>:-Werror>)
+catch_discover_tests(test_sweep_as_shipped TEST_PREFIX "test_sweep_as_shipped: " PROPERTIES LABELS unit TIMEOUT 600)
 
 if(NSCDD_FULL_TESTS)
     # The sweep where Eigen knows no packets, or is told to use none: a kernel compiled for this alone, in two models. It
@@ -40,14 +48,17 @@ endif()
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/consumer
          -DCXX=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)
+add_test(NAME "consumer with options of its own" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/foreign -DSYSTEM=${eigen_include}
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/foreign.cmake)
 add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR} "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "only one header knows MPI" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/mpi_only_there.cmake)
 set_tests_properties(consumer "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
-# half a minute, and seen to break only by a header that is new
-set_tests_properties("headers compile alone" PROPERTIES LABELS full TIMEOUT 600)
+# they compile for half a minute each; a header breaks the first when it is new, the kernel the second when GCC warns anew
+set_tests_properties("headers compile alone" "consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 
 if(NSCDD_PROGRAM)
     find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
@@ -58,7 +69,10 @@ if(NSCDD_PROGRAM)
             ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
     endfunction()
     nscdd_program_test("bad input" "program;sanitized" test_bad_input)
+    nscdd_program_test("outputs" "program;sanitized" test_outputs)
+    nscdd_program_test("what compare trusts" "program;sanitized" test_compare)
     nscdd_program_test("pack, run, compare" program test_program.Program)
+    nscdd_program_test("go on from a state" program test_restart)
     nscdd_program_test("hard cases" program test_hard_cases)
     nscdd_program_test("exchange of contact problems" program test_fclib)
     # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off
@@ -66,7 +80,7 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
     nscdd_program_test("iterations at 8 subdomains" "program;full" test_program.Iterations)
     # both call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
-    set_tests_properties("program: bad input" "program: pack, run, compare" PROPERTIES RESOURCE_LOCK mpirun)
+    set_tests_properties("program: bad input" "program: pack, run, compare" "program: go on from a state" PROPERTIES RESOURCE_LOCK mpirun)
     add_dependencies(sanitized_tests nscdd)
     add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
     set_tests_properties("report generator" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

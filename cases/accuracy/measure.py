@@ -86,6 +86,7 @@ def ladder(tolerances, measure, repeat=timed):
 def clear_impulses(state):
     with h5py.File(state, "r+") as file:
         file["contacts/impulse"][...] = 0
+        file["contacts/normal_impulse"][...] = 0
 
 
 def once(measure):
@@ -103,7 +104,7 @@ class Scene:
     def prepare(self):
         """The state, without its impulses, and the reference answer from it; returns what the record says of it."""
         specification = ROOT / "cases/accuracy/packings" / (re.search(r"(\w[\w-]*)\.h5", self.path.read_text())[1] + ".toml")
-        packing = self.folder / f"{specification.stem}.h5"
+        packing = self.packing = self.folder / f"{specification.stem}.h5"
         if self.grains:  # a smaller one
             text = re.sub(r"grains = \d+", f"grains = {self.grains}", specification.read_text())
             specification = self.folder / specification.name
@@ -140,8 +141,8 @@ class Scene:
         return eta, command
 
     def command(self, arguments, tolerance, json_file):
-        return [NSCDD, "run", os.path.relpath(self.path, ROOT), "--from", self.cold, "--steps", 1, *arguments.split(),
-                "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
+        return [NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", self.packing, "--from", self.cold, "--steps", 1,
+                *arguments.split(), "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
 
     def distance(self, json_file):
         """Of the velocities from the reference, |V - V_ref|_M / |V_free|_M."""
@@ -184,7 +185,7 @@ class Scene:
     def siconos_rows(self, tolerances):
         """By Siconos on the exported problem; the distance is that of the velocities again, as H^T M^-1 H = W."""
         problem, solved = (self.folder / f"{self.name}-{kind}.hdf5" for kind in ("problem", "siconos"))
-        call([NSCDD, "export-fclib", self.path, "--from", self.answer, "--tolerance", REFERENCE_WORST, "-o", problem, "--quiet"],
+        call([NSCDD, "export-fclib", self.path, "--packing", self.packing, "--from", self.answer, "--tolerance", REFERENCE_WORST, "-o", problem, "--quiet"],
              seconds=LONG)
         with h5py.File(problem) as file:
             import scipy.sparse

@@ -1,4 +1,5 @@
-// NSCDD on 2 to 16 subdomains against the sequential reference, and eta against a calculation of the test's own.
+// NSCDD on 2 to 16 subdomains against the sequential reference, and eta and the velocity error against a calculation of
+// the test's own.
 #include "../catch.hpp"
 #include "../small_scenes.hpp"
 
@@ -32,24 +33,32 @@ Vector3d in_space(const auto& v) {
 
 // Anything that takes an impulse, in space also when the model is plane.
 struct Mover {
-    Vector3d v = Vector3d::Zero(), spin = Vector3d::Zero();
+    Vector3d v = Vector3d::Zero(), spin = Vector3d::Zero(), impulse = v, turn = v;  // in all
     Eigen::Matrix3d inverse_mass = Eigen::Matrix3d::Zero();
-    double inverse_inertia = 0;
+    double mass = 0, inverse_inertia = 0;
 
     Vector3d at(const Vector3d& arm) const { return v + spin.cross(arm); }
-    void push(const Vector3d& arm, const Vector3d& impulse) {
-        v += inverse_mass * impulse;
-        spin += inverse_inertia * arm.cross(impulse);
+    void push(const Vector3d& arm, const Vector3d& by) {
+        v += inverse_mass * by;
+        spin += inverse_inertia * arm.cross(by);
+        impulse += by;
+        turn += arm.cross(by);
     }
+    // (V - V_free)^T M (V - V_free).
+    double turned() const { return impulse.dot(inverse_mass * impulse) + inverse_inertia * turn.squaredNorm(); }
     // Share of W in a direction.
     double yield(const Vector3d& arm, const Vector3d& direction) const {
         return direction.dot(inverse_mass * direction) + inverse_inertia * arm.cross(direction).squaredNorm();
     }
 };
 
-// eta of one step from the state before it and the impulses after it: V = V_free + M^-1 H r with whole masses.
+struct Judged {
+    double eta, velocity_error;
+};
+
+// Of one step from the state before it and the impulses after it: V = V_free + M^-1 H r with whole masses.
 template <class M>
-double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& impulses) {
+Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impulses) {
     const auto& s = before.settings;
     const double drift = (1 - s.theta) * s.h;
     std::vector<Mover> grains, walls;
@@ -59,6 +68,7 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
         const typename M::Vec v = g.velocity.template head<M::dim>();
         centres.push_back(in_space(g.position) + drift * in_space(v));
         m.v = in_space(v) + s.h * in_space(s.gravity);
+        m.mass = g.mass;
         m.inverse_mass = Eigen::Matrix3d::Identity() / g.mass;
         if constexpr (M::friction) m.inverse_inertia = 1 / g.inertia;
         if constexpr (M::friction && M::dim == 2) m.spin[2] = g.velocity[2];
@@ -70,6 +80,7 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
         m.v = in_space(w.velocity);
         if (w.driven) {
             m.v += (w.speed + s.h * w.force / w.mass) * n;
+            m.mass = w.mass;
             m.inverse_mass = n * n.transpose() / w.mass;
         }
     }
@@ -99,7 +110,7 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
         touches.push_back(t);
     }
 
-    double change = 0, energy = 0, next_energy = 0;
+    double change = 0, energy = 0, next_energy = 0, work = 0, miss = 0, turned = 0, mass = 0;
     for (const Touch& t : touches) {
         const Vector3d v = t.a->at(t.arm_a) - t.b->at(t.arm_b), n = t.normal, side = n.unitOrthogonal();
         const Vector3d tangent = M::dim == 3 ? side : Vector3d(-n[1], n[0], 0);
@@ -114,8 +125,18 @@ double eta_of(const Scene<M>& before, const std::vector<GatheredContact<M>>& imp
         change += wn * std::pow(next_rn - rn, 2) + wt * (next_rt - rt).squaredNorm();
         energy += wn * rn * rn + wt * rt.squaredNorm();
         next_energy += wn * next_rn * next_rn + wt * next_rt.squaredNorm();
+        const Vector3d slip = v - v.dot(n) * n;
+        work += std::abs(rn * (v.dot(n) + std::max(t.gap, 0.0) / s.h)) +
+                s.materials(0, 0).friction * rn * slip.norm() + rt.dot(slip);
+        miss = std::max(miss, std::hypot(wn * (next_rn - rn), wt * (next_rt - rt).norm()));
     }
-    return std::sqrt(change / std::max(energy, next_energy));
+    for (const auto* movers : {&grains, &walls})
+        for (const Mover& m : *movers) {
+            turned += m.turned();
+            mass += m.turned() > 0 ? m.mass : 0;
+        }
+    return {std::sqrt(change / std::max(energy, next_energy)),
+            std::max(work / turned, miss / std::sqrt(turned / mass))};
 }
 
 }  // namespace
@@ -157,9 +178,11 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
                 INFO(scene.name << ", " << ranks << " subdomains");
                 const auto outcome =
                     run_nscdd<Dcs, ClosedForm>(scene, ranks, 1, {.tolerance = tolerance, .check_every = 1});
-                const double reported = outcome.last().solve.residual;
-                CHECK(reported > 0);
-                CHECK(eta_of(scene, outcome.contacts) == Approx(reported).epsilon(1e-6));
+                const SolveReport& reported = outcome.last().solve;
+                const Judged judged = judge(scene, outcome.contacts);
+                CHECK(reported.residual > 0);
+                CHECK(judged.eta == Approx(reported.residual).epsilon(1e-6));
+                CHECK(judged.velocity_error == Approx(reported.velocity_error).epsilon(1e-5));
             }
 }
 

@@ -1,7 +1,7 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P headers.cmake
 #
-# Every header of the kernel compiles alone and may be included twice. SYSTEM: directories of Eigen and MPI. Eigen/Core,
-# four fifths of what there is to parse, is parsed once for all of them.
+# Every header of the kernel compiles alone, may be included twice, and is in the namespace of the instruction set. SYSTEM:
+# directories of Eigen and MPI. Eigen/Core, four fifths of what there is to parse, is parsed once for all of them.
 cmake_minimum_required(VERSION 3.25)
 set(flags -std=c++20 -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -I${INCLUDE})
 foreach(directory IN LISTS SYSTEM)
@@ -16,6 +16,10 @@ file(MAKE_DIRECTORY ${WORK})
 file(WRITE ${WORK}/eigen.hpp "#include <Eigen/Core>\n")
 execute_process(COMMAND ${CXX} ${flags} -x c++-header ${WORK}/eigen.hpp -o ${WORK}/eigen.hpp.gch COMMAND_ERROR_IS_FATAL ANY)
 foreach(header IN LISTS headers)
+    file(STRINGS ${INCLUDE}/${header} opened REGEX "^namespace nscdd")
+    if(opened AND NOT opened STREQUAL "namespace nscdd::inline NSCDD_ABI {")
+        message(SEND_ERROR "${header} opens another namespace than nscdd::inline NSCDD_ABI: ${opened}")
+    endif()
     file(WRITE ${WORK}/alone.cpp "#include \"${header}\"\n#include \"${header}\"\n")
     execute_process(COMMAND ${CXX} ${flags} -Winvalid-pch -include ${WORK}/eigen.hpp -fsyntax-only ${WORK}/alone.cpp
                     RESULT_VARIABLE result ERROR_VARIABLE text)

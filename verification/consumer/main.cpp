@@ -21,11 +21,8 @@ bool is(const char* what, double value, double expected) {
 bool solver_alone() {
     nscdd::ContactProblem<Model> problem;
     problem.h = h;
-    problem.least_radius = 0.5;
     problem.bodies.resize(2);
     problem.walls.resize(1);
-    problem.multiplicity = {1, 1};
-    problem.wall_multiplicity = {1};
     for (auto& body : problem.bodies) {
         body.inv_mass = 1 / mass;
         body.v[1] = -gravity * h;

@@ -23,8 +23,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         reals("velocity", {n, dim}), reals("spin", {n, dim == 3 ? hsize_t{3} : hsize_t{1}});
         integers("material", n, 0), integers("subdomain", n, 0), integers("multiplicity", n, 1);
         reals("walls/offset", {w}), reals("walls/normal", {w, dim}), reals("walls/velocity", {w, dim});
+        image.texts("walls/name", w), reals("walls/normal_speed", {w});
+        image.texts("materials/name", 1), reals("materials/density", {1});
+        integers("rough/cells", dim, 1), integers("rough/steps_since", 1, 4);
+        reals("rough/x", {n, dim}), reals("rough/offset", {w}), reals("rough/skin", {1});
         integers("contacts/i", c, 0), integers("contacts/j", c, 0), integers("contacts/subdomain", c, 0);
         reals("contacts/impulse", {c, dim}), reals("contacts/normal", {c, dim}), reals("contacts/gap", {c});
+        reals("contacts/normal_impulse", {c});
         image.attribute("time", 0.5, H5T_NATIVE_DOUBLE);
         image.attribute("step", 3, H5T_NATIVE_INT64);
         image.text_attribute("scene");

@@ -33,6 +33,7 @@ class Hdf5Image {
     void dataset(const std::string& name, hdf5::Shape shape, std::vector<double> values, bool integers) {
         const int plan = bytes_.ConsumeIntegralInRange(0, 15);
         if (plan == 1) return;
+        if (plan == 8 || plan == 9) return link(name, plan == 8);
         if (plan == 2) shape.resize(bytes_.ConsumeIntegralInRange<std::size_t>(0, 4), 1);
         if (plan == 2 || plan == 3)
             for (auto& extent : shape) extent = any_extent();
@@ -62,6 +63,22 @@ class Hdf5Image {
         const hdf5::Handle made(H5Acreate2(file_, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
         const char* start = text.c_str();
         if (made.valid()) H5Awrite(made, type, H5Tis_variable_str(type) > 0 ? static_cast<const void*>(&start) : start);
+    }
+
+    // A list of texts of some length, fixed unless the fuzzer has other plans.
+    void texts(const std::string& name, hsize_t count) {
+        const int plan = bytes_.ConsumeIntegralInRange(0, 7);
+        if (plan == 1) return dataset(name, {count}, std::vector<double>(count, 1), true);
+        if (plan == 2) count = any_extent();
+        const std::string all = bytes_.ConsumeRandomLengthString(20);
+        const hdf5::Handle type(H5Tcopy(H5T_C_S1), H5Tclose), links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+        H5Tset_size(type, plan == 3 ? H5T_VARIABLE : bytes_.ConsumeIntegralInRange<std::size_t>(1, 10));
+        H5Pset_create_intermediate_group(links, 1);
+        const hdf5::Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+        const hdf5::Handle made(H5Dcreate2(file_, name.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT),
+                                H5Dclose);
+        if (!made.valid() || plan == 3 || count * H5Tget_size(type) > all.size()) return;
+        H5Dwrite(made, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, all.data());
     }
 
     void save(const MemoryFile& to) const {
@@ -97,8 +114,10 @@ class Hdf5Image {
         H5Pset_create_intermediate_group(links, 1);
         hsize_t count = 1;
         for (const hsize_t extent : shape) count *= std::min<hsize_t>(extent, 1 << 20);
+        const bool stored_elsewhere = count <= 100 && bytes_.ConsumeIntegralInRange(0, 15) == 1;
+        if (stored_elsewhere) H5Pset_external(creation, "/dev/zero", 0, H5F_UNLIMITED);
         const bool sparse = count > 10000, chunked = sparse || bytes_.ConsumeIntegralInRange(0, 7) == 1;
-        if (chunked && !shape.empty()) {
+        if (chunked && !stored_elsewhere && !shape.empty()) {
             hdf5::Shape chunk(shape.size(), 1);
             for (std::size_t d = 0; d < shape.size(); ++d)
                 chunk[d] = std::clamp<hsize_t>(bytes_.ConsumeIntegralInRange<hsize_t>(0, 1 << 20), 1,
@@ -111,7 +130,7 @@ class Hdf5Image {
                                      : H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr),
                                  H5Sclose);
         const hid_t made = H5Dcreate2(file_, name.c_str(), type, space, links, creation, H5P_DEFAULT);
-        if (sparse) {  // declared, never written
+        if (sparse || stored_elsewhere) {  // declared, never written
             if (made >= 0) H5Dclose(made);
             return;
         }
@@ -123,6 +142,16 @@ class Hdf5Image {
                 return H5Dwrite(id, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, from);
             },
             H5Dclose);
+    }
+
+    // To what no reader may follow.
+    void link(const std::string& name, bool soft) const {
+        const hdf5::Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+        H5Pset_create_intermediate_group(links, 1);
+        if (soft)
+            H5Lcreate_soft("/x", file_, name.c_str(), links, H5P_DEFAULT);
+        else
+            H5Lcreate_external("/dev/zero", "/x", file_, name.c_str(), links, H5P_DEFAULT);
     }
 
     static void put(hid_t id, const std::vector<double>& values, auto&& write, herr_t (*close)(hid_t)) {

@@ -68,10 +68,10 @@ class ProgramTest(unittest.TestCase):
         path.write_text(text)
         return path
 
-    def run_program(self, *arguments, ranks=0, timeout=120):
-        """ranks = 0: alone, without mpirun."""
+    def run_program(self, *arguments, ranks=0, timeout=120, **options):
+        """ranks = 0: alone, without mpirun. Options are those of subprocess.run."""
         launcher = [MPIRUN, "-np", str(ranks)] if ranks else []
-        return subprocess.run([*launcher, NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=timeout)
+        return subprocess.run([*launcher, NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=timeout, **options)
 
     def succeeds(self, *arguments, ranks=0):
         done = self.run_program(*arguments, ranks=ranks)

@@ -1,5 +1,8 @@
 """Bad input gives one clear line and a non-zero exit on every rank, without a hang, and leaves old results alone."""
+import os
+import resource
 import unittest
+import unittest.mock
 
 import h5py
 import numpy as np
@@ -7,133 +10,223 @@ import numpy as np
 from harness import PACKED, SCENE, ProgramTest
 
 
-class BadInput(ProgramTest):
-    def refused(self, fragments, *arguments):
-        """Alone and on two ranks: exit 1 and exactly one line of ours, with all fragments in it."""
-        for ranks in (0, 2):
-            done = self.run_program(*arguments, "--quiet", ranks=ranks)
-            lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
-            with self.subTest(fragments=fragments, ranks=ranks):
-                self.assertEqual(done.returncode, 1, done.stderr)
-                self.assertEqual(len(lines), 1, done.stderr)
-                for fragment in fragments:
-                    self.assertIn(fragment, lines[0])
-                self.assertEqual(done.stdout, "")
+class Refusals(ProgramTest):
+    def refused(self, fragments, *arguments, ranks=0):
+        """Exit 1 and exactly one line of ours, with all fragments in it."""
+        done = self.run_program(*arguments, ranks=ranks)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
+        with self.subTest(fragments=fragments, ranks=ranks):
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertEqual(len(lines), 1, done.stderr)
+            for fragment in fragments:
+                self.assertIn(fragment, lines[0])
+            self.assertEqual(done.stdout, "")
 
-    def refused_scene(self, old, new, *fragments):
-        self.assertIn(old, SCENE)
-        scene = self.write("scene.toml", SCENE.replace(old, new, 1))
-        self.refused(["scene.toml", *fragments], "run", scene, "--scheme", "dcs")
-
-    def test_missing_scene(self):
-        self.refused(["nowhere.toml"], "run", self.folder / "nowhere.toml", "--scheme", "dcs")
-
-    def test_unknown_key(self):
-        self.refused_scene("[step]\n", "[step]\nsteps = 5\n", "steps")
-
-    def test_negative_radius(self):
-        self.refused_scene("radius = 0.5", "radius = -0.5", "radius", "-0.5")
-
-    def test_zero_mass(self):
-        self.refused_scene("density = 1.0", "density = 0.0", "density")
-
-    def test_nan(self):
-        self.refused_scene("position = [0, 0, 0.5]", "position = [0, nan, 0.5]", "position")
-
-    def test_overlapping_grains(self):
-        scene = self.write("scene.toml", SCENE.replace("[0.3, 0.1, 1.5]", "[0, 0, 1.35]"))
-        self.refused(["grain 0", "grain 1", "overlap"], "run", scene, "--scheme", "dcs")
-
-    def test_coincident_grains(self):
-        scene = self.write("scene.toml", SCENE.replace("[0.3, 0.1, 1.5]", "[0, 0, 0.5]"))
-        self.refused(["grain 0", "grain 1", "overlap"], "run", scene, "--scheme", "dcs")
-
-    def test_subdomains_that_are_not_the_ranks(self):
-        scene = self.write("scene.toml", SCENE)
-        done = self.run_program("run", scene, "--scheme", "dcs", "--subdomains", 3, ranks=2)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("--subdomains 3", done.stderr)
-
-    def test_threads_without_subdomains_of_their_own(self):
-        scene = self.write("scene.toml", SCENE)
-        for arguments, ranks in ((("--subdomains", 2, "--threads", 3), 0), (("--threads", 2), 2)):
-            done = self.run_program("run", scene, "--scheme", "dcs", *arguments, ranks=ranks)
-            self.assertEqual(done.returncode, 1)
-            self.assertIn("--threads", done.stderr)
-
-    def test_grid_that_does_not_fit(self):
-        scene = self.write("scene.toml", SCENE)
-        done = self.run_program("run", scene, "--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1")
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("--grid 3x1x1", done.stderr)
-
-    def test_sequential_scheme_on_two_ranks(self):
-        scene = self.write("scene.toml", SCENE)
-        for scheme in ("nlgs", "newton"):
-            done = self.run_program("run", scene, "--scheme", scheme, ranks=2)
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(f"{scheme} is sequential", done.stderr)
-
-    def test_options_of_sweeps_for_a_scheme_without(self):
-        scene = self.write("scene.toml", SCENE)
-        for scheme, option in (("newton", ("--window", 2)), ("spg", ("--method", "paper")), ("apgd", ("--relaxation", 1.5)),
-                               ("newton", ("--sweeps", 2))):
-            done = self.run_program("run", scene, "--scheme", scheme, *option)
-            self.assertEqual(done.returncode, 1)
-            self.assertIn(f"{option[0]} is of sweeps, which --scheme {scheme} does not make", done.stderr)
-
-    def test_window_of_a_scene_too_large(self):
-        scene = self.write("scene.toml", SCENE + "\n[solver]\nwindow = 9\n")
-        done = self.run_program("run", scene, "--scheme", "dcs", ranks=2)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("solver: window must be <= 8, found 9", done.stderr)
+    def scene(self, old="", new="", text=SCENE):
+        self.assertIn(old, text)
+        return self.write("scene.toml", text.replace(old, new, 1))
 
     def packing(self, x=((1.0, 1.0, 0.5), (3.0, 1.0, 0.5)), radius=(0.5, 0.5)):
         with h5py.File(self.folder / "packing.h5", "w") as file:
-            file["x"] = np.array(x)
-            file["radius"] = np.array(radius)
+            file.create_dataset("x", data=np.array(x), compression="gzip")
+            file.create_dataset("radius", data=np.array(radius), compression="gzip")
             file["box"] = np.array((4.0, 4.0, 4.0))
         return self.write("scene.toml", PACKED)
 
+
+class BadScene(Refusals):
+    def test_refused(self):
+        for old, new, *fragments in (
+                ("[step]\n", "[step]\nsteps = 5\n", "steps"),
+                ("radius = 0.5", "radius = -0.5", "[[grain]] 0: radius", "-0.5"),
+                ("density = 1.0", "density = 0.0", "density"),
+                ("position = [0, 0, 0.5]", "position = [0, nan, 0.5]", "[[grain]] 0: position"),
+                ("[0.3, 0.1, 1.5]", "[0, 0, 1.35]", "grain 0", "grain 1", "overlap"),
+                ("[0.3, 0.1, 1.5]", "[0, 0, 0.5]", "grain 0", "grain 1", "overlap"),
+                ("[0.3, 0.1, 1.5]", "[1e308, 0, 1.5]", "grain 1: position"),
+                ("[0, 0, 0.5]", "[-1e308, 0, 0.5]", "grain 0: position"),
+                ('name = "pair"', 'name = "pa\\u001b[31mir"', "name must have no control characters"),
+                ('name = "pair"', 'name = "pa\\nir"', "name must have no control characters"),
+                ('name = "floor"', 'name = "fl\\u009boor"', "name must have no control characters"),
+                ("[step]", "[solver]\nwindow = 9\n[step]", "solver: window must be <= 8, found 9"),
+                ("[[material]]", '[[material]]\nname = "m"\ndensity = 1\n' * 1001 + "[[material]]", "material", "1000 times at most")):
+            self.refused(["scene.toml" if "grain" not in fragments[0] else "", *fragments], "run", self.scene(old, new), "--scheme", "dcs")
+
+    def test_keys_of_many_dots(self):
+        """The parser makes a table of each part, one in another."""
+        long = ".".join(["a"] * 200_000)
+        quoted = ".".join(['"="', "'#'"] * 100_000)
+        for line in (f"{long} = 1", f"[{long}]", f"{quoted} = 1", f"x = '''it's''''\n{long} = 1",
+                     f'x = {{y = """a"""", {long} = 1}}', f'x = "\\\\" \n{long} = 1'):
+            self.refused(["scene.toml", "a key has more than 8 dots"], "run", self.scene("[[material]]", line + "\n[[material]]"))
+        for line in ('"a.b.c.d.e.f.g.h.i.j.k" = 1', "# a.b.c.d.e.f.g.h.i.j.k", "x = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]"):
+            done = self.run_program("run", self.scene("[[material]]", line + "\n[[material]]"))
+            self.assertNotIn("dots", done.stderr)
+
+    def test_more_materials_than_a_table_of_pairs_holds(self):
+        many = "".join(f'[[material]]\nname = "m{k}"\ndensity = 1\n' for k in range(65_535))
+        self.refused(["material must be given 1000 times at most, found 65536"], "run", self.scene("[[material]]", many + "[[material]]"))
+
+    def test_not_a_file(self):
+        os.mkfifo(self.folder / "fifo.toml")
+        self.refused(["nowhere.toml", "No such file"], "run", self.folder / "nowhere.toml")
+        self.refused(["is a folder"], "run", self.folder)
+        self.refused(["fifo.toml", "is a FIFO, not a file"], "run", self.folder / "fifo.toml")
+
+    def test_a_path_with_control_characters_stays_on_one_line(self):
+        self.refused(["no?where.toml"], "run", self.folder / "no\nwhere.toml")
+
+    def test_a_specification_of_vast_grains(self):
+        for radius in ("1e300", "1e-300"):
+            spec = self.write("pack.toml", f"dimension = 3\ngrains = 10\nradius = {radius}\n")
+            self.refused(["pack.toml:3: radius must be in [1e-50, 1e50]"], "pack", spec, "-o", self.folder / "out.h5")
+
+
+class BadOptions(Refusals):
+    def test_numbers_that_are_none(self):
+        for option, value in (("--tolerance", "nan"), ("--tolerance", "inf"), ("--tolerance", "-1"), ("--tolerance", "1e-4x"),
+                              ("--relaxation", "nan"), ("--relaxation", "2"), ("--relaxation", "0")):
+            done = self.run_program("run", self.scene(), option, value)
+            self.assertEqual(done.returncode, 1, (option, value))
+            self.assertIn(f"{option}: must be a", done.stderr)
+        for command in (("export-fclib", self.scene(), "-o", self.folder / "out.h5"), ("solve-fclib", self.folder / "none.h5")):
+            self.assertIn("--tolerance: must be a", self.run_program(*command, "--tolerance", "nan").stderr)
+
+    def test_combinations(self):
+        scene = self.scene()
+        for arguments, fragment in (
+                (("--scheme", "dcs", "--subdomains", 2, "--threads", 3), "--threads"),
+                (("--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1"), "--grid 3x1x1"),
+                (("--scheme", "dcs", "--grid", "641x6700417x1"), "--grid 641x6700417x1: 4294967297 cells for 1"),
+                (("--scheme", "dcs", "--grid", "65536x65536x65536"), "281474976710656 cells for 1"),
+                (("--scheme", "newton", "--window", 2), "--window is of sweeps, which --scheme newton does not make"),
+                (("--scheme", "spg", "--method", "paper"), "--method is of sweeps, which --scheme spg does not make"),
+                (("--scheme", "apgd", "--relaxation", 1.5), "--relaxation is of sweeps, which --scheme apgd does not make"),
+                (("--scheme", "newton", "--sweeps", 2), "--sweeps is of sweeps, which --scheme newton does not make")):
+            self.refused([fragment], "run", scene, *arguments)
+
+    def test_the_cap_is_kept(self):
+        """Also where it is less than the iterations between two tests."""
+        scene = self.write("scene.toml", SCENE.replace("count = 5", "count = 150") + "\n[solver]\ntolerance = 1e-14\n")
+        for scheme in (("nlgs",), ("dcs", "--subdomains", 2), ("spg",), ("apgd",)):
+            for check in ((), ("--check-every", 1_000_000_000), ("--check-every", 2)):
+                done = self.run_program("run", scene, "--scheme", *scheme, *check, "--max-iterations", 3)
+                self.assertEqual(done.returncode, 3, done.stderr)
+                self.assertIn("without reaching", done.stderr)
+                self.assertIn("after 3 iterations at most", done.stderr)
+
+    def test_a_batch_job_is_not_a_launcher(self):
+        with unittest.mock.patch.dict(os.environ, SLURM_NTASKS="1"):
+            self.succeeds("run", self.scene(), "--scheme", "dcs", "-n", 8)
+
+
+class BadPacking(Refusals):
     def test_good_packing(self):  # so that the refusals below are for the reason given
-        self.succeeds("run", self.packing(), "--scheme", "dcs", ranks=2)
+        self.succeeds("run", self.packing(), "--scheme", "dcs", "-n", 2)
 
-    def test_packing_with_nan(self):
-        self.refused(["packing.h5", "x"], "run", self.packing(x=((1, np.nan, 1), (3, 1, 1))), "--scheme", "dcs")
+    def test_values(self):
+        self.refused(["packing.h5", "x"], "run", self.packing(x=((1, np.nan, 1), (3, 1, 1))))
+        self.refused(["packing.h5", "radius"], "run", self.packing(radius=(0.5, -0.5)))
+        self.refused(["grain 1: position"], "run", self.packing(x=((1, 1, 1), (1e308, -1e308, 1))))
 
-    def test_packing_with_negative_radius(self):
-        self.refused(["packing.h5", "radius"], "run", self.packing(radius=(0.5, -0.5)), "--scheme", "dcs")
-
-    def test_truncated_packing(self):
+    def test_not_a_whole_file(self):
         scene = self.packing()
         path = self.folder / "packing.h5"
         path.write_bytes(path.read_bytes()[:1000])
-        self.refused(["packing.h5"], "run", scene, "--scheme", "dcs")
+        self.refused(["packing.h5"], "run", scene)
+        path.unlink()
+        os.mkfifo(path)
+        self.refused(["packing.h5", "is a FIFO, not a file"], "run", scene)
 
-    def test_old_results_survive(self):
-        scene = self.write("scene.toml", SCENE)
-        out = self.folder / "out.json"
-        self.succeeds("run", scene, "--json", out)
-        before = out.read_bytes()
-        self.write("scene.toml", SCENE.replace("[0.3, 0.1, 1.5]", "[0, 0, 1.35]"))
-        self.assertEqual(self.run_program("run", scene, "--json", out).returncode, 1)
-        self.assertEqual(out.read_bytes(), before)
-        self.assertEqual([path.name for path in self.folder.glob("*.part")], [])
+    def test_data_of_other_files(self):
+        """A link to a FIFO would be waited for; any file of the reader's could get into results."""
+        scene = self.packing()
+        os.mkfifo(self.folder / "fifo.h5")
+        secret = self.write("secret", "0123456789abcdef" * 3)
+        with h5py.File(self.folder / "other.h5", "w") as other:
+            other["x"] = np.array(((1.0, 1.0, 0.5), (3.0, 1.0, 0.5)))
 
-    def test_unwritable_result(self):
-        scene = self.write("scene.toml", SCENE)
-        self.refused(["no-folder"], "run", scene, "--scheme", "dcs", "--json", self.folder / "no-folder" / "out.json")
+        def external_storage(file):
+            space = h5py.h5s.create_simple((2, 3))
+            creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+            creation.set_external(str(secret).encode(), 0, 48)
+            h5py.h5d.create(file.id, b"x", h5py.h5t.NATIVE_DOUBLE, space, creation)
+
+        def virtual(source):
+            def make(file):
+                layout = h5py.VirtualLayout(shape=(2, 3), dtype="f8", maxshape=(None, 3))
+                layout[:h5py.h5s.UNLIMITED:, :] = h5py.VirtualSource(str(source), "x", shape=(2, 3), maxshape=(None, 3))[:h5py.h5s.UNLIMITED:, :]
+                file.create_virtual_dataset("x", layout)
+            return make
+
+        def link(to):
+            return lambda file: file.__setitem__("x", to)
+
+        def soft_to_external(file):
+            file["there"] = h5py.ExternalLink("fifo.h5", "/")
+            file["x"] = h5py.SoftLink("/there/x")
+
+        for make, fragment in ((link(h5py.ExternalLink("fifo.h5", "/x")), "link"), (link(h5py.ExternalLink("other.h5", "/x")), "link"),
+                               (link(h5py.SoftLink("/radius")), "link"), (soft_to_external, "link"), (external_storage, "stored in another file"),
+                               (virtual("other.h5"), "stored in another file"), (virtual("fifo.h5"), "stored in another file")):
+            self.packing()
+            with h5py.File(self.folder / "packing.h5", "r+") as file:
+                del file["x"]
+                make(file)
+            self.refused(["packing.h5: dataset 'x'", fragment], "run", scene)
+
+    def test_many_coincident_grains(self):
+        """All pairs of them would take gigabytes."""
+        many = 20_000
+        scene = self.packing(x=np.zeros((many, 3)) + (1, 1, 0.5), radius=np.full(many, 0.5))
+        self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", "-n", 2)
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, 1_000_000)  # kB
+
+    def test_many_grains_that_move_far(self):
+        """Within a step all 2 million pairs could meet."""
+        places = 1.1 * np.stack(np.meshgrid(*[np.arange(13.0)] * 3), -1).reshape(-1, 3)[:2000] + 0.5
+        self.packing(x=places, radius=np.full(2000, 0.5))
+        scene = self.write("scene.toml", PACKED.replace("-10]", "-1e9]"))
+        self.refused(["more than 1500000 pairs of grains are closer than", "take a smaller step"], "run", scene, "--scheme", "dcs", "-n", 2)
+
+
+class BadState(Refusals):
+    def test_refused(self):
+        path = self.folder / "state.h5"
+        scene = self.scene()
+        self.succeeds("run", scene, "--state", path)
+        sound = path.read_bytes()
+        for key, value, fragment in (("step", np.int64(2**63 - 1), "attribute 'step': must lie in [0, "), ("step", np.int64(-1), "attribute 'step'"),
+                                     ("time", np.nan, "attribute 'time': must be finite")):
+            path.write_bytes(sound)
+            with h5py.File(path, "r+") as state:
+                state.attrs[key] = value
+            self.refused(["state.h5", fragment], "run", scene, "--from", path)
+        path.write_bytes(sound)
+        more = SCENE[SCENE.index("[[grain]]"):SCENE.index("[[wall]]")]
+        scene = self.scene("[[wall]]", more + "[[wall]]")
+        self.refused(["state.h5", "2 grains", "4 [[grain]]s"], "run", scene, "--from", path)
+
+
+class OnAllRanks(Refusals):
+    """What each rank finds, what one of them alone finds, and what only their number makes wrong."""
+
+    def test_refused(self):
+        scene = self.scene()
+        self.refused(["nowhere.toml"], "run", self.folder / "nowhere.toml", "--scheme", "dcs", ranks=2)
+        self.refused(["no-folder"], "run", scene, "--scheme", "dcs", "--json", self.folder / "no-folder" / "out.json", ranks=2)
+        self.refused(["--subdomains 3"], "run", scene, "--scheme", "dcs", "--subdomains", 3, ranks=2)
+        self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
+        self.refused(["nlgs is sequential"], "run", scene, ranks=2)
+
+    def test_overlap_on_one_rank(self):
+        scene = self.packing(x=np.concatenate((np.zeros((50, 3)) + (1, 1, 0.5), [(3, 1, 0.5)])), radius=np.full(51, 0.5))
+        self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", ranks=2)
 
     def test_more_subdomains_than_contacts_is_valid(self):
-        scene = self.write("scene.toml", SCENE)
+        scene = self.scene()
         self.succeeds("run", scene, "--scheme", "dcs", "--subdomains", 16)
         self.succeeds("run", scene, "--scheme", "ccs", ranks=4)
-
-    def test_the_cap_is_reported(self):
-        scene = self.write("scene.toml", SCENE.replace("count = 5", "count = 150") + "\n[solver]\ntolerance = 1e-14\nmax_iterations = 1\ncheck_every = 1\n")
-        done = self.run_program("run", scene, "--scheme", "dcs", "--subdomains", 2)
-        self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn("without reaching", done.stderr)
 
 
 if __name__ == "__main__":

@@ -3,12 +3,14 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace nscdd::test {
 
@@ -34,6 +36,13 @@ class Scratch {
         std::ostringstream content;
         content << std::ifstream(path(name), std::ios::binary).rdbuf();
         return content.str();
+    }
+
+    std::vector<std::string> files() const {
+        std::vector<std::string> names;
+        for (const auto& entry : std::filesystem::directory_iterator(folder_)) names.push_back(entry.path().filename());
+        std::sort(names.begin(), names.end());
+        return names;
     }
 
     bool has(const std::string& name) const { return std::filesystem::exists(path(name)); }

@@ -70,12 +70,16 @@ TEST_CASE("A local problem and its solution are written and read", "[fclib]") {
     solution.solver = "first";
     write_fclib(path, local, solution, {"a title", "a description", ""});
     CHECK(equal(std::get<LocalProblem>(read_fclib(path)), local));
-    CHECK(!scratch.has("problem.hdf5.part"));
+    CHECK(scratch.files() == std::vector<std::string>{"problem.hdf5"});
 
     solution.r *= 2;
     solution.natural_map = 0.5;
     solution.solver = "second";
-    write_fclib_solution(solved, path, solution);  // replaces the solution and its error
+    {
+        FileSet files;
+        write_fclib_solution(files, solved, path, solution);  // replaces the solution and its error
+        files.commit();
+    }
     CHECK(equal(std::get<LocalProblem>(read_fclib(solved)), local));
     const hdf5::Reader file(solved);
     CHECK(file.read<double>("solution/r", {4}) == std::vector<double>{2, 4, 6, 8});

@@ -60,7 +60,7 @@ History<M> run(const Solver& solver, const Setting<M>& setting, int steps, doubl
         history.iterations.push_back(report.solve.iterations);
     }
     for (const auto& g : gather_grains(simulation)) history.grains[g.grain.id] = g.grain;
-    history.walls = simulation.walls();
+    history.walls = simulation.settings().walls;
     return history;
 }
 

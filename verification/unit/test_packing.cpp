@@ -38,13 +38,21 @@ State made_up_state(int dim, int grains) {
     state.material.assign(n, 1);
     state.subdomain.assign(n, 2);
     state.multiplicity.assign(n, 3);
-    state.walls = {.offset = ramp(2, 6), .normal = ramp(2 * d, 7), .velocity = ramp(2 * d, 8)};
+    state.walls = {.name = {"floor", "\xc3\xa9"},
+                   .offset = ramp(2, 6),
+                   .normal = ramp(2 * d, 7),
+                   .velocity = ramp(2 * d, 8),
+                   .normal_speed = ramp(2, 12)};
+    state.materials = {.name = {"glass", ""}, .density = ramp(2, 13)};
+    state.rough = {
+        .cells = std::vector<int>(d, 3), .x = ramp(n * d, 14), .offset = ramp(2, 15), .skin = 0.3, .steps_since = 7};
     state.contacts = {.i = {0, 1, 1},
                       .j = {1, -1, -2},
                       .impulse = ramp(3 * d, 9),
                       .normal = ramp(3 * d, 10),
                       .gap = ramp(3, -11),
-                      .subdomain = {0, 1, 0}};
+                      .subdomain = {0, 1, 0},
+                      .normal_impulse = ramp(3, 16)};
     state.time = 0.25;
     state.step = 5'000'000'000;
     state.scene = "drop & <roll> \xc3\xa9";
@@ -64,6 +72,16 @@ void check_equal(const State& a, const State& b) {
     CHECK(a.walls.offset == b.walls.offset);
     CHECK(a.walls.normal == b.walls.normal);
     CHECK(a.walls.velocity == b.walls.velocity);
+    CHECK(a.walls.name == b.walls.name);
+    CHECK(a.walls.normal_speed == b.walls.normal_speed);
+    CHECK(a.materials.name == b.materials.name);
+    CHECK(a.materials.density == b.materials.density);
+    CHECK(a.rough.cells == b.rough.cells);
+    CHECK(a.rough.x == b.rough.x);
+    CHECK(a.rough.offset == b.rough.offset);
+    CHECK(a.rough.skin == b.rough.skin);
+    CHECK(a.rough.steps_since == b.rough.steps_since);
+    CHECK(a.contacts.normal_impulse == b.contacts.normal_impulse);
     CHECK(a.contacts.i == b.contacts.i);
     CHECK(a.contacts.j == b.contacts.j);
     CHECK(a.contacts.impulse == b.contacts.impulse);
@@ -133,6 +151,7 @@ TEST_CASE("a state may have no walls and no contacts", "[packing][state]") {
     State state = made_up_state(2, 2);
     state.walls = {};
     state.contacts = {};
+    state.rough.offset = {};
     write_state(scratch.path("free.h5"), state);
     check_equal(read_state(scratch.path("free.h5")), state);
 }
@@ -249,14 +268,40 @@ TEST_CASE("an interrupted write leaves the old file and no part of the new one",
     }
     CHECK(line == path + ": cannot write: File too large");
     CHECK(scratch.read("end.h5") == before);
-    CHECK_FALSE(scratch.has("end.h5.part"));
-    CHECK_FALSE(scratch.has("end.xdmf"));
+    CHECK(scratch.files() == std::vector<std::string>{"end.h5"});
 
-    CHECK_THROWS_WITH(replace_file(scratch.path("no/such/folder"), "text"),
-                      scratch.path("no/such/folder") + ": cannot write: No such file or directory");
+    CHECK_THROWS_WITH(replace_file(scratch.path("no/folder"), "text"),
+                      Catch::Contains("no/folder: cannot write: the folder ") && Catch::Contains("does not exist"));
     std::filesystem::create_directory(scratch.path("folder"));
-    CHECK_THROWS_AS(replace_file(scratch.path("folder"), "text"), OutputError);
-    CHECK_FALSE(scratch.has("folder.part"));
+    CHECK_THROWS_WITH(replace_file(scratch.path("folder"), "text"),
+                      Catch::Contains("is a folder, only regular files are replaced"));
+}
+
+TEST_CASE("files of a set take their places together or not at all", "[files]") {
+    const Scratch scratch;
+    scratch.write("a", "old a");
+    {
+        FileSet files;
+        files.add(scratch.path("a"), "new a");
+        files.add(scratch.path("b"), "new b");
+        CHECK(scratch.read("a") == "old a");
+        CHECK_FALSE(scratch.has("b"));
+        CHECK_THROWS_AS(files.add(scratch.path("none/c"), "new c"), OutputError);
+    }
+    CHECK(scratch.files() == std::vector<std::string>{"a"});
+    FileSet files, others;  // of two runs
+    files.add(scratch.path("a"), "ours");
+    others.add(scratch.path("a"), "theirs");
+    others.commit();
+    CHECK(scratch.read("a") == "theirs");
+    files.commit();
+    CHECK(scratch.read("a") == "ours");
+    CHECK(scratch.files() == std::vector<std::string>{"a"});
+}
+
+TEST_CASE("checksums are those of FNV-1a", "[files]") {
+    CHECK(checksum("") == "cbf29ce484222325");
+    CHECK(checksum("foobar") == "85944171f73967e8");
 }
 
 TEST_CASE("a report says where it comes from", "[report]") {

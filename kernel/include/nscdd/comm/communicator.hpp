@@ -14,7 +14,9 @@
 #include <span>
 #include <vector>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 using Buffer = std::vector<double>;
 

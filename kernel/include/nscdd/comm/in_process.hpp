@@ -14,7 +14,7 @@
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/comm/team.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
 // sender and its receiver disagree on a size, or a link has no counterpart.

@@ -15,7 +15,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Meanings and shapes of the calls: communicator.hpp. All are collective.
 //

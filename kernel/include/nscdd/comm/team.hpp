@@ -8,7 +8,9 @@
 #include <thread>
 #include <vector>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 // The threads live as long as the team and wait between loops. The caller is one of them.
 class Team {

@@ -1,7 +1,8 @@
 // The contact problem (4) of one step on one subdomain, matrix-free: body velocities, contacts, impulses.
 //
 // Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
-// the velocities and impulses back. Sizes: 64 bytes a body and 104 a contact in 3D with friction.
+// the velocities and impulses back; bodies, walls, contacts and the step are all that it must fill (validate.hpp).
+// Sizes: 64 bytes a body and 104 a contact in 3D with friction.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <bool friction>
 struct BodySpin {
@@ -64,9 +65,9 @@ struct ContactProblem {
     std::vector<Contact<M>> contacts;       // between grains, in spatial order
     std::vector<Contact<M>> wall_contacts;  // j is a wall
     std::vector<int> multiplicity;          // of each body; W of the residual takes whole masses
-    std::vector<int> wall_multiplicity;
-    double h = 0;             // step [s]
-    double least_radius = 0;  // of the whole scene [m], scale of the penetration test
+    std::vector<int> wall_multiplicity;     // either may be empty: then nothing is split, all are 1
+    double h = 0;                           // step [s]
+    double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
 
     // Is any wall pushed by a force? The same on every rank.
     bool driven_walls() const {
@@ -74,6 +75,8 @@ struct ContactProblem {
     }
 
     std::size_t contact_count() const { return contacts.size() + wall_contacts.size(); }
+    int copies(std::size_t body) const { return multiplicity.empty() ? 1 : multiplicity[body]; }
+    int wall_copies(std::size_t wall) const { return wall_multiplicity.empty() ? 1 : wall_multiplicity[wall]; }
 
     // What a sweep reads and writes.
     std::size_t bytes() const {

@@ -4,14 +4,16 @@
 // matrix-free (contact_problem.hpp). Components of a contact: normal first, then tangential, as in FCLIB.
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <algorithm>
 #include <cstddef>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Core>
-
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Law of each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, u_t != 0 => r_t = -mu r_n u_t/|u_t|.
 template <int Dimension>
@@ -29,12 +31,19 @@ struct DelassusProblem {
 
     std::size_t contact_count() const { return q.size(); }
 
-    // Sets W, once q has its size. Entries in any order; those of one place are added up, in the order given.
+    // Sets W, once q has its size. Entries in any order; those of one place are added up, in the order given. Throws
+    // std::invalid_argument for an entry of no contact.
     struct Entry {
         int row, column;
         Block block;
     };
     void set_blocks(std::vector<Entry> entries) {
+        for (const Entry& e : entries)
+            for (const int index : {e.row, e.column})
+                if (index < 0 || static_cast<std::size_t>(index) >= contact_count())
+                    throw std::invalid_argument("W has a block at row " + std::to_string(e.row) + ", column " +
+                                                std::to_string(e.column) + ", but there are " +
+                                                std::to_string(contact_count()) + " contacts");
         for (int c = 0; c < static_cast<int>(contact_count()); ++c) entries.push_back({c, c, Block::Zero()});
         const auto place = [](const Entry& e) { return std::pair(e.row, e.column); };
         std::stable_sort(entries.begin(), entries.end(),

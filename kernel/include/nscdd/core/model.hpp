@@ -7,11 +7,11 @@
 // one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <type_traits>
 
-#include <Eigen/Core>
-
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct Frictionless {};  // no tangential impulse, hence no rotation
 struct Coulomb {};       // |r_t| <= mu r_n, sliding against the slip velocity

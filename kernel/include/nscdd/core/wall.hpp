@@ -3,7 +3,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Wall {

@@ -7,7 +7,7 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {

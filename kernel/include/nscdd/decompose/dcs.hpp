@@ -8,7 +8,7 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {

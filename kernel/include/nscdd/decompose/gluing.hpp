@@ -4,6 +4,8 @@
 // is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <memory>
@@ -12,7 +14,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order. Velocities of all
 // copies are one buffer, `dof` doubles a copy.

@@ -1,14 +1,16 @@
 // The regular grid that deals points to subdomains (paper, section 3.1).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <int dim>
 using GridCells = std::array<int, dim>;
@@ -42,12 +44,30 @@ GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     return best;
 }
 
+// Throws std::invalid_argument unless there is at least one cell along each axis, and as many in all as ranks.
+template <int dim>
+void check_cells(const GridCells<dim>& cells, int ranks) {
+    std::int64_t product = 1;
+    for (const int along : cells) {
+        if (along < 1 || along > ranks) product = 0;
+        product *= along;  // below ranks^2
+        if (product > ranks) product = 0;
+    }
+    if (product != ranks)
+        throw std::invalid_argument("the grid's cells must be at least 1 along each axis, and as many as the ranks (" +
+                                    std::to_string(ranks) + ")");
+}
+
 template <class M>
 class Grid {
   public:
-    // Equal cells over the box [low, high]; points outside belong to the nearest cell.
+    // Equal cells over the box [low, high]; points outside belong to the nearest cell. Throws std::invalid_argument for
+    // a grid without cells, or a box that is not finite.
     Grid(const GridCells<M::dim>& cells, const typename M::Vec& low, const typename M::Vec& high)
-        : cells_(cells), low_(low), size_(high - low) {}
+        : cells_(cells), low_(low), size_(high - low) {
+        if (std::ranges::min(cells) < 1) throw std::invalid_argument("a grid has at least one cell along each axis");
+        if (!low.allFinite() || !size_.allFinite()) throw std::invalid_argument("the box of a grid must be finite");
+    }
 
     int owner(const typename M::Vec& point) const {
         int rank = 0;

@@ -9,7 +9,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
@@ -75,6 +75,13 @@ void read_activity(Subdomain<M>& part) {
     std::sort(part.interface.begin(), part.interface.end(), [&](int a, int b) {
         return part.grains[static_cast<std::size_t>(a)].id < part.grains[static_cast<std::size_t>(b)].id;
     });
+}
+
+template <class M>
+int first_active(const Subdomain<M>& part, std::size_t grain) {
+    for (std::size_t s = part.first_sharer(grain); s < part.last_sharer(grain); ++s)
+        if (part.active[s]) return part.sharers[s];
+    return part.rank;  // nobody touches it: every copy has V_free
 }
 
 }  // namespace detail
@@ -143,6 +150,38 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
             problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
+    }
+}
+
+// Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
+// and after a factorised gluing copies agree to round-off only.
+template <class M>
+void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    std::vector<Links> links(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        for (std::size_t l = 0; l < part.links.size(); ++l) {
+            Link& link = part.links[l];
+            link.send.clear();
+            for (int g : part.linked[l]) {
+                const auto& v = part.problem.bodies[static_cast<std::size_t>(g)].v;
+                link.send.insert(link.send.end(), v.data(), v.data() + M::dof);
+            }
+            link.recv.resize(link.send.size());
+        }
+        links[k].swap(part.links);
+    }
+    comm.exchange(links);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        Subdomain<M>& part = parts[k];
+        links[k].swap(part.links);
+        for (std::size_t l = 0; l < part.links.size(); ++l)
+            for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
+                const auto g = static_cast<std::size_t>(part.linked[l][s]);
+                if (detail::first_active(part, g) == part.links[l].peer)
+                    part.problem.bodies[g].v =
+                        Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
+            }
     }
 }
 

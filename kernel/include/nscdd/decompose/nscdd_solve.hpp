@@ -7,7 +7,7 @@
 #include "nscdd/decompose/scheme.hpp"
 #include "nscdd/solve/nlgs.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Where the time of a process goes [s], what it spends inside the communicator left out. The phases of Alg. 1:
 struct PhaseSeconds {
@@ -50,8 +50,7 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicato
     });
     const std::span<const double> all = comm.all_gather(mine);
     ResidualParts total;
-    for (std::size_t p = 0; p < all.size(); p += ResidualParts::size)
-        total.add({all[p], all[p + 1], all[p + 2], all[p + 3], all[p + 4], all[p + 5]});
+    for (std::size_t p = 0; p < all.size(); p += ResidualParts::size) total.add(ResidualParts::unpack(&all[p]));
     return total;
 }
 
@@ -62,9 +61,6 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Co
                         const SolveOptions& options, PhaseSeconds& seconds) {
     check_options(options);
     Stopwatch watch(comm);
-    scheme.setup(parts, comm);
-    scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
-    watch.lap(seconds.interface);
     Anderson anderson(options.window);
     Buffer product(anderson.products());
     std::vector<Buffer> products(parts.size(), product);
@@ -93,12 +89,18 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Co
         parts[p].sweeper.restore_velocities(parts[p].problem);
         parts[p].sweeper.store(parts[p].problem, parts[p].interface);
     };
-    comm.each_rank(load);
+    comm.each_rank(load);  // before gluing: V_free follows from what the impulses alone have made of the copies
+    watch.lap(seconds.sweep);
+    scheme.setup(parts, comm);
+    scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
+    comm.each_rank(take_glued);
+    watch.lap(seconds.interface);
     ResidualParts residual;
     bool over = false;
     while (!over) {
         accelerated = pays_to_accelerate(options, report, residual.contacts);
-        for (int k = 0; k < options.check_every; ++k) {
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) {
             comm.each_rank(iterate);
             for (std::size_t p = 0; p < parts.size(); ++p)
                 comm.charge(static_cast<int>(p),
@@ -112,7 +114,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Co
             }
             watch.lap(seconds.interface);
         }
-        report.iterations += options.check_every;
+        report.iterations += count;
         residual = scene_residual(parts, comm);
         over = finished(residual, options, parts.front().problem.least_radius, report);
         if (over && anderson.parted()) {

@@ -9,13 +9,15 @@
 #include <compare>
 #include <limits>
 #include <map>
+#include <stdexcept>
+#include <string>
 
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/grid.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/detect/rough.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
 template <class M>
@@ -211,8 +213,27 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
 
 }  // namespace detail
 
+namespace detail {
+
+// The same on every rank.
+inline void throw_if_refused(std::span<const double> all, double skin) {
+    for (std::size_t p = 0; p < all.size(); p += 4) {
+        if (all[p + 3] == 0) continue;
+        if (all[p + 1] >= 0)
+            throw std::runtime_error("grain " + std::to_string(int(all[p + 1])) + " and grain " +
+                                     std::to_string(int(all[p + 2])) + " overlap by " + std::to_string(100 * all[p]) +
+                                     " % of a radius");
+        throw std::runtime_error("more than " + std::to_string(std::size_t(all[p + 3])) +
+                                 " pairs of grains are closer than the " + std::to_string(skin) +
+                                 " m that they may move until the next detection: take a smaller step");
+    }
+}
+
+}  // namespace detail
+
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
 // `grid`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
+// Throws std::runtime_error, the same on every rank, when there are too many of them (TooManyPairs).
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Grid<M>& grid,
                  std::span<const Wall<M>> walls, double skin, double largest_radius) {
@@ -238,6 +259,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
     const std::vector<Buffer> carried = comm.route(impulses);
 
     std::vector<std::vector<detail::Use>> uses(parts.size());
+    std::vector<Buffer> refused(parts.size(), Buffer(4));  // deepest overlap, of whom; pairs that a list may hold
     comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.grains.clear();
@@ -253,7 +275,14 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         part.pairs.clear();
         part.wall_pairs.clear();
         uses[k].assign(part.grains.size(), detail::Use::none);
-        for (const GrainPair& pair : close_pairs<M>(part.grains, cells, skin, mine)) {
+        std::vector<GrainPair> close;
+        try {
+            close = close_pairs<M>(part.grains, cells, skin, mine);
+        } catch (const TooManyPairs& pairs) {
+            refused[k] = {pairs.overlap, double(pairs.i), double(pairs.j), double(pairs.most)};
+            return;
+        }
+        for (const GrainPair& pair : close) {
             part.pairs.push_back({pair.i, pair.j});
             uses[k][static_cast<std::size_t>(pair.i)] = uses[k][static_cast<std::size_t>(pair.j)] = detail::Use::here;
         }
@@ -270,6 +299,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
             if (receivers == 1) uses[k][g] = detail::Use::here_only;
         }
     });
+    detail::throw_if_refused(comm.all_gather(refused), skin);
 
     const auto holdings = detail::agree_on_sharers(parts, uses, comm, grid);
     for (std::size_t k = 0; k < parts.size(); ++k) {

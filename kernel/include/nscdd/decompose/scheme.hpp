@@ -6,7 +6,7 @@
 
 #include "nscdd/decompose/subdomain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class CommunicationScheme {

@@ -9,7 +9,7 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // A pair of the rough detection, with the impulse that it carries from step to step.
 template <class M>
@@ -17,9 +17,9 @@ struct Candidate {
     int i;  // local grain, the lower id of the two
     int j;  // local grain, or wall
     typename M::Impulse r = M::Impulse::Zero();
-    static constexpr double not_left_out = std::numeric_limits<double>::infinity();
-    double gap_left_out = not_left_out;  // its gap when the fine detection left it out as too far
-    bool missed = false;                 // left out, and then found to close within the step: next time it goes in
+    static constexpr double held = std::numeric_limits<double>::infinity();
+    double free_gap = held;  // its gap, unless it is a contact that the law keeps from closing within the step
+    bool missed = false;     // left out, and then found to close within the step: next time it goes in
 };
 
 template <class M>

@@ -11,7 +11,7 @@
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct Overlap {
     double ratio = 0;    // overlap over the smaller radius
@@ -41,7 +41,7 @@ template <class M>
 bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
     const bool acts = impact ? gap <= 0 : (gap <= alert) | candidate.missed;
-    candidate.gap_left_out = (impact | acts) ? Candidate<M>::not_left_out : gap;
+    candidate.free_gap = (impact | !acts) ? gap : Candidate<M>::held;
     for (double& r : candidate.r) r = acts ? r : 0;
     return acts;
 }
@@ -113,32 +113,6 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         part.wall_source.push_back(static_cast<int>(k));
     }
     return worst;
-}
-
-// Marks candidates that were left out and that the solved velocities would close within the step; true if any. `speed`:
-// nothing is faster.
-template <class M>
-bool find_missed(Subdomain<M>& part, std::span<const Wall<M>> walls, double h, double speed) {
-    bool any = false;
-    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) { return c.gap_left_out <= reach; };
-    const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
-    const auto check = [&](Candidate<M>& c, double closing) {
-        if (c.gap_left_out + h * closing < 0) c.missed = any = true;
-    };
-    for (auto& c : part.pairs) {
-        if (!near(c)) continue;
-        const typename M::Vec normal =
-            (part.grains[static_cast<std::size_t>(c.i)].position - part.grains[static_cast<std::size_t>(c.j)].position)
-                .normalized();
-        check(c, (velocity(c.i) - velocity(c.j)).dot(normal));
-    }
-    for (auto& c : part.wall_pairs) {
-        if (!near(c)) continue;
-        const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
-        const double recedes = wall.velocity.dot(wall.normal) + part.problem.walls[static_cast<std::size_t>(c.j)].speed;
-        check(c, velocity(c.i).dot(wall.normal) - recedes);
-    }
-    return any;
 }
 
 }  // namespace nscdd

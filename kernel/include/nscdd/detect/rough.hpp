@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <numeric>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct GrainPair {
     int i, j;
@@ -86,7 +87,32 @@ void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
     grains.swap(sorted);
 }
 
+// More pairs than a list of candidates may hold; thrown by close_pairs().
+struct TooManyPairs {
+    double overlap = 0;    // the deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
+    int i = -1, j = -1;    // -1: none overlap by more than a radius
+    std::size_t most = 0;  // that the list may hold
+};
+
+// Of grains that overlap by more than a radius there may be n^2 / 2 pairs, which no memory holds: beyond six a grain
+// the list is searched for them. Fast grains have many neighbours within their skin: 250 a grain is 1.7 radii a step in
+// a dense packing of spheres.
+template <class M>
+void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPair> found) {
+    TooManyPairs refused{.most = 250 * grains.size() + 1'000'000};
+    for (const GrainPair& pair : found) {
+        const Grain<M>&a = grains[static_cast<std::size_t>(pair.i)], &b = grains[static_cast<std::size_t>(pair.j)];
+        const double overlap = (a.radius + b.radius - (a.position - b.position).norm()) / std::min(a.radius, b.radius);
+        if (overlap > std::max(1.0, refused.overlap)) {
+            refused.overlap = overlap;
+            std::tie(refused.i, refused.j) = std::minmax(a.id, b.id);
+        }
+    }
+    if (refused.i >= 0 || found.size() >= refused.most) throw refused;
+}
+
 // Pairs with a gap below `skin` whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower id.
+// Throws TooManyPairs.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
     // Row by row of cells, an empty one at both ends: the neighbours of a cell are three in a row, in its own row and
@@ -118,7 +144,10 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     std::size_t count = 0;
     const auto test = [&](const Filed& a, const Filed& b) {
         const double reach = a.radius + b.radius + skin;
-        if (count == found.size()) found.resize(2 * count);
+        if (count == found.size()) {
+            check_pair_count<M>(grains, found);
+            found.resize(2 * count);
+        }
         found[count] = {a.grain, b.grain};
         count += (a.position - b.position).squaredNorm() < reach * reach;
     };

@@ -2,14 +2,14 @@
 // instead of a first axis, and Nesterov and Todd's scaling of one contact [NesterovTodd97].
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include <Eigen/Core>
-
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
 template <int size>

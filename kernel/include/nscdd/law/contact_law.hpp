@@ -6,7 +6,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The impulse r' that satisfies the law at this contact while all others keep theirs.
 //   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)

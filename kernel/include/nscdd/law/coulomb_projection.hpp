@@ -1,11 +1,11 @@
 // The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P, for Newton methods.
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <cmath>
 
-#include <Eigen/Core>
-
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // One component: the normal one, without friction.
 template <int size>

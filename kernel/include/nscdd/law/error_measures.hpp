@@ -10,7 +10,7 @@
 
 #include "nscdd/law/one_contact.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Dimensionless, 0 for an exact answer; velocities are u = W r + q always. Norms are Euclidean over all components,
 // "largest" is the largest absolute component: of r, or of u and q together.

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Which kind of contact a function is compiled for: `j` is a grain, or a wall.
 struct BetweenGrains {};
@@ -81,7 +81,7 @@ struct DelassusDiagonal {
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
-    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i], sj = split ? 1.0 : 1.0 / problem.multiplicity[j];
+    const double si = split ? 1.0 : 1.0 / problem.copies(i), sj = split ? 1.0 : 1.0 / problem.copies(j);
     const Body<M>&a = problem.bodies[i], &b = problem.bodies[j];
     DelassusDiagonal w{si * a.inv_mass + sj * b.inv_mass, 0};
     if constexpr (M::friction)
@@ -93,12 +93,12 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, WithWall) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
-    const double si = split ? 1.0 : 1.0 / problem.multiplicity[i];
+    const double si = split ? 1.0 : 1.0 / problem.copies(i);
     const Body<M>& a = problem.bodies[i];
     DelassusDiagonal w{si * a.inv_mass, 0};
     // a driven wall gives way along its normal only, so it adds nothing to W_t
     if constexpr (M::friction) w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia;
-    const double sw = split ? 1.0 : 1.0 / problem.wall_multiplicity[j];
+    const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
     w.normal += sw * problem.walls[j].inv_mass;
     return w;
 }

@@ -3,6 +3,8 @@
 // For disks and spheres the block is diagonal and contact_law() has the answer in closed form.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +13,7 @@
 
 #include "nscdd/core/delassus_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // r with 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n and u_t opposed to r_t where it slides, u = W r + q.
 //   w   (dim, dim) positive definite, symmetric or not; the tangents may be without mobility, the normal may not

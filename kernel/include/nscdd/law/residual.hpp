@@ -1,22 +1,26 @@
-// How wrong an answer is, whatever the partition: eta and the deepest penetration of the step.
+// How wrong an answer is, whatever the partition: eta, the velocity error, and the deepest penetration of the step.
 #pragma once
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "nscdd/law/contact_law.hpp"
-#include "nscdd/law/kinematics.hpp"
+#include "nscdd/law/free_velocities.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
-// Sums of one subdomain; over subdomains they add, but for the penetration, of which the largest is taken.
+// Sums of one subdomain. Over subdomains they add, but for the penetration and the slip, of which the largest is taken.
 struct ResidualParts {
-    double change = 0;       // sum of (r'-r)^T W (r'-r)
+    double change = 0;       // sum of (r'-r)^T W (r'-r) [J]
     double energy = 0;       // sum of r^T W r
     double next_energy = 0;  // sum of r'^T W r'
     double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
     double contacts = 0;
+    double work = 0;         // sum of |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t), each zero at an answer [J]
+    Turned turned;           // what the contacts do to the bodies
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
+    double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
     // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
     double eta() const {
@@ -24,16 +28,38 @@ struct ResidualParts {
         if (change < 1e-28 * round_off) return 0;
         return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
     }
+
+    // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
+    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 2). A change of
+    // velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
+    double velocity_error() const {
+        if (eta() == 0) return 0;
+        const double scale = std::max(turned.energy, 1e-16 * round_off);
+        if (!(scale > 0 && turned.mass > 0)) return std::numeric_limits<double>::infinity();
+        const double forbidden = work / scale, worst = miss / std::sqrt(scale / turned.mass);
+        return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
+    }
+
     void add(const ResidualParts& o) {
         change += o.change;
         energy += o.energy;
         next_energy += o.next_energy;
         round_off += o.round_off;
         contacts += o.contacts;
+        work += o.work;
+        turned.energy += o.turned.energy;
+        turned.mass += o.turned.mass;
         penetration = std::max(penetration, o.penetration);
+        miss = std::max(miss, o.miss);
     }
-    static constexpr std::size_t size = 6;
-    std::array<double, size> pack() const { return {change, energy, next_energy, round_off, contacts, penetration}; }
+
+    static constexpr std::size_t size = 10;
+    std::array<double, size> pack() const {
+        return {change, energy, next_energy, round_off, contacts, work, turned.energy, turned.mass, penetration, miss};
+    }
+    static ResidualParts unpack(const double* p) {
+        return {p[0], p[1], p[2], p[3], p[4], p[5], {p[6], p[7]}, p[8], p[9]};
+    }
 };
 
 template <class M>
@@ -43,33 +69,48 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const double inv_wt = M::friction ? 1.0 / w.tangential : 0.0;
-        const typename M::Impulse next = contact_law<M>(c, v, 1.0 / w.normal, inv_wt);
-        const auto energy = [&](const typename M::Impulse& r) {
+        const typename M::Impulse next = contact_law<M>(c, v, 1.0 / w.normal, inv_wt), dr = next - c.r;
+        // sum of x_n^2 over normal parts and |x_t|^2 over tangential ones, each times its weight
+        const auto weighed = [&c](const typename M::Impulse& x, double normal, double tangential) {
             if constexpr (M::friction) {
-                const double rn = r.dot(c.normal);
-                return w.normal * rn * rn + w.tangential * (r - rn * c.normal).squaredNorm();
+                const double xn = x.dot(c.normal);
+                return normal * xn * xn + tangential * (x - xn * c.normal).squaredNorm();
             } else {
-                return w.normal * r[0] * r[0];
+                (void)tangential;
+                return normal * x[0] * x[0];
             }
         };
-        double vn = v[0];
-        if constexpr (M::friction) vn = v.dot(c.normal);
-        parts.change += energy(next - c.r);
-        parts.energy += energy(c.r);
-        parts.next_energy += energy(next);
+        double vn = v[0], rn = c.r[0], sliding = 0;
+        if constexpr (M::friction) {
+            vn = v.dot(c.normal), rn = c.r.dot(c.normal);
+            const typename M::Vec slip = v - vn * c.normal;
+            sliding = c.friction_coefficient * rn * slip.norm() + c.r.dot(slip);
+        }
+        parts.change += weighed(dr, w.normal, w.tangential);
+        parts.energy += weighed(c.r, w.normal, w.tangential);
+        parts.next_energy += weighed(next, w.normal, w.tangential);
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
+        parts.work += std::abs(rn * (vn + c.bias)) + sliding;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
+        parts.miss = std::max(parts.miss,
+                              std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
     }
     parts.contacts += static_cast<double>(contacts.size());
 }
 
 // Velocities must be glued: those of the unsplit problem. Cost: about one sweep.
 template <class M>
-ResidualParts residual_parts(const ContactProblem<M>& problem) {
+ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     ResidualParts parts;
     add_residual(problem, problem.contacts, BetweenGrains{}, parts);
     add_residual(problem, problem.wall_contacts, WithWall{}, parts);
+    parts.turned = turned(problem, free);
     return parts;
+}
+
+template <class M>
+ResidualParts residual_parts(const ContactProblem<M>& problem) {
+    return residual_parts(problem, free_velocities(problem));
 }
 
 }  // namespace nscdd

@@ -5,13 +5,15 @@
 // and no exchange is added. It may leave the cone: the sweep that follows brings every contact back into it.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include <Eigen/Cholesky>
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The coefficients, the same on every rank. What is combined stays with those who hold it, in `window` slots: in each
 // an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
@@ -88,10 +90,18 @@ class Anderson {
     }
 
   private:
-    // Of fixed capacity: on a few contacts allocations would cost more than the sweep.
-    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, largest_window, largest_window>;
-    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, largest_window, 1>;
+    // Of fixed capacity: on a few contacts allocations would cost more than the sweep. Not aligned: how
+    // Eigen aligns depends on the instruction set, and the names of its functions do not (abi.hpp).
+    using Matrix =
+        Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign, largest_window, largest_window>;
+    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, largest_window, 1>;
 
+    // GCC 12 does not see that no more than `window` numbers are in use, and warns of more than there is room for.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Warray-bounds"
+#endif
     // Least |f + sum_j c_j (f_j - f)|, by its normal equations.
     void combine(double own, const Vector& with) {
         std::array<int, largest_window> used;
@@ -122,6 +132,9 @@ class Anderson {
         const double shorten = std::min(1.0, reach / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
     }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
     int window_;
     Vector coefficients_;  // by slot

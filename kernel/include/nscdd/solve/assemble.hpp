@@ -5,12 +5,14 @@
 // are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/Geometry>
 
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;

@@ -8,7 +8,7 @@
 #include "nscdd/solve/batches.hpp"
 #include "nscdd/solve/packet.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
@@ -250,6 +250,23 @@ struct Batch : BatchLayout<M> {
                 const Packet turn_j = Packet(kappa) * mass_j * ratio_j;
                 for (int d = 0; d < spins; ++d) b[dim + d] = b[dim + d] - turn_j * turn[d];
             }
+        }
+    }
+
+    // |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t) by lane, ResidualParts::work.
+    EIGEN_ALWAYS_INLINE Packet forbidden_work(double friction) const {
+        if constexpr (framed) {
+            const Packet sliding = madd(Packet(friction) * r[0], magnitude(v[1]), r[1] * v[1]);
+            return magnitude(r[0] * (v[0] + bias)) + sliding;
+        } else if constexpr (M::friction) {
+            const Packet vn = dot(v, n), rn = dot(r, n);
+            Packet slip[dim];
+            for (int d = 0; d < dim; ++d) slip[d] = v[d] - vn * n[d];
+            const Packet square = dot(slip, slip), speed = square * inverse_root(larger(square, Packet(1e-300)));
+            return magnitude(rn * (vn + bias)) + madd(Packet(friction) * rn, speed, dot(r, slip));
+        } else {
+            (void)friction;
+            return magnitude(r[0] * (v[0] + bias));
         }
     }
 

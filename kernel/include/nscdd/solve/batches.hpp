@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 struct Batches {
     // Batches between two that share a body, where possible: the next batch need not wait for the last one's result.

@@ -4,10 +4,11 @@
 //   nscdd::SolveReport report = nscdd::block_nlgs(problem, r, {.tolerance = 1e-8});
 #pragma once
 
+#include "nscdd/core/validate.hpp"
 #include "nscdd/law/error_measures.hpp"
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct BlockOptions {
     double tolerance = 1e-8;      // on the natural map, ErrorMeasures::natural_map
@@ -26,15 +27,20 @@ void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename Delas
 }
 
 // Sweeps until the natural map is small enough; the report's residual is the natural map. r: start and answer, one
-// impulse per contact. Throws std::runtime_error when the impulses are no longer finite.
+// impulse per contact. Throws std::invalid_argument for what is no problem and for options without an end,
+// std::runtime_error when the impulses are no longer finite.
 template <int dim>
 SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                        const BlockOptions& options = {}) {
+    if (!(options.tolerance >= 0) || options.check_every < 1 || options.max_iterations < 0)
+        throw std::invalid_argument("the tolerance must be a number and not negative, check_every at least 1");
+    validate(problem, r);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     do {
-        for (int k = 0; k < options.check_every; ++k) block_sweep(problem, r);
-        report.iterations += options.check_every;
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) block_sweep(problem, r);
+        report.iterations += count;
         report.residual = natural_map_error(problem, r);
         if (!std::isfinite(report.residual)) throw std::runtime_error("the natural map is not finite: check W and q");
         report.converged = report.residual <= options.tolerance;

@@ -5,7 +5,7 @@
 
 #include "nscdd/solve/batch.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class BodyRows {
@@ -18,12 +18,18 @@ class BodyRows {
         row_of_.assign(problem.bodies.size(), -1);
         used_ = 0;
         inverse_rho_.assign(problem.bodies.size(), 1.0);
+        fits_ = true;
         if constexpr (M::friction)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) {
                 const Body<M>& body = problem.bodies[g];
-                inverse_rho_[g] = std::sqrt(body.inv_inertia / (Layout::kappa * body.inv_mass));
+                if (body.inv_mass > 0 && body.inv_inertia > 0)
+                    inverse_rho_[g] = std::sqrt(body.inv_inertia / (Layout::kappa * body.inv_mass));
+                else
+                    fits_ &= body.inv_mass == body.inv_inertia;  // neither moves nor turns: any radius does
             }
     }
+    // Rows cannot hold a body that moves and does not turn, or the other way round.
+    bool fits() const { return fits_; }
 
     // Where the row of a body begins, dealt out when first asked for. Rows follow each other as a sweep first comes to
     // them: those that no cache holds stream then, as the contacts do (64,000 spheres: 5 to 8 instead of 15 ns a
@@ -48,7 +54,7 @@ class BodyRows {
             const std::size_t at = row_of(static_cast<int>(g));
             set_mass(at, problem.bodies[g].inv_mass, inverse_rho_[g]);
             set_velocity(g, problem.bodies[g].v);
-            share[at / row] = 1.0 / problem.multiplicity[g];
+            share[at / row] = 1.0 / problem.copies(g);
         }
         for (const std::size_t at : {no_body(), no_other_body()}) set_mass(at, 1, 1);
     }
@@ -76,6 +82,7 @@ class BodyRows {
 
     std::vector<int> row_of_;  // of each body, counted in rows
     int used_ = 0;             // rows dealt out
+    bool fits_ = true;
     std::vector<double> inverse_rho_;
 };
 

@@ -5,7 +5,7 @@
 #include "nscdd/solve/anderson.hpp"
 #include "nscdd/solve/batch.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct BatchByBatch {

@@ -6,6 +6,8 @@
 // [Acary11] freezes it, and iterates on it.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/LU>
 #include <Eigen/SparseCore>
 #include <vector>
@@ -14,7 +16,7 @@
 #include "nscdd/solve/linear_contacts.hpp"
 #include "nscdd/solve/sparse_factors.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <int size>
 class InteriorPoint {

@@ -1,6 +1,8 @@
 // A contact problem written out as sparse matrices, what a Newton method needs: from bodies, or from a stored W.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -10,7 +12,7 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
 // L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the

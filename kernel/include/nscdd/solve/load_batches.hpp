@@ -5,7 +5,7 @@
 
 #include "nscdd/solve/body_rows.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The order in which load_batches() deals contacts: as they come, but where walls are driven each comes once in a
 // batch, in turn with the others.
@@ -22,7 +22,8 @@ void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>&
     }
 }
 
-// Returns whether the layout fits: levers and inertias must be those of solid grains (3D). `turns`: for its memory.
+// Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
+// `turns`: for its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BodyRows<M>& rows,
                   BatchGroup<M>& group, std::vector<int>& turns) {
@@ -53,7 +54,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     group.shared.assign(group.count, 0);
     group.friction.assign(M::friction ? group.count : 0, 0.0);
     group.data.assign(order.size() * Layout::fields, 0.0);
-    bool fits = true;
+    bool fits = rows.fits();
     for (std::size_t k = 0; k < order.size(); ++k) {
         const auto field = [&](int f) -> double& {
             return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
@@ -67,7 +68,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         group.i[k] = static_cast<int>(rows.row_of(c.i));
         group.j[k] = wall ? c.j : static_cast<int>(rows.row_of(c.j));
-        if (problem.multiplicity[i] > 1 || (wall ? problem.wall_multiplicity : problem.multiplicity)[j] > 1)
+        if (problem.copies(i) > 1 || (wall ? problem.wall_copies(j) : problem.copies(j)) > 1)
             group.shared[k / lanes] = 1;
         for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
         if constexpr (Layout::framed) {

@@ -5,6 +5,8 @@
 //   nscdd::NewtonReport report = nscdd::newton_solve(problem, {.tolerance = 1e-10});
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/SparseLU>
 #include <functional>
 #include <limits>
@@ -14,7 +16,7 @@
 #include "nscdd/solve/nlgs.hpp"
 #include "nscdd/solve/proximal_newton.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
@@ -94,43 +96,53 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
 
 // The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
 // with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
-// std::runtime_error when the residual is not finite.
+// std::invalid_argument for what is no problem or no options, std::runtime_error when the residual is not finite.
 template <class Factorisation = SparseLU, class M>
 NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
+    check_options(options);
+    validate(problem);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
-    const SolveOptions stop{.tolerance = options.tolerance, .penetration = options.penetration};
+    const SolveOptions stop{.tolerance = options.tolerance,
+                            .velocity_error = options.velocity_error,
+                            .penetration = options.penetration};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
         ContactProblem<M> start = problem;
-        if (const SolveReport swept = nlgs(problem, sweeps);
+        Sweeper<M> sweeper;
+        if (const SolveReport swept = nlgs_of_valid(problem, sweeps, sweeper);
             !swept.converged && swept.penetration > stop.penetration * problem.least_radius) {
             // Maybe walls leave no room, and accelerated impulses run away: they must not become the first guess.
             problem = std::move(start);
             sweeps.window = 0;
-            nlgs(problem, sweeps);
+            nlgs_of_valid(problem, sweeps, sweeper);
         }
     }
+    const FreeVelocities<M> free = free_velocities(problem);
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r = gather_impulses(problem);
     detail::newton_solve<impulse_size<M>>(
         linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             scatter_impulses(problem, answer);
-            finished(residual_parts(problem), stop, problem.least_radius, so_far);
+            finished(residual_parts(problem, free), stop, problem.least_radius, so_far);
             // solved, and contacts still close: there is no answer
-            return so_far.converged || so_far.residual <= std::min(1e-7, options.tolerance);
+            return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
+                                        so_far.penetration > stop.penetration * problem.least_radius);
         },
         report);
     return report;
 }
 
 // The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
-// Throws std::invalid_argument where W has no positive diagonal, std::runtime_error when the measure is not finite.
+// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
+// measure is not finite.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options, auto&& measure) {
+    check_options(options);
+    validate(problem, r);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
     const LinearContacts<dim> linear = linear_contacts(problem);

@@ -1,18 +1,29 @@
 // When the Newton methods stop, and how they ended.
 #pragma once
 
+#include <algorithm>
+
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct NewtonOptions {
     double tolerance = 1e-10;   // on eta, or on the measure given
+    double velocity_error = 0.03;  // as in SolveOptions; bodies only
     double penetration = 1e-3;  // as in SolveOptions; bodies only
     int max_iterations = 2000;  // Newton steps in all
     int max_interior = 100;     // of them by the interior-point method
     int warm_sweeps = 1000;     // of NLGS before, at most; bodies only. They cost what a factorisation does
     int max_outer = 200;        // proximal iterations
 };
+
+// Throws std::invalid_argument for options that are no numbers, or negative.
+inline void check_options(const NewtonOptions& options) {
+    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.penetration >= 0))
+        throw std::invalid_argument("tolerance, velocity_error and penetration must be numbers and not negative");
+    if (std::min({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
+        throw std::invalid_argument("the limits of the Newton methods must not be negative");
+}
 
 struct NewtonReport : SolveReport {  // iterations: Newton steps, of both methods
     int interior = 0;                // by the interior-point method

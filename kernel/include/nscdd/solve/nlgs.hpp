@@ -3,21 +3,19 @@
 //   nscdd::SolveReport report = nscdd::nlgs(problem, {.tolerance = 1e-6});
 #pragma once
 
+#include "nscdd/core/validate.hpp"
 #include "nscdd/solve/options.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
-// Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
-// saves its memory for the next call. Throws std::runtime_error when numbers are not finite,
-// std::invalid_argument for options with which it would not end.
+// nlgs() of a problem that validate() has let pass, or that our own detection has filled.
 template <class M>
-SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
+SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     check_options(options);
     SolveReport report;
     ResidualParts residual;
     if (problem.contact_count() == 0) return report;
-    require_finite(problem);
     prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation);
     Anderson anderson(options.window);
@@ -25,14 +23,15 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     while (!over) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
-        for (int k = 0; k < options.check_every; ++k) {
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) {
             if (accelerated)
                 anderson.update(sweeper.sweep(problem, anderson).data());
             else
                 sweeper.sweep(problem);
             for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
         }
-        report.iterations += options.check_every;
+        report.iterations += count;
         residual = sweeper.residual(problem);
         over = finished(residual, options, problem.least_radius, report);
         if (over && anderson.parted()) {
@@ -44,6 +43,15 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweepe
     }
     sweeper.store(problem);
     return report;
+}
+
+// Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
+// saves its memory for the next call. Throws std::invalid_argument for a problem that is none (validate.hpp) and for
+// options with which it would not end, std::runtime_error when numbers grow beyond what is finite.
+template <class M>
+SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
+    validate(problem);
+    return nlgs_of_valid(problem, options, sweeper);
 }
 
 template <class M>

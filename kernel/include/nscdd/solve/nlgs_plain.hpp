@@ -2,11 +2,13 @@
 // version against it; nothing else should use it.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/Dense>
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>
@@ -49,7 +51,7 @@ Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& 
     if constexpr (M::friction && M::dim == 3)
         for (int k = 0; k < 3; ++k) {
             const Eigen::Vector3d unit = Eigen::Vector3d::Unit(k), a = arm;
-            point.col(3 + k) = unit.cross(a);
+            point.block<3, 1>(0, 3 + k) = unit.cross(a);
         }
     return axes * point;
 }

@@ -1,6 +1,7 @@
 // When an iteration stops, and how it ended.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -8,13 +9,15 @@
 #include "nscdd/law/residual.hpp"
 #include "nscdd/solve/anderson.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 struct SolveOptions {
     double tolerance = 1e-4;     // on eta
-    double penetration = 1e-3;   // on the penetration of the step over the least radius
+    // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
+    double velocity_error = 0.03;
+    double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
-    int max_iterations = 20000;  // reported when hit, never silent
+    int max_iterations = 20000;  // kept, and reported when hit
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
@@ -27,21 +30,34 @@ struct SolveOptions {
     }
 };
 
+// Converged: eta and the velocity error are small enough, and no contact closes too far in the step. A problem without
+// a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to judge.
 struct SolveReport {
     int iterations = 0;
-    double residual = 0;     // eta
-    double penetration = 0;  // [m]
+    double residual = 0;        // eta
+    double velocity_error = 0;  // ResidualParts::velocity_error()
+    double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
+    double penetration = 0;     // deepest that the step would close a contact [m]
     bool converged = true;
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
+    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.penetration >= 0))
+        throw std::invalid_argument("tolerance, velocity_error and penetration must be numbers and not negative");
+    if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
         throw std::invalid_argument("check_every and sweeps must be at least 1");
     if (!(omega > 0 && omega < 2)) throw std::invalid_argument("the relaxation must be between 0 and 2");
     if (options.window < 0 || options.window > Anderson::largest_window)
         throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
+}
+
+// Iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
+template <class Options>
+int until_test(const Options& options, const SolveReport& report) {
+    return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
 }
 
 // From the first check on, so that a step which is over by then pays nothing for it; on few contacts from the check on
@@ -53,17 +69,21 @@ inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& r
 // Could the iterations up to the next test be so many that Anderson::parted()? A quarter is early enough: till then
 // nothing is lost, and steps that are over pay nothing for it.
 inline bool may_part(const SolveOptions& options, const SolveReport& report) {
-    return report.iterations + options.check_every > Anderson::many / 4;
+    return report.iterations + until_test(options, report) > Anderson::many / 4;
 }
 
 // Notes the residual in the report; true when the iteration is over.
 inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                      SolveReport& report) {
     report.residual = parts.eta();
+    report.velocity_error = parts.velocity_error();
+    report.turned_norm = std::sqrt(parts.turned.energy);
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged = report.residual <= options.tolerance && report.penetration <= options.penetration * least_radius;
+    const bool deep = least_radius > 0 && report.penetration > options.penetration * least_radius;
+    report.converged =
+        report.residual <= options.tolerance && report.velocity_error <= options.velocity_error && !deep;
     return report.converged || report.iterations >= options.max_iterations;
 }
 

@@ -5,15 +5,15 @@
 // the same code is the scalar path.
 #pragma once
 
+#include "nscdd/core/abi.hpp"
+
 #include <cstddef>
+#include <limits>
+#include <new>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Core>
-
-namespace nscdd {
-
-using AlignedDoubles = std::vector<double, Eigen::aligned_allocator<double>>;
+namespace nscdd::inline NSCDD_ABI {
 
 struct Packet {
     using Native = Eigen::internal::packet_traits<double>::type;
@@ -41,8 +41,30 @@ struct Packet {
     }
     friend Packet larger(Packet a, Packet b) { return of(Eigen::internal::pmax(a.lanes, b.lanes)); }
     friend Packet smaller(Packet a, Packet b) { return of(Eigen::internal::pmin(a.lanes, b.lanes)); }
+    friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }
     friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }
 };
+
+// Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one of
+// them would free what a unit for another has allocated in another way.
+template <class T>
+struct PacketAllocator {
+    using value_type = T;
+    static constexpr std::align_val_t alignment{alignof(Packet)};
+
+    PacketAllocator() = default;
+    template <class U>
+    PacketAllocator(const PacketAllocator<U>&) {}
+
+    T* allocate(std::size_t n) {
+        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T)) throw std::bad_array_new_length();
+        return static_cast<T*>(::operator new(n * sizeof(T), alignment));
+    }
+    void deallocate(T* memory, std::size_t) { ::operator delete(memory, alignment); }
+    bool operator==(const PacketAllocator&) const = default;
+};
+
+using AlignedDoubles = std::vector<double, PacketAllocator<double>>;
 
 // Lane by lane, in a fixed order.
 inline double sum(Packet a) {

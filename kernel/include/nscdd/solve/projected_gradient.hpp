@@ -14,11 +14,12 @@
 #include <limits>
 #include <vector>
 
+#include "nscdd/core/validate.hpp"
 #include "nscdd/law/coulomb_projection.hpp"
 #include "nscdd/solve/linear_contacts.hpp"
 #include "nscdd/solve/options.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 enum class Descent {
     spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
@@ -264,35 +265,42 @@ class ProjectedGradient {
 };
 
 // The problem of bodies, in and out as for nlgs(); of the options sweeps, relaxation and window are of no
-// concern. Throws std::runtime_error when the residual is not finite, std::invalid_argument for options without an end.
+// concern. Throws std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and
+// for options without an end.
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {
     check_options(options);
+    validate(problem);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
+    const FreeVelocities<M> free = free_velocities(problem);
     BodyGradient<M> gradient(problem);
     ProjectedGradient iteration(gradient, descent);
     do {
-        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
-        report.iterations += options.check_every;
-    } while (!finished(residual_parts(problem), options, problem.least_radius, report));
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) iteration.iterate();
+        report.iterations += count;
+    } while (!finished(residual_parts(problem, free), options, problem.least_radius, report));
     return report;
 }
 
 // The problem with a stored W, until measure(r) <= tolerance; r: first guess in, answer out, one of each contact.
-// Throws std::invalid_argument where W has no positive diagonal, std::runtime_error when the measure is not finite.
+// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
+// measure is not finite.
 template <int dim>
 SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                                const SolveOptions& options, Descent descent, auto&& measure) {
     check_options(options);
+    validate(problem, r);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     BlockGradient<dim> gradient(problem, r);
     ProjectedGradient iteration(gradient, descent);
     do {
-        for (int k = 0; k < options.check_every; ++k) iteration.iterate();
-        report.iterations += options.check_every;
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) iteration.iterate();
+        report.iterations += count;
         report.residual = measure(gradient.contacts.r);
         if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
         report.converged = report.residual <= options.tolerance;

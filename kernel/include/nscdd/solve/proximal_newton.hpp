@@ -9,6 +9,8 @@
 // As the unknown is the change since r_k, round-off of V is not multiplied by rho.
 #pragma once
 
+#include "nscdd/core/abi.hpp"  // before anything else of Eigen
+
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <limits>
@@ -18,7 +20,7 @@
 #include "nscdd/solve/newton_options.hpp"
 #include "nscdd/solve/sparse_factors.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The iteration on any LinearContacts.
 template <int size>

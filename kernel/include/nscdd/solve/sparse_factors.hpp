@@ -6,7 +6,9 @@
 #include <functional>
 #include <memory>
 
-namespace nscdd {
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
 
 // Of square matrices that need not be symmetric.
 class SparseFactors {

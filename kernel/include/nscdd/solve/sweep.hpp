@@ -1,14 +1,11 @@
 // One nonlinear Gauss-Seidel sweep, contact by contact, on the problem as it stands.
 #pragma once
 
-#include <cmath>
-#include <stdexcept>
-
 #include "nscdd/law/contact_law.hpp"
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/solve/anderson.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {
@@ -48,17 +45,6 @@ void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     };
     prepare(problem.contacts, BetweenGrains{});
     prepare(problem.wall_contacts, WithWall{});
-}
-
-// Throws std::runtime_error where a number is not finite: the law takes NaN for an open contact.
-template <class M>
-void require_finite(const ContactProblem<M>& problem) {
-    bool finite = true;
-    for (const auto& body : problem.bodies) finite = finite && body.v.allFinite() && std::isfinite(body.inv_mass);
-    for (const auto* contacts : {&problem.contacts, &problem.wall_contacts})
-        for (const Contact<M>& c : *contacts)
-            finite = finite && c.r.allFinite() && c.normal.allFinite() && std::isfinite(c.bias);
-    if (!finite) throw std::runtime_error("the contact problem has numbers that are not finite");
 }
 
 // V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.

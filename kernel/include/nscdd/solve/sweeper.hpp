@@ -12,23 +12,24 @@
 #include "nscdd/solve/load_batches.hpp"
 #include "nscdd/solve/sweep.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 class Sweeper {
   public:
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
-    // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem, double relaxation = 1) {
+    // it is, and is swept contact by contact. `problem` is left as it is.
+    void load(ContactProblem<M>& problem, double relaxation = 1) {
         rows_.begin(problem);
         batched_ = load_batches<false>(problem, problem.contacts, rows_, grains_, turns_);
         batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
         rows_.load(problem);
         wall_share_.assign(problem.walls.size(), 1.0);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_multiplicity[w];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
         start_rows_.clear();
+        note_free(problem);
     }
 
     // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric. `many`:
@@ -44,8 +45,11 @@ class Sweeper {
         rows_.data = start_rows_;
         for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
         if (batched_) {
-            with_walls([&](auto walls) { apply_since_start<typename decltype(walls)::type>(problem, walls_); });
-            apply_since_start<Rows<Layout::row>>(problem, grains_);
+            const auto since_start = [](const auto& batch, const BatchGroup<M>& group, std::size_t k, int d) {
+                return batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
+            };
+            with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, since_start); });
+            apply<Rows<Layout::row>>(problem, grains_, since_start);
             return;
         }
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
@@ -86,11 +90,20 @@ class Sweeper {
 
     // As residual_parts(problem), of the velocities and impulses held here.
     ResidualParts residual(const ContactProblem<M>& problem) const {
-        if (!batched_) return residual_parts(problem);
+        if (!batched_) return residual_parts(problem, free_);
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
+        for (std::size_t at = 0; at < rows_.data.size(); at += row) {
+            double linear = 0, angular = 0;
+            for (std::size_t d = 0; d < M::dof; ++d) {
+                const double change = rows_.data[at + d] - free_rows_[at + d];
+                (d < M::dim ? linear : angular) += change * change;
+            }
+            parts.turned.add(rows_.data[at + Layout::mass_at], linear + angular / Layout::kappa);
+        }
+        add_turned_walls(problem, free_.walls, parts.turned);
         return parts;
     }
 
@@ -183,14 +196,36 @@ class Sweeper {
         start_rows_ = rows_.data;
     }
 
+    // V_free, of the impulses and velocities that are loaded.
+    void note_free(ContactProblem<M>& problem) {
+        if (!batched_) {
+            free_ = free_velocities(problem);
+            return;
+        }
+        std::vector<double> speeds;
+        for (const WallBody<M>& wall : problem.walls) speeds.push_back(wall.speed);
+        free_rows_ = rows_.data;
+        const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
+            return Packet(0) - batch.r[d];
+        };
+        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, none); });
+        apply<Rows<Layout::row>>(problem, grains_, none);
+        free_rows_.swap(rows_.data);
+        free_.walls.clear();
+        for (std::size_t w = 0; w < speeds.size(); ++w) {
+            free_.walls.push_back(problem.walls[w].speed);
+            problem.walls[w].speed = speeds[w];
+        }
+    }
+
+    // V += M^-1 H dr, component d of dr being change(batch, group, its number, d).
     template <class Other>
-    void apply_since_start(ContactProblem<M>& problem, const BatchGroup<M>& group) {
+    void apply(ContactProblem<M>& problem, const BatchGroup<M>& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             Packet dr[Layout::components];
-            for (int d = 0; d < Layout::components; ++d)
-                dr[d] = batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
+            for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, group, k, d);
             batch.apply(dr);
             store_batch(problem, group, k, batch);
         }
@@ -284,7 +319,7 @@ class Sweeper {
 
     template <class Other>
     void add_group(const ContactProblem<M>& problem, const BatchGroup<M>& group, ResidualParts& parts) const {
-        Packet change(0), energy(0), next_energy(0), round_off(0), closing(0);
+        Packet change(0), energy(0), next_energy(0), round_off(0), work(0), closing(0), miss(0);
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
@@ -299,9 +334,12 @@ class Sweeper {
             Packet speed[M::dim];
             for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
             round_off = round_off + batch.dot(speed, speed) / wn;
+            work = work + batch.forbidden_work(M::friction ? group.friction[k] : 0.0);
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
+            miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, problem.h * largest(closing)});
+        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, sum(work), {},
+                   problem.h * largest(closing), std::sqrt(largest(miss))});
     }
 
     template <class Other>
@@ -317,6 +355,8 @@ class Sweeper {
     }
 
     BodyRows<M> rows_;
+    AlignedDoubles free_rows_;        // V_free; where contacts are swept one by one, and of walls:
+    FreeVelocities<M> free_;
     std::vector<double> wall_share_;  // 1/multiplicity
     BatchGroup<M> grains_, walls_;
     std::vector<int> turns_;  // of contacts; kept for its memory

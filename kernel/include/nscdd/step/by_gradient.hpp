@@ -4,7 +4,7 @@
 #include "nscdd/solve/projected_gradient.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Needs a communicator of one rank.
 template <class M>

@@ -4,7 +4,7 @@
 #include "nscdd/solve/newton.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // Needs a communicator of one rank. The report's iterations are Newton steps.
 template <class M, class Factorisation = SparseLU>

@@ -5,7 +5,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 // The sequential reference: needs a communicator of one rank.
 template <class M>
@@ -13,7 +13,7 @@ StepSolver<M> by_nlgs(const SolveOptions& options) {
     return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
         if (comm.size() != 1) throw std::logic_error("sequential NLGS runs on one rank");
         Stopwatch watch(comm);
-        const SolveReport report = nlgs(parts[0].problem, options, parts[0].sweeper);
+        const SolveReport report = nlgs_of_valid(parts[0].problem, options, parts[0].sweeper);
         comm.charge(0, double(report.iterations) * options.sweeps * double(parts[0].problem.contact_count()));
         watch.lap(seconds.sweep);
         return report;

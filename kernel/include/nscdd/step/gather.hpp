@@ -3,7 +3,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct GatheredGrain {
@@ -16,8 +16,17 @@ template <class M>
 struct GatheredContact {
     int i, j;  // ids; j < 0: wall -1-j
     int subdomain;
-    double gap;  // now
+    double gap;             // now
+    double normal_impulse;  // without friction, that of the solver to the last bit
     typename M::Vec normal, impulse;
+
+    // To hand to a simulation that goes on from here.
+    PairImpulse<M> pair() const {
+        if constexpr (M::friction)
+            return {i, j, impulse};
+        else
+            return {i, j, typename M::Impulse{normal_impulse}};
+    }
 };
 
 // By ascending id on the process that hosts rank 0, empty elsewhere.
@@ -44,16 +53,45 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation) {
     return grains;
 }
 
+// Positions by ascending id on the process that hosts rank 0, none elsewhere.
+template <class M>
+RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
+    const auto& parts = simulation.parts();
+    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+            if (parts[k].primary(g)) {
+                out[k][0].push_back(parts[k].grains[g].id);
+                detail::Wire<M>::put(parts[k].rough_position[g], out[k][0]);
+            }
+    const std::vector<Buffer> in = simulation.comm().route(out);
+    std::vector<std::pair<double, typename M::Vec>> by_id;
+    if (parts[0].rank == 0)
+        for (std::size_t p = 0; p < in[0].size(); p += 1 + M::dim)
+            by_id.emplace_back(in[0][p], Eigen::Map<const typename M::Vec>(in[0].data() + p + 1));
+    std::sort(by_id.begin(), by_id.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    RoughDetection<M> rough{.cells = simulation.settings().cells,
+                            .skin = simulation.skin(),
+                            .steps_since = simulation.steps_since_rough(),
+                            .positions = {},
+                            .offsets = simulation.rough_offsets()};
+    for (const auto& grain : by_id) rough.positions.push_back(grain.second);
+    return rough;
+}
+
 // Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation) {
-    constexpr std::size_t size = 4 + 2 * M::dim;
+    constexpr std::size_t size = 5 + 2 * M::dim;
     const auto& parts = simulation.parts();
     auto out = detail::outboxes(parts.size(), simulation.comm().size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
         const auto put = [&](const Contact<M>& c, int j, double gap) {
-            out[k][0].insert(out[k][0].end(), {double(grain(c.i).id), double(j), double(parts[k].rank), gap});
+            double normal_impulse = c.r[0];
+            if constexpr (M::friction) normal_impulse = c.r.dot(c.normal);
+            out[k][0].insert(out[k][0].end(),
+                             {double(grain(c.i).id), double(j), double(parts[k].rank), gap, normal_impulse});
             detail::Wire<M>::put(c.normal, out[k][0]);
             detail::Wire<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
         };
@@ -71,8 +109,8 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation)
         for (std::size_t p = 0; p < in[0].size(); p += size) {
             const double* record = in[0].data() + p;
             contacts.push_back({static_cast<int>(record[0]), static_cast<int>(record[1]), static_cast<int>(record[2]),
-                                record[3], Eigen::Map<const typename M::Vec>(record + 4),
-                                Eigen::Map<const typename M::Vec>(record + 4 + M::dim)});
+                                record[3], record[4], Eigen::Map<const typename M::Vec>(record + 5),
+                                Eigen::Map<const typename M::Vec>(record + 5 + M::dim)});
         }
     std::sort(contacts.begin(), contacts.end(),
               [](const auto& a, const auto& b) { return std::pair(a.i, a.j) < std::pair(b.i, b.j); });

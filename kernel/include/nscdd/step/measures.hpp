@@ -5,7 +5,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd {
+namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Measures {

@@ -11,25 +11,18 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 
 #include "nscdd/decompose/multiplicity.hpp"
 #include "nscdd/decompose/nscdd_solve.hpp"
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
+#include "nscdd/detect/passage.hpp"
+#include "nscdd/step/energy.hpp"
+#include "nscdd/step/refusals.hpp"
+#include "nscdd/step/settings.hpp"
 
-namespace nscdd {
-
-template <class M>
-struct SimulationSettings {
-    std::vector<Wall<M>> walls;
-    Materials materials{1};
-    typename M::Vec gravity = M::Vec::Zero();
-    double h = 1e-3;               // [s]
-    double theta = 0.5;            // of the Moreau-Jean scheme, 0.5 to 1 in use
-    int rough_every = 10;          // steps between rough detections; sooner when grains have moved too far
-    GridCells<M::dim> cells{};     // subdomains per axis; zeros: chosen from the number of ranks
-    double largest_overlap = 0.1;  // of a radius; more is an error
-};
+namespace nscdd::inline NSCDD_ABI {
 
 struct StepReport {
     SolveReport solve;
@@ -37,36 +30,47 @@ struct StepReport {
     double contacts = 0;  // of the whole scene
     double interface_grains = 0;
     double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
+    StepEnergy energy;
 };
 
 template <class M>
 class Simulation {
   public:
+    // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
+    // positions are in the order of gather_grains(); pair() of gather_contacts(); settings() with its walls. On as many
+    // ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks `last`
+    // still tells when the next rough detection comes.
+    //
     // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
     // finite, an impulse that is not finite, a driven wall without mass.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
-               std::span<const PairImpulse<M>> impulses = {})
+               std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr)
         : comm_(comm), settings_(std::move(settings)) {
-        check(grains);
-        for (const auto& p : impulses)
-            if (!p.r.allFinite())
-                throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
-        typename M::Vec low = grains.front().position, high = low;
+        check_settings(settings_, comm_.size());
+        check_grains<M>(grains, settings_.materials);
+        check_impulses<M>(impulses);
+        if (last) check_rough(*last, grains.size(), settings_.walls.size());
+        const auto position = [&](std::size_t g) { return last ? last->positions[g] : grains[g].position; };
+        typename M::Vec low = position(0), high = low;
         least_radius_ = largest_radius_ = grains.front().radius;
-        for (const auto& g : grains) {
-            low = low.cwiseMin(g.position);
-            high = high.cwiseMax(g.position);
-            least_radius_ = std::min(least_radius_, g.radius);
-            largest_radius_ = std::max(largest_radius_, g.radius);
+        for (std::size_t g = 0; g < grains.size(); ++g) {
+            low = low.cwiseMin(position(g));
+            high = high.cwiseMax(position(g));
+            least_radius_ = std::min(least_radius_, grains[g].radius);
+            largest_radius_ = std::max(largest_radius_, grains[g].radius);
         }
-        if (settings_.cells[0] == 0) settings_.cells = choose_cells<M>(comm_.size(), high - low);
+        if (settings_.cells == GridCells<M::dim>{})
+            settings_.cells = last && one_cell_each(last->cells, comm_.size())
+                                  ? last->cells
+                                  : choose_cells<M>(comm_.size(), high - low);
         const Grid<M> grid(settings_.cells, low, high);
         for (int rank : comm_.ranks()) {
             Subdomain<M>& part = parts_.emplace_back();
             part.rank = rank;
-            for (const auto& g : grains) {
-                if (grid.owner(g.position) != rank) continue;
-                part.grains.push_back(g);
+            for (std::size_t g = 0; g < grains.size(); ++g) {
+                if (grid.owner(position(g)) != rank) continue;
+                part.grains.push_back(grains[g]);
+                part.grains.back().position = position(g);
                 part.sharers.push_back(rank);
                 part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
             }
@@ -75,19 +79,27 @@ class Simulation {
             part.problem.least_radius = least_radius_;
         }
         Stopwatch watch(comm_);
-        rough(0);
+        if (last)
+            repeat(*last, grid, grains);
+        else
+            rough(0);
         for (auto& part : parts_) set_impulses<M>(part, impulses);
         watch.lap(seconds_.detect);
     }
 
-    // One step. Throws std::runtime_error, the
-    // same on every rank, when grains overlap too much or the numbers are no longer finite.
+    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each other
+    // unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have become
+    // what no scene can have.
     StepReport step(const StepSolver<M>& solve) {
+        if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
+        check_walls<M>(settings_.walls, settings_.materials);
         Stopwatch watch(comm_);
         StepReport report;
+        if (steps_ == 0) check_first_drift();
+        watch.lap(seconds_.detect);
         drift((1 - settings_.theta) * settings_.h);
         watch.lap(seconds_.advance);
-        const Survey before = survey([](const Subdomain<M>& part, std::size_t g) { return part.grains[g].velocity; });
+        const Survey before = survey(Velocities::known);
         if (++since_rough_ > settings_.rough_every || 2 * before.moved > skin_) rough(0);
         int iterations = 0;
         for (;; ++report.attempts) {
@@ -99,13 +111,14 @@ class Simulation {
             iterations += report.solve.iterations;
             watch.skip();
             for (auto& part : parts_) keep_impulses(part);
-            share_velocities();
+            share_velocities(parts_, comm_);
             watch.lap(seconds_.advance);
             const bool done = complete(report.attempts);
             watch.lap(seconds_.detect);
             if (done) break;
         }
         report.solve.iterations = iterations;
+        report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
         commit();
         drift(settings_.theta * settings_.h);
         ++steps_;
@@ -116,11 +129,14 @@ class Simulation {
     Communicator& comm() const { return comm_; }
     const std::vector<Subdomain<M>>& parts() const { return parts_; }
     const SimulationSettings<M>& settings() const { return settings_; }
-    std::vector<Wall<M>>& walls() { return settings_.walls; }  // to change a force or a velocity between steps
+    std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }
     const PhaseSeconds& seconds() const { return seconds_; }
     double least_radius() const { return least_radius_; }
     int steps() const { return steps_; }
+    double skin() const { return skin_; }                                       // of the last rough detection
+    int steps_since_rough() const { return since_rough_; }                      // and the steps made since
+    const std::vector<double>& rough_offsets() const { return rough_offset_; }  // of the walls, when it was made
 
   private:
     struct Survey {
@@ -128,43 +144,16 @@ class Simulation {
         double speed = 0;  // largest [m/s]
     };
 
-    void check(std::span<const Grain<M>> grains) const {
-        if (grains.empty()) throw std::invalid_argument("the scene has no grains");
-        for (const auto& g : grains) {
-            const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-            const char* what = !positive(g.radius)                                           ? "radius"
-                               : !positive(g.mass)                                           ? "mass"
-                               : M::friction && !positive(g.inertia)                         ? "inertia"
-                               : !g.position.allFinite()                                     ? "position"
-                               : !g.velocity.allFinite() || !g.load.allFinite()              ? "velocity or load"
-                               : g.material < 0 || g.material >= settings_.materials.count() ? "material"
-                               : g.id < 0                                                    ? "id"
-                                                                                             : nullptr;
-            if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
-        }
-        std::vector<int> ids;
-        for (const auto& g : grains) ids.push_back(g.id);
-        std::sort(ids.begin(), ids.end());
-        if (const auto twice = std::adjacent_find(ids.begin(), ids.end()); twice != ids.end())
-            throw std::invalid_argument("grain " + std::to_string(*twice) + ": there are two of this id");
-        if (!settings_.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
-        if (!(settings_.h > 0 && std::isfinite(settings_.h)) || !(settings_.theta >= 0 && settings_.theta <= 1))
-            throw std::invalid_argument("the step must be positive and theta within [0, 1]");
-        if (!(settings_.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
-        for (const auto& wall : settings_.walls) {
-            const std::string name = "wall " + std::to_string(&wall - settings_.walls.data()) + ": ";
-            if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
-                throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
-            if (wall.material < 0 || wall.material >= settings_.materials.count())
-                throw std::invalid_argument(name + "material is not valid");
-            if (wall.driven && !(wall.mass > 0)) throw std::invalid_argument("a driven wall needs a positive mass");
-            if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
-                throw std::invalid_argument("a wall's normal must be a unit vector");
-        }
-        int product = 1;
-        for (int cells : settings_.cells) product *= cells;
-        if (settings_.cells[0] != 0 && product != comm_.size())
-            throw std::invalid_argument("the grid's cells must be as many as the ranks");
+    enum class Velocities { known, solved };  // before the step, or of its problem
+
+    auto velocity(const Subdomain<M>& part, std::size_t g, Velocities which) const -> typename M::Vec {
+        return which == Velocities::known ? part.grains[g].velocity.template head<M::dim>()
+                                          : part.problem.bodies[g].linear();
+    }
+    double normal_speed(std::size_t w, Velocities which) const {
+        const Wall<M>& wall = settings_.walls[w];
+        if (which == Velocities::solved) return wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
+        return wall.normal_speed();
     }
 
     void drift(double dt) {
@@ -177,12 +166,12 @@ class Simulation {
     static double larger(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
 
     // Largest values over the scene, with one all-gather. Throws std::runtime_error when they are not finite.
-    Survey survey(auto&& velocity, double lookahead = 0) {
+    Survey survey(Velocities which, double lookahead = 0) {
         std::vector<Buffer> mine;
         for (const auto& part : parts_) {
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
-                const typename M::Vec v = velocity(part, g).template head<M::dim>();
+                const typename M::Vec v = velocity(part, g, which);
                 s.speed = larger(s.speed, v.norm());
                 s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
@@ -196,8 +185,7 @@ class Simulation {
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
-            double speed = wall.normal_speed();
-            if (lookahead > 0) speed = wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
+            const double speed = normal_speed(w, which);
             total.speed = larger(total.speed, std::abs(speed));
             total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - rough_offset_[w]));
         }
@@ -243,6 +231,20 @@ class Simulation {
         since_rough_ = 0;
     }
 
+    // The rough detection that another simulation made, of which parts_ has the positions.
+    void repeat(const RoughDetection<M>& last, const Grid<M>& grid, std::span<const Grain<M>> grains) {
+        std::vector<Wall<M>> walls = settings_.walls;
+        for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
+        repartition<M>(parts_, comm_, grid, walls, last.skin, largest_radius_);
+        std::unordered_map<int, const Grain<M>*> by_id;
+        for (const auto& g : grains) by_id[g.id] = &g;
+        for (auto& part : parts_)
+            for (auto& g : part.grains) g.position = by_id[g.id]->position;
+        rough_offset_ = last.offsets;
+        skin_ = last.skin;
+        since_rough_ = last.steps_since;
+    }
+
     // Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
         std::vector<Buffer> mine(parts_.size());
@@ -259,7 +261,8 @@ class Simulation {
             if (all[p + 1] > worst.ratio)
                 worst = {all[p + 1], static_cast<int>(all[p + 2]), static_cast<int>(all[p + 3])};
         }
-        if (worst.ratio > settings_.largest_overlap) throw std::runtime_error(overlap_message(worst));
+        if (worst.ratio > settings_.largest_overlap)
+            throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
         agree_on_multiplicities<M>(parts_, comm_, settings_.walls);
     }
 
@@ -271,14 +274,6 @@ class Simulation {
             prepare_contacts(parts_[k].problem);  // for solvers of the caller's own
             apply_impulses(parts_[k].problem);
         });
-    }
-
-    std::string overlap_message(const Overlap& worst) const {
-        const std::string other =
-            worst.j < 0 ? "wall " + std::to_string(-1 - worst.j) : "grain " + std::to_string(worst.j);
-        return "step " + std::to_string(steps_ + 1) + ": grain " + std::to_string(worst.i) + " and " + other +
-               " overlap by " + std::to_string(100 * worst.ratio) + " % of a radius (at most " +
-               std::to_string(100 * settings_.largest_overlap) + " %)";
     }
 
     void count_scene(StepReport& report) {
@@ -309,54 +304,49 @@ class Simulation {
             part.wall_pairs[static_cast<std::size_t>(part.wall_source[c])].r = part.problem.wall_contacts[c].r;
     }
 
+    // Nothing detected before what moves until the first detection, and a state to go on from may be of another step.
+    void check_first_drift() {
+        const double time = (1 - settings_.theta) * settings_.h;
+        const Survey start = survey(Velocities::known, time);
+        if (2 * start.moved > skin_) rough(2.2 * time * start.speed);
+        std::vector<Buffer> mine;
+        for (const auto& part : parts_) {
+            const Passage p = find_early_passage<M>(part, settings_.walls, settings_.materials, settings_.h,
+                                                    settings_.theta, settings_.largest_overlap);
+            mine.push_back({p.h, double(p.i), double(p.j)});
+        }
+        refuse_passage(comm_.all_gather(mine), 0, 3);
+    }
+
+    // Of every rank `stride` numbers, from `first` on those of a Passage.
+    void refuse_passage(std::span<const double> all, std::size_t first, std::size_t stride) const {
+        Passage worst;
+        for (std::size_t p = first; p < all.size(); p += stride)
+            worst.note({all[p], static_cast<int>(all[p + 1]), static_cast<int>(all[p + 2])});
+        if (worst.found()) throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
+    }
+
     // Could the velocities found close a pair that was no contact? Then look again, wider, and say no.
     bool complete(int attempt) {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
-        const Survey after =
-            survey([](const Subdomain<M>& part, std::size_t g) { return part.problem.bodies[g].v; }, settings_.h);
-        std::vector<Buffer> mine;
-        for (auto& part : parts_)
-            mine.push_back({double(find_missed<M>(part, settings_.walls, settings_.h, after.speed))});
-        double missed = 0;
-        for (double flag : comm_.all_gather(mine)) missed += flag;
+        const Survey after = survey(Velocities::solved, settings_.h);
         if (2 * after.moved > skin_) {
             rough(2.2 * settings_.h * after.speed);
             return false;
         }
-        return missed == 0;
-    }
-
-    // Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
-    // and after a factorised gluing copies agree to round-off only.
-    void share_velocities() {
-        std::vector<Links> links(parts_.size());
-        for (std::size_t k = 0; k < parts_.size(); ++k) {
-            Subdomain<M>& part = parts_[k];
-            for (std::size_t l = 0; l < part.links.size(); ++l) {
-                Link& link = part.links[l];
-                link.send.clear();
-                for (int g : part.linked[l]) {
-                    const auto& v = part.problem.bodies[static_cast<std::size_t>(g)].v;
-                    link.send.insert(link.send.end(), v.data(), v.data() + M::dof);
-                }
-                link.recv.resize(link.send.size());
-            }
-            links[k].swap(part.links);
+        std::vector<Buffer> mine;
+        for (auto& part : parts_) {
+            const auto [missed, p] = find_unseen<M>(part, settings_.walls, settings_.materials, settings_.h,
+                                                    after.speed, settings_.largest_overlap);
+            mine.push_back({double(missed), p.h, double(p.i), double(p.j)});
         }
-        comm_.exchange(links);
-        for (std::size_t k = 0; k < parts_.size(); ++k) {
-            Subdomain<M>& part = parts_[k];
-            links[k].swap(part.links);
-            for (std::size_t l = 0; l < part.links.size(); ++l)
-                for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
-                    const auto g = static_cast<std::size_t>(part.linked[l][s]);
-                    if (first_active(part, g) == part.links[l].peer)
-                        part.problem.bodies[g].v =
-                            Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
-                }
-        }
+        const std::span<const double> all = comm_.all_gather(mine);
+        for (std::size_t p = 0; p < all.size(); p += 4)
+            if (all[p] != 0) return false;
+        refuse_passage(all, 1, 4);
+        return true;
     }
 
     // Velocities of the step into grains and walls.
@@ -368,12 +358,6 @@ class Simulation {
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
             settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
-    }
-
-    static int first_active(const Subdomain<M>& part, std::size_t grain) {
-        for (std::size_t s = part.first_sharer(grain); s < part.last_sharer(grain); ++s)
-            if (part.active[s]) return part.sharers[s];
-        return part.rank;  // nobody touches it: every copy has V_free
     }
 
     Communicator& comm_;

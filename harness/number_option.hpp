@@ -1,0 +1,28 @@
+// Checks of numbers on the command line. CLI11's own let NaN pass, which is in no range and outside none.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <string>
+
+namespace nscdd {
+
+// Of a number within (low, high).
+inline CLI::Validator between(double low, double high) {
+    return CLI::Validator(
+        [=](std::string& text) -> std::string {
+            double value = NAN;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            if (error == std::errc{} && end == text.data() + text.size() && value > low && value < high) return {};
+            return std::isinf(high) ? fmt::format("must be a finite number > {}, found {}", low, text)
+                                    : fmt::format("must be a number in ({}, {}), found {}", low, high, text);
+        },
+        "NUMBER");
+}
+
+inline CLI::Validator positive_number() { return between(0, INFINITY); }
+
+}  // namespace nscdd

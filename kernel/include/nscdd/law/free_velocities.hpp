@@ -1,0 +1,66 @@
+// V_free, what the bodies of a problem would do without contacts, and how far contacts turn them from it.
+#pragma once
+
+#include <vector>
+
+#include "nscdd/law/kinematics.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+template <class M>
+struct FreeVelocities {
+    std::vector<typename M::Velocity> bodies;
+    std::vector<double> walls;  // speeds, WallBody::speed [m/s]
+};
+
+// V_free = V - M^-1 H r.
+template <class M>
+FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
+    for (const auto& c : problem.contacts) apply_impulse(problem, c, typename M::Impulse(-c.r), BetweenGrains{});
+    for (const auto& c : problem.wall_contacts) apply_impulse(problem, c, typename M::Impulse(-c.r), WithWall{});
+    FreeVelocities<M> free;
+    for (const auto& body : problem.bodies) free.bodies.push_back(body.v);
+    for (const auto& wall : problem.walls) free.walls.push_back(wall.speed);
+    return free;
+}
+
+// The change that contacts make to the velocities: the same in every frame of reference that moves uniformly. Sums
+// of split masses over the copies of a body are those of the whole body.
+struct Turned {
+    double energy = 0;  // |V - V_free|_M^2, driven walls included [J]
+    double mass = 0;    // of the bodies and driven walls that are turned [kg]
+
+    void add(double inverse_mass, double square) {
+        if (!(square > 0)) return;
+        energy += square / inverse_mass;
+        mass += 1 / inverse_mass;
+    }
+};
+
+// Driven walls: their copies on this subdomain count where it has a contact with them.
+template <class M>
+void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double>& free, Turned& turned) {
+    std::vector<char> touched(problem.walls.size(), 0);
+    for (const auto& c : problem.wall_contacts) touched[static_cast<std::size_t>(c.j)] = 1;
+    for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+        const double change = problem.walls[w].speed - free[w];
+        if (touched[w] && problem.walls[w].inv_mass > 0) turned.add(problem.walls[w].inv_mass, change * change);
+    }
+}
+
+template <class M>
+Turned turned(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
+    Turned total;
+    for (std::size_t g = 0; g < problem.bodies.size(); ++g) {
+        const Body<M>& body = problem.bodies[g];
+        const typename M::Velocity change = body.v - free.bodies[g];
+        double square = change.template head<M::dim>().squaredNorm();
+        if constexpr (M::friction)
+            square += body.inv_mass / body.inv_inertia * change.template tail<M::spins>().squaredNorm();
+        total.add(body.inv_mass, square);
+    }
+    add_turned_walls(problem, free.walls, total);
+    return total;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,78 @@
+// The energy balance of one step: what gravity, walls and contacts did to the kinetic energy. Collective.
+#pragma once
+
+#include <array>
+
+#include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Works are impulses times the mean of the velocities before and after the step, so that their sum is the change of
+// kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
+struct StepEnergy {
+    double before = 0;    // kinetic energy of grains and driven walls before the step [J]
+    double kinetic = 0;   // after it
+    double external = 0;  // work of gravity and of the grains' loads
+    double walls = 0;     // of the walls: prescribed motion, and forces on driven walls
+    double normal = 0;    // of the contacts, along their normals
+    double friction = 0;  // and along their tangents
+
+    double contacts() const { return normal + friction; }  // not above zero where no energy is made
+    double round_off() const { return kinetic - before - external - walls - contacts(); }
+};
+
+// In: a solved step, whose velocities are in the problems and not yet in grains and walls.
+template <class M>
+StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
+                       const typename M::Vec& gravity, double h) {
+    std::vector<Buffer> mine;
+    ContactProblem<M> mean;
+    for (const Subdomain<M>& part : parts) {
+        StepEnergy e;
+        mean.bodies = part.problem.bodies;
+        mean.walls = part.problem.walls;
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            const Grain<M>& grain = part.grains[g];
+            Body<M>& body = mean.bodies[g];
+            Grain<M> after = grain;
+            after.velocity = body.v;
+            body.v = 0.5 * (body.v + grain.velocity);
+            if (!part.primary(g)) continue;
+            e.before += grain.kinetic_energy();
+            e.kinetic += after.kinetic_energy();
+            e.external += h * (grain.load.dot(body.v) + grain.mass * gravity.dot(body.linear()));
+        }
+        for (std::size_t w = 0; w < walls.size(); ++w)
+            if (walls[w].driven) mean.walls[w].speed = 0.5 * (walls[w].speed + mean.walls[w].speed);
+        const auto add = [&](const Contact<M>& c, auto kind) {
+            const typename M::Impulse v = relative_velocity(mean, c, kind);
+            if constexpr (M::friction) {
+                const double normal = c.r.dot(c.normal) * v.dot(c.normal);
+                e.normal += normal;
+                e.friction += c.r.dot(v) - normal;
+            } else {
+                e.normal += c.r[0] * v[0];
+            }
+        };
+        for (const auto& c : part.problem.contacts) add(c, BetweenGrains{});
+        for (const auto& c : part.problem.wall_contacts) {
+            add(c, WithWall{});
+            e.walls += impulse_vector<M>(c.r, c.normal).dot(walls[static_cast<std::size_t>(c.j)].velocity);
+        }
+        mine.push_back({e.before, e.kinetic, e.external, e.walls, e.normal, e.friction});
+    }
+    std::array<double, 6> sum;
+    sum_in_rank_order(comm.all_gather(mine), sum);
+    StepEnergy total{sum[0], sum[1], sum[2], sum[3], sum[4], sum[5]};
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (!walls[w].driven) continue;
+        const double after = parts[0].problem.walls[w].speed;
+        total.before += 0.5 * walls[w].mass * walls[w].speed * walls[w].speed;
+        total.kinetic += 0.5 * walls[w].mass * after * after;
+        total.walls += h * walls[w].force * 0.5 * (walls[w].speed + after);
+    }
+    return total;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,117 @@
+// What a simulation is made of, and what of it cannot be: all checks throw std::invalid_argument with one line.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nscdd/core/grain.hpp"
+#include "nscdd/core/materials.hpp"
+#include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/grid.hpp"
+#include "nscdd/decompose/repartition.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+template <class M>
+struct SimulationSettings {
+    std::vector<Wall<M>> walls;
+    Materials materials{1};
+    typename M::Vec gravity = M::Vec::Zero();
+    double h = 1e-3;               // [s]
+    double theta = 0.5;            // of the Moreau-Jean scheme, 0.5 to 1 in use
+    int rough_every = 10;          // steps between rough detections; sooner when grains have moved too far
+    GridCells<M::dim> cells{};     // subdomains per axis; zeros: chosen from the number of ranks
+    double largest_overlap = 0.1;  // of a radius; more is an error
+};
+
+// The last rough detection. It decides which candidates there are, who owns them, in which order they are swept, and
+// when the next one comes: all that a step depends on beside grains, walls and impulses.
+template <class M>
+struct RoughDetection {
+    GridCells<M::dim> cells{};               // subdomains per axis
+    double skin = 0;                         // [m]
+    int steps_since = 0;                     // steps made since
+    std::vector<typename M::Vec> positions;  // of the grains, when it was made
+    std::vector<double> offsets;             // of the walls, when it was made
+};
+
+// One cell for each rank? Cells of whatever sign or size, which a file may bring.
+inline bool one_cell_each(std::span<const int> cells, int ranks) {
+    for (const int count : cells) {
+        if (count < 1 || ranks % count != 0) return false;
+        ranks /= count;
+    }
+    return ranks == 1;
+}
+
+template <class M>
+void check_grains(std::span<const Grain<M>> grains, const Materials& materials) {
+    if (grains.empty()) throw std::invalid_argument("the scene has no grains");
+    for (const auto& g : grains) {
+        const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+        const char* what = !positive(g.radius)                                 ? "radius"
+                           : !positive(g.mass)                                 ? "mass"
+                           : M::friction && !positive(g.inertia)               ? "inertia"
+                           : !std::isfinite(g.position.squaredNorm())          ? "position"
+                           : !g.velocity.allFinite() || !g.load.allFinite()    ? "velocity or load"
+                           : g.material < 0 || g.material >= materials.count() ? "material"
+                           : g.id < 0                                          ? "id"
+                                                                               : nullptr;
+        if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
+    }
+    std::vector<int> ids;
+    for (const auto& g : grains) ids.push_back(g.id);
+    std::sort(ids.begin(), ids.end());
+    if (const auto twice = std::adjacent_find(ids.begin(), ids.end()); twice != ids.end())
+        throw std::invalid_argument("grain " + std::to_string(*twice) + ": there are two of this id");
+}
+
+template <class M>
+void check_walls(std::span<const Wall<M>> walls, const Materials& materials) {
+    for (const auto& wall : walls) {
+        const std::string name = "wall " + std::to_string(&wall - walls.data()) + ": ";
+        if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
+            throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
+        if (wall.material < 0 || wall.material >= materials.count())
+            throw std::invalid_argument(name + "material is not valid");
+        if (wall.driven && !(wall.mass > 0))
+            throw std::invalid_argument(name + "it is driven and needs a positive mass");
+        if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
+            throw std::invalid_argument(name + "the normal must be a unit vector");
+    }
+}
+
+template <class M>
+void check_settings(const SimulationSettings<M>& settings, int ranks) {
+    if (!settings.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
+    if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
+        throw std::invalid_argument("the step must be positive and theta within [0, 1]");
+    if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
+    check_walls<M>(settings.walls, settings.materials);
+    if (settings.cells != GridCells<M::dim>{}) check_cells<M::dim>(settings.cells, ranks);
+}
+
+template <class M>
+void check_impulses(std::span<const PairImpulse<M>> impulses) {
+    for (const auto& p : impulses)
+        if (!p.r.allFinite())
+            throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
+}
+
+template <class M>
+void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t walls) {
+    if (rough.positions.size() != grains || rough.offsets.size() != walls)
+        throw std::invalid_argument("the last rough detection is of other grains or walls");
+    if (!std::all_of(rough.positions.begin(), rough.positions.end(),
+                     [](const auto& x) { return std::isfinite(x.squaredNorm()); }) ||
+        !std::all_of(rough.offsets.begin(), rough.offsets.end(), [](double x) { return std::isfinite(x); }))
+        throw std::invalid_argument("a position or offset of the last rough detection is not finite");
+    if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
+        throw std::invalid_argument("the last rough detection needs a positive skin and a number of steps since");
+}
+
+}  // namespace nscdd
