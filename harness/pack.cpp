@@ -7,7 +7,7 @@
 #include <random>
 
 #include "build_scene.hpp"
-#include "nscdd/nscdd.hpp"
+#include "compiled_kernel.hpp"
 #include "packing.hpp"
 #include "progress.hpp"
 #include "replace_file.hpp"

@@ -3,20 +3,16 @@
 
 #include <time.h>
 
-#include <Eigen/CholmodSupport>
 #include <map>
 
 #include "build_scene.hpp"
 #include "local_form.hpp"
-#include "nscdd/nscdd.hpp"
 #include "progress.hpp"
-#include "umfpack.hpp"
+#include "suitesparse.hpp"
 
 namespace nscdd {
 
 namespace run_detail {
-
-using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
 // The way to solve a step, and the name of what solves its interface problem.
 template <class M>

@@ -4,11 +4,9 @@
 #include <filesystem>
 
 #include "local_form.hpp"
-#include "nscdd/solve/block_nlgs.hpp"
-#include "nscdd/solve/newton.hpp"
-#include "nscdd/solve/projected_gradient.hpp"
 #include "number_option.hpp"
-#include "umfpack.hpp"
+#include "replace_file.hpp"
+#include "suitesparse.hpp"
 
 namespace nscdd {
 

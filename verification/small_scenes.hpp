@@ -8,16 +8,13 @@
 #include <string>
 #include <type_traits>
 
-#include "compiled_kernel.hpp"
+#include "every_model.hpp"
 
 namespace scenes {
 
 using nscdd::Buffer;
 using nscdd::Grain;
 using nscdd::Wall;
-
-// For TEMPLATE_TEST_CASE.
-#define EVERY_MODEL SmoothDisks, Disks, SmoothSpheres, Spheres
 
 template <class M>
 struct Scene {

@@ -1,46 +1,48 @@
-nscdd_test(test_communicator quick unit/test_communicator.cpp)
-nscdd_test(test_law quick unit/test_contact_law.cpp unit/test_delassus.cpp)
-nscdd_test(test_sweeper quick unit/test_sweeper.cpp)
-nscdd_test(test_sweeper_unvectorised quick unit/test_sweeper.cpp)  # where Eigen knows no packets, or is told to use none
-target_compile_definitions(test_sweeper_unvectorised PRIVATE EIGEN_DONT_VECTORIZE)
-# the fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
+nscdd_test(test_communicator "quick;sanitized" unit/test_communicator.cpp)
+nscdd_test(test_law "quick" unit/test_contact_law.cpp unit/test_delassus.cpp)
+nscdd_test(test_sweeper "quick;sanitized" unit/test_sweeper.cpp)
+nscdd_test(test_anderson "" unit/test_anderson.cpp)
+nscdd_test(test_local_form "" unit/test_local_form.cpp)
+nscdd_test(test_partition "sanitized" unit/test_partition.cpp)
+nscdd_test(test_gluing "sanitized" unit/test_gluing.cpp)
+nscdd_test(test_detection "sanitized" unit/test_detection.cpp unit/test_stepping.cpp)
+nscdd_test(test_misuse "sanitized" unit/test_misuse.cpp)
+nscdd_test(test_conservation "" unit/test_conservation.cpp unit/test_velocity_error.cpp)
+nscdd_test(test_analytic "sanitized" unit/test_analytic.cpp)
+nscdd_test(test_newton "" unit/test_newton.cpp)
+nscdd_test(test_invariance "" unit/test_invariance.cpp)
+nscdd_test(test_gradient "" unit/test_gradient.cpp)
+nscdd_test(test_schemes "quick" agreement/test_schemes.cpp)
+nscdd_test(test_reference "" agreement/test_reference.cpp)
+
+# The fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
 add_executable(test_sweep_as_shipped unit/test_sweep_as_shipped.cpp)
 target_link_libraries(test_sweep_as_shipped PRIVATE nscdd::kernel catch_main)
 target_compile_options(test_sweep_as_shipped PRIVATE -O3 -Wall -Wextra $<$<BOOL:${NSCDD_NATIVE}>:-march=native>
                        $<$<BOOL:${NSCDD_WERROR}>:-Werror>)
-catch_discover_tests(test_sweep_as_shipped TEST_PREFIX "test_sweep_as_shipped: " PROPERTIES LABELS quick TIMEOUT 600)
-nscdd_test(test_anderson quick unit/test_anderson.cpp)
-nscdd_test(test_local_form quick unit/test_local_form.cpp)
-nscdd_test(test_partition quick unit/test_partition.cpp)
-nscdd_test(test_gluing quick unit/test_gluing.cpp)
-nscdd_test(test_detection quick unit/test_detection.cpp unit/test_stepping.cpp)
-nscdd_test(test_misuse quick unit/test_misuse.cpp)
-nscdd_test(test_conservation quick unit/test_conservation.cpp unit/test_velocity_error.cpp)
-nscdd_test(test_analytic quick unit/test_analytic.cpp)
-nscdd_test(test_newton quick unit/test_newton.cpp)
-nscdd_test(test_invariance quick unit/test_invariance.cpp)
-nscdd_test(test_gradient quick unit/test_gradient.cpp)
-nscdd_test(test_single_precision quick unit/test_single_precision.cpp)
-nscdd_test(test_schemes quick agreement/test_schemes.cpp)
-nscdd_test(test_reference quick agreement/test_reference.cpp)
+catch_discover_tests(test_sweep_as_shipped TEST_PREFIX "test_sweep_as_shipped: " PROPERTIES LABELS unit TIMEOUT 600)
 
-foreach(test test_detection test_gluing test_misuse test_partition test_sweeper test_sweeper_unvectorised)
-    target_compile_options(${test} PRIVATE -O0)  # they compile for a minute and run for a moment
-endforeach()
+if(NSCDD_FULL_TESTS)
+    # The sweep where Eigen knows no packets, or is told to use none: a kernel compiled for this alone, in two models. It
+    # breaks where test_sweeper does; narrow packets are those of the stage with sanitizers.
+    nscdd_test(test_sweeper_unvectorised "full" unit/test_sweeper.cpp)
+    target_compile_definitions(test_sweeper_unvectorised PRIVATE EIGEN_DONT_VECTORIZE)
+    set_target_properties(test_sweeper_unvectorised PROPERTIES DISABLE_PRECOMPILE_HEADERS ON)
+    # A study of what a kernel in single precision would cost, of which nothing is in the kernel.
+    nscdd_test(test_single_precision "full" unit/test_single_precision.cpp)
+endif()
 
 if(TARGET nscdd_files)
-    nscdd_test(test_files quick unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
+    nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
 endif()
 
 if(MPI_CXX_FOUND)
-    nscdd_mpi_test(test_communicator_mpi "1;2;3;4" mpi/test_communicator_mpi.cpp)
-    nscdd_mpi_test(test_mpi_bitwise "1;2;4" mpi/test_mpi_bitwise.cpp)
-    # Catch2's runner apart from our flags: with sanitizers GCC takes some of std::regex in it for uninitialised
     add_library(mpi_main OBJECT mpi/mpi_main.cpp)
     target_link_libraries(mpi_main PUBLIC Catch2::Catch2 MPI::MPI_CXX)
-    target_link_libraries(test_communicator_mpi PRIVATE mpi_main)
-    target_link_libraries(test_mpi_bitwise PRIVATE mpi_main)
+    target_compile_options(mpi_main PRIVATE -O0)
+    nscdd_mpi_test(test_communicator_mpi "3" "1;2;4" mpi/test_communicator_mpi.cpp)
+    nscdd_mpi_test(test_mpi_bitwise "2" "1;4" mpi/test_mpi_bitwise.cpp)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
@@ -54,7 +56,9 @@ add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJE
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "only one header knows MPI" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/mpi_only_there.cmake)
-set_tests_properties(consumer "consumer with options of its own" "headers compile alone" "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
+set_tests_properties(consumer "only one header knows MPI" PROPERTIES LABELS build TIMEOUT 600)
+# they compile for half a minute each; a header breaks the first when it is new, the kernel the second when GCC warns anew
+set_tests_properties("headers compile alone" "consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 
 if(NSCDD_PROGRAM)
     find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
@@ -70,18 +74,24 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("pack, run, compare" program test_program.Program)
     nscdd_program_test("go on from a state" program test_restart)
     nscdd_program_test("hard cases" program test_hard_cases)
-    nscdd_program_test("speed against error" program test_accuracy)
-    nscdd_program_test("what acceleration saves" program test_acceleration)
     nscdd_program_test("exchange of contact problems" program test_fclib)
-    nscdd_program_test("iterations at 8 subdomains" slow test_program.Iterations)
+    # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off
+    nscdd_program_test("speed against error" "program;full" test_accuracy)
+    nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
+    nscdd_program_test("iterations at 8 subdomains" "program;full" test_program.Iterations)
     # both call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
     set_tests_properties("program: bad input" "program: pack, run, compare" "program: go on from a state" PROPERTIES RESOURCE_LOCK mpirun)
+    add_dependencies(sanitized_tests nscdd)
     add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
     set_tests_properties("report generator" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
 
 find_package(benchmark)
 if(benchmark_FOUND AND TARGET nscdd_files)
-    add_executable(nscdd_bench benchmark/bench_step.cpp benchmark/bench_sweep.cpp)
+    # two minutes of compiling that no test needs: `cmake --build build --target nscdd_bench`
+    add_executable(nscdd_bench EXCLUDE_FROM_ALL benchmark/bench_step.cpp benchmark/bench_sweep.cpp)
     target_link_libraries(nscdd_bench PRIVATE nscdd_files nscdd::kernel nscdd_flags benchmark::benchmark)
+    if(NSCDD_FULL_TESTS)
+        set_target_properties(nscdd_bench PROPERTIES EXCLUDE_FROM_ALL OFF)
+    endif()
 endif()

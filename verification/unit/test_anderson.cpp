@@ -234,8 +234,7 @@ TEST_CASE("one iteration in five combines nothing, after two hundred", "[anderso
     CHECK(next() != 0);
 }
 
-TEMPLATE_TEST_CASE("accelerated sweeps are those of the definition", "[anderson]", Disks, FrictionDisks, Spheres,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("accelerated sweeps are those of the definition", "[anderson]", EVERY_MODEL) {
     using M = TestType;
     Random random(22);
     const int side = M::dim == 2 ? 9 : 5;

@@ -40,8 +40,7 @@ constexpr Solver solvers[] = {{Scheme::nlgs, 1}, {Scheme::dcs, 2}, {Scheme::ccs,
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("linear and angular momentum stay to round-off", "[conservation]", Disks, FrictionDisks, Spheres,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("linear and angular momentum stay to round-off", "[conservation]", EVERY_MODEL) {
     using M = TestType;
     const double restitution = GENERATE(0.0, 0.6);
     const auto grains = collapsing_cluster<M>();
@@ -66,8 +65,7 @@ TEMPLATE_TEST_CASE("linear and angular momentum stay to round-off", "[conservati
     }
 }
 
-TEMPLATE_TEST_CASE("kinetic energy never grows without restitution", "[conservation]", Disks, FrictionDisks, Spheres,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("kinetic energy never grows without restitution", "[conservation]", EVERY_MODEL) {
     using M = TestType;
     const auto grains = collapsing_cluster<M>();
     for (const Solver& solver : solvers) {

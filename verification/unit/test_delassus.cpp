@@ -69,7 +69,7 @@ TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, 
     }
 }
 
-TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", Disks, FrictionDisks, Spheres, FrictionSpheres) {
+TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
     using M = TestType;
     Random random(4);
     const int side = M::dim == 2 ? 7 : 4;

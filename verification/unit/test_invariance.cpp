@@ -227,9 +227,7 @@ class VelocityError {
 
 }  // namespace
 
-#define SOME_MODELS Disks, FrictionDisks, Spheres, FrictionSpheres
-
-TEMPLATE_TEST_CASE("units scaled by powers of two leave every bit of the history", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("units scaled by powers of two leave every bit of the history", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -259,7 +257,7 @@ TEMPLATE_TEST_CASE("units scaled by powers of two leave every bit of the history
     }
 }
 
-TEMPLATE_TEST_CASE("other units leave the counts", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("other units leave the counts", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -275,7 +273,7 @@ TEMPLATE_TEST_CASE("other units leave the counts", "[invariance]", SOME_MODELS) 
     }
 }
 
-TEMPLATE_TEST_CASE("turned and mirrored problems are solved alike", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("turned and mirrored problems are solved alike", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -304,7 +302,7 @@ TEMPLATE_TEST_CASE("turned and mirrored problems are solved alike", "[invariance
         });
 }
 
-TEMPLATE_TEST_CASE("a scene elsewhere goes the same way", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("a scene elsewhere goes the same way", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -347,7 +345,7 @@ TEMPLATE_TEST_CASE("a scene elsewhere goes the same way", "[invariance]", SOME_M
 
 // Spatial order is a matter of places, ties within a cell go by id: the order in which grains are given does not
 // matter, nor do their ids as long as they rise together.
-TEMPLATE_TEST_CASE("the order of the grains, and gaps between their ids, do not matter", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("the order of the grains, and gaps between their ids, do not matter", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -369,7 +367,7 @@ TEMPLATE_TEST_CASE("the order of the grains, and gaps between their ids, do not 
     }
 }
 
-TEMPLATE_TEST_CASE("bodies in another order, contacts in the same: the same bits", "[invariance]", SOME_MODELS) {
+TEMPLATE_TEST_CASE("bodies in another order, contacts in the same: the same bits", "[invariance]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);

@@ -266,8 +266,7 @@ std::vector<typename M::Vec> full_velocities(ContactProblem<M>& problem) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by column", "[local]", Disks, FrictionDisks,
-                   Spheres, FrictionSpheres) {
+TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by column", "[local]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -318,8 +317,7 @@ TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by co
     CHECK(coupled > n);
 }
 
-TEMPLATE_TEST_CASE("Sweeps, eta and velocities are those of matrix-free NLGS", "[local]", Disks, FrictionDisks, Spheres,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("Sweeps, eta and velocities are those of matrix-free NLGS", "[local]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);

@@ -264,13 +264,12 @@ void check_split_walls(const Simulation<M>& simulation) {
         CHECK(mass == Approx(simulation.walls()[w].mass).epsilon(1e-14));
         shared += touching > 1;
     }
-    CHECK(shared > 1);
+    CHECK(shared >= M::dim - 1);  // strips share the driven walls along them
 }
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("split masses sum to the whole, and all holders agree", "[partition]", Disks, FrictionDisks, Spheres,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("split masses sum to the whole, and all holders agree", "[partition]", EVERY_MODEL) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);

@@ -15,7 +15,9 @@ namespace nscdd::inline NSCDD_ABI {
 // The threads live as long as the team and wait between loops. The caller is one of them.
 class Team {
   public:
-    explicit Team(int threads) : thrown_(static_cast<std::size_t>(threads)) {  // at least 1
+    explicit Team(int threads)  // at least 1
+        : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
+          thrown_(static_cast<std::size_t>(threads)) {
         for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
     }
     ~Team() {
@@ -44,9 +46,10 @@ class Team {
 
   private:
     // Waits for another value: first by looking, since a loop follows the last one within microseconds and to be woken
-    // takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
-    static void await(const std::atomic<unsigned>& value, unsigned old) {
-        for (int look = 0; look < 50'000; ++look)
+    // takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep. Asleep
+    // at once where there are more threads than cores: the thread waited for may need this one's core.
+    void await(const std::atomic<unsigned>& value, unsigned old) const {
+        for (int look = 0; look < looks_; ++look)
             if (value.load(std::memory_order_acquire) != old) return;
         value.wait(old, std::memory_order_acquire);
     }
@@ -71,6 +74,7 @@ class Team {
         }
     }
 
+    const int looks_;
     std::atomic<unsigned> loop_{0}, busy_{0};  // loops begun; threads that have not ended the current one
     std::size_t count_ = 0;
     const std::function<void(std::size_t)>* task_ = nullptr;

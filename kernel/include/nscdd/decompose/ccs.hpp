@@ -5,19 +5,18 @@
 #include <tuple>
 
 #include "nscdd/decompose/gluing.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/decompose/scheme.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
-class Ccs {
+class Ccs final : public CommunicationScheme<M> {
   public:
-    using Model = M;
     static constexpr const char* name = "ccs";
     static constexpr const char* interface_name = Gluing::name;
 
     // After split_masses(): tells rank 0 which copies there are.
-    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         std::vector<std::vector<Buffer>> out(parts.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
         mine_.resize(parts.size());
         walls_ = 0;
@@ -35,7 +34,7 @@ class Ccs {
         if (comm.ranks()[0] == 0) set_up_root(parts[0], told[0], static_cast<std::size_t>(comm.size()));
     }
 
-    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         for (std::size_t k = 0; k < parts.size(); ++k) {
             double* out = mine_[k].data();
             for (int g : parts[k].interface) {

@@ -6,18 +6,17 @@
 #pragma once
 
 #include "nscdd/decompose/gluing.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/decompose/scheme.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
-class Dcs {
+class Dcs final : public CommunicationScheme<M> {
   public:
-    using Model = M;
     static constexpr const char* name = "dcs";
     static constexpr const char* interface_name = Gluing::name;
 
-    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         fronts_.resize(parts.size());
         links_.resize(parts.size());
         speeds_.resize(parts.size());
@@ -25,7 +24,7 @@ class Dcs {
         set_up_walls(parts[0], static_cast<std::size_t>(comm.size()));
     }
 
-    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    void glue(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         comm.each_rank([this, &parts](std::size_t k) { pack(parts[k], k); });
         comm.exchange(links_);
         comm.each_rank([this, &parts](std::size_t k) { unpack(parts[k], k); });

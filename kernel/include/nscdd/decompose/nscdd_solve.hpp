@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "nscdd/comm/communicator.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/decompose/scheme.hpp"
 #include "nscdd/solve/nlgs.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -55,9 +55,9 @@ ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicato
 }
 
 // In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
-// all active copies. Scheme: Ccs or Dcs. With one subdomain the numbers are those of nlgs(), bit for bit.
-template <class M, class Scheme>
-SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Scheme& scheme,
+// all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
+template <class M>
+SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, CommunicationScheme<M>& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds) {
     check_options(options);
     Stopwatch watch(comm);

@@ -14,13 +14,15 @@
 
 #include "nscdd/law/cone_scaling.hpp"
 #include "nscdd/solve/linear_contacts.hpp"
+#include "nscdd/solve/sparse_factors.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-template <int size, class Factorisation>
+template <int size>
 class InteriorPoint {
   public:
-    explicit InteriorPoint(const LinearContacts<size>& problem) : problem_(problem), contacts_(problem.contacts()) {}
+    InteriorPoint(const LinearContacts<size>& problem, const NewFactors& new_factors)
+        : problem_(problem), new_factors_(new_factors), contacts_(problem.contacts()) {}
 
     // Starts as near to r as an answer of this residual allows, 1 where nothing is known. Calls judge(r) on the
     // impulses of every iterate until it says stop, or no further step can be found. Counts in report.iterations and
@@ -28,7 +30,7 @@ class InteriorPoint {
     template <class Report>
     void operator()(const Eigen::VectorXd& r, double residual, auto&& judge, int max_iterations, Report& report) {
         if (!start(r, residual)) return;
-        Factorisation factors;
+        const std::unique_ptr<SparseFactors> factors = new_factors_();
         bool analysed = false;
         while (!judge(std::as_const(r_)) && scale()) {
             double length = 0;
@@ -37,12 +39,11 @@ class InteriorPoint {
                 if (report.iterations >= max_iterations) return;
                 ++report.iterations;
                 const Eigen::SparseMatrix<double> jacobian = linearise();
-                if (!analysed) factors.analyzePattern(jacobian);
+                if (!analysed) factors->analyze(jacobian);
                 analysed = true;
                 ++report.factorisations;
-                factors.factorize(jacobian);
-                if (factors.info() != Eigen::Success) return;
-                length = find_direction(factors);
+                if (!factors->factorize(jacobian)) return;
+                length = find_direction(*factors);
                 if (!std::isfinite(dx_.squaredNorm() + dr_.squaredNorm())) return;
             }
             if (length < 1e-3) return;  // no way on, as where there is no answer
@@ -148,7 +149,7 @@ class InteriorPoint {
     }
 
     // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
-    double find_direction(Factorisation& factors) {
+    double find_direction(const SparseFactors& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
         const double reach = std::min(1.0, longest());
         double left = 0;
@@ -173,7 +174,7 @@ class InteriorPoint {
         return std::min(1.0, 0.95 * longest());
     }
 
-    void solve(Factorisation& factors, auto&& constant) {
+    void solve(const SparseFactors& factors, auto&& constant) {
         Eigen::VectorXd own(r_.size());
         for (std::size_t c = 0; c < contacts_.size(); ++c)
             problem_.at(own, c) = contacts_[c].kept * (contacts_[c].to_world * constant(contacts_[c]));
@@ -223,6 +224,7 @@ class InteriorPoint {
     }
 
     const LinearContacts<size>& problem_;
+    const NewFactors& new_factors_;
     std::vector<Local> contacts_;
     Eigen::VectorXd x_, r_, w_, dx_, dr_, dw_;
     Eigen::VectorXd state_residual_, residual_;  // x - B r, and of the velocities

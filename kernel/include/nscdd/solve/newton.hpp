@@ -8,6 +8,7 @@
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
 
 #include <Eigen/SparseLU>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -37,18 +38,20 @@ void scatter_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
 
 namespace detail {
 
-// r: first guess, then the best answer met. done(r, report) judges r: it notes the residual in the report and says
-// whether to stop.
-template <class Factorisation, int size>
-void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& options, Eigen::VectorXd& r, auto&& done,
-                  NewtonReport& report) {
+// Judges impulses: notes their residual in the report and says whether to stop.
+using NewtonJudge = std::function<bool(const Eigen::VectorXd&, NewtonReport&)>;
+
+// r: first guess, then the best answer met. Compiled once per size of an impulse, whoever judges and factorises.
+template <int size>
+void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& options, const NewFactors& new_factors,
+                  Eigen::VectorXd& r, const NewtonJudge& done, NewtonReport& report) {
     constexpr double statuses_known = 1e-7;  // from there Newton's method takes a few steps
     if (done(r, report)) return;
     // Where walls leave the grains no room impulses grow without end, and eta, relative to them, falls. So an answer
     // whose velocities are hardly better than those of the first guess must not need far larger impulses.
     const double first = report.residual, energy = linear.energy(r);
     bool runaway = false;
-    const auto judge = [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
+    const NewtonJudge judge = [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
         const bool stop = done(answer, so_far);
         const double now = linear.energy(answer);
         if (energy == 0 || now <= 10 * energy || so_far.residual * std::sqrt(now) <= 0.1 * first * std::sqrt(energy))
@@ -61,7 +64,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
     if (first > statuses_known) {
         double least = first;
         Eigen::VectorXd best = r;
-        InteriorPoint<size, Factorisation> approach(linear);
+        InteriorPoint<size> approach(linear, new_factors);
         approach(
             r, first,
             [&](const Eigen::VectorXd& answer) {
@@ -81,7 +84,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
         r.swap(best);
     }
     // From inside the cones the law holds to within the residual only: one step of Newton's method makes it exact.
-    ProximalNewton<size, Factorisation>(linear, options)(
+    ProximalNewton<size>(linear, options, new_factors)(
         r,
         [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
             return judge(answer, so_far) && (so_far.outer > 0 || so_far.interior == 0);
@@ -120,8 +123,8 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     const FreeVelocities<M> free = free_velocities(problem);
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r = gather_impulses(problem);
-    detail::newton_solve<Factorisation>(
-        linear, options, r,
+    detail::newton_solve<impulse_size<M>>(
+        linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             scatter_impulses(problem, answer);
             finished(residual_parts(problem, free), stop, problem.least_radius, so_far);
@@ -146,8 +149,8 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     const LinearContacts<dim> linear = linear_contacts(problem);
     Eigen::VectorXd all(linear.free.size());
     for (std::size_t c = 0; c < linear.contacts(); ++c) linear.at(all, c) = r[c];
-    detail::newton_solve<Factorisation>(
-        linear, options, all,
+    detail::newton_solve<dim>(
+        linear, options, FactorsBy<Factorisation>::create, all,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             for (std::size_t c = 0; c < linear.contacts(); ++c) r[c] = linear.at(answer, c);
             so_far.residual = measure(std::as_const(r));

@@ -18,16 +18,16 @@
 #include "nscdd/law/coulomb_projection.hpp"
 #include "nscdd/solve/linear_contacts.hpp"
 #include "nscdd/solve/newton_options.hpp"
+#include "nscdd/solve/sparse_factors.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The iteration on any LinearContacts. Factorisation: of square sparse matrices that need not be symmetric, with
-// Eigen's interface.
-template <int size, class Factorisation>
+// The iteration on any LinearContacts.
+template <int size>
 class ProximalNewton {
   public:
-    ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options)
-        : problem_(problem), options_(options) {}
+    ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options, const NewFactors& new_factors)
+        : problem_(problem), options_(options), new_factors_(new_factors) {}
 
     // r: first guess, then the best answer met. done(r, report) judges r: it notes the residual in the report and says
     // whether to stop. Never loops without bound: the options cap the steps.
@@ -113,10 +113,10 @@ class ProximalNewton {
             jacobian.setIdentity();
             jacobian += problem_.state * slope;
             ++report.factorisations;
-            Factorisation factors;
-            factors.compute(jacobian);
-            if (factors.info() != Eigen::Success) return false;
-            const Eigen::VectorXd dx = factors.solve(Eigen::VectorXd(-p.f));
+            const std::unique_ptr<SparseFactors> factors = new_factors_();
+            factors->analyze(jacobian);
+            if (!factors->factorize(jacobian)) return false;
+            const Eigen::VectorXd dx = factors->solve(-p.f);
             const Eigen::VectorXd dy = p.r - start_ - slope * dx - p.y;
             Point next;
             const Line line{p, dx, dy, law};
@@ -188,6 +188,7 @@ class ProximalNewton {
 
     const LinearContacts<size>& problem_;
     const NewtonOptions options_;
+    const NewFactors& new_factors_;
     Eigen::VectorXd start_, base_;  // r_k, u_k
     std::vector<double> slip_;      // mu |u_t| of u_k
     double rho_ = 1;

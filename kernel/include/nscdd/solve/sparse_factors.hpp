@@ -1,0 +1,41 @@
+// What the Newton methods factorise with, any sparse solver of Eigen's interface, behind one type: the methods are
+// compiled once for all of them. A call costs nothing beside a factorisation.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <functional>
+#include <memory>
+
+#include "nscdd/core/abi.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Of square matrices that need not be symmetric.
+class SparseFactors {
+  public:
+    using Matrix = Eigen::SparseMatrix<double>;
+    virtual ~SparseFactors() = default;
+    virtual void analyze(const Matrix& pattern) = 0;   // before the first factorize(), and where the pattern changes
+    virtual bool factorize(const Matrix& matrix) = 0;  // false where it fails
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;
+};
+
+using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;
+
+template <class Factorisation>
+class FactorsBy final : public SparseFactors {
+  public:
+    void analyze(const Matrix& pattern) override { factors_.analyzePattern(pattern); }
+    bool factorize(const Matrix& matrix) override {
+        factors_.factorize(matrix);
+        return factors_.info() == Eigen::Success;
+    }
+    Eigen::VectorXd solve(const Eigen::VectorXd& right) const override { return factors_.solve(right); }
+
+    static std::unique_ptr<SparseFactors> create() { return std::make_unique<FactorsBy>(); }
+
+  private:
+    Factorisation factors_;
+};
+
+}  // namespace nscdd
