@@ -36,8 +36,9 @@ def make(folder, out):
                 ("agreement", "Agreement", sections.agreement(results)),
                 ("hard", "Hard cases", sections.hard_cases(results, out)),
                 ("accuracy", "Speed against error", sections.speed_against_error(results, out)),
-                ("acceleration", "Acceleration", sections.acceleration(results))]
-    runs, sources = results.runs, [*results.runs, *results.hard, *results.accuracy, *results.acceleration]
+                ("acceleration", "Acceleration", sections.acceleration(results)),
+                ("converged", "What a converged step is worth", sections.converged(results, out))]
+    runs, sources = results.runs, [*results.runs, *results.records]
     dates = sorted(source["date"] for source in sources)
     scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
     systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))

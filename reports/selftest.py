@@ -15,7 +15,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
 from nscdd_report import accuracy as figures
-from nscdd_report import curves, packings, tables  # noqa: E402
+from nscdd_report import hard as hard_cases
+from nscdd_report import curves, packings, tables, velocity  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
 
 CORES, STEPS = 2, 3
@@ -64,6 +65,8 @@ def hard(**changed):
             for quantity, relation in (("impulse", "="), ("sweeps", "<="), ("fall", ">="))]
     rows.append(rows[0] | {"case": "order-impact-3d", "family": "order-impact", "quantity": "order, theta = 1",
                            "series": [[0.1, 0.2], [0.05, 0.1]]})
+    rows += [rows[0] | {"case": f"pair-1e5-{mu:g}-3d", "family": "pair", "quantity": "gain", "relation": "<=", "expected": 0.0, "found": found,
+                        "error": found, "bound": 1e-6, "exit": code} for mu, found, code in ((0.0, 2e-9, 0), (0.5, 3e-8, 3))]
     rows[0].update(changed)
     return {"schema": "nscdd.hard/1", "command": "scripts/hard_cases FABRICATED", "rows": rows,
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "commit": "fabricated", "date": "2000-01-01T00:00:00Z"}
@@ -104,6 +107,18 @@ def acceleration(**changed):
             "rows": rows, "hard": hard} | changed
 
 
+def velocity_error(**changed):
+    """The JSON of what the velocity error says: it is the distance halved, eta that squared."""
+    rows = [{"case": family, "family": family, "dimension": 3, "method": method, "start": "cold", "tolerance": 10.0**-k, "iterations": 10 * k,
+             "eta": 10.0**(-2 * k), "velocity_error": 0.5 * 10.0**-k, "distance": 10.0**-k, "reference_eta": 1e-12}
+            for family in ("packing", "reduced", "mass") for method in ("NLGS", "NLGS, auto") for k in (1, 2, 3)]
+    cost = [{"case": "reduced", "start": "cold", "method": "NLGS", "allowed": allowed, "steps": 1, "iterations": iterations, "eta": 1e-4,
+             "velocity_error": 0.02, "converged": True} for allowed, iterations in ((None, 10), (0.03, 15))]
+    return {"schema": "nscdd.velocity_error/1", "command": "scripts/velocity_error FABRICATED", "commit": "fabricated",
+            "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "quick": False,
+            "rows": rows, "cost": cost} | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -138,6 +153,7 @@ def fabricate(folder, scenes):
         write_state(folder / "network-dcs-in-process-2.h5", 2)
         put("accuracy.json", accuracy())
         put("acceleration.json", acceleration())
+        put("velocity_error.json", velocity_error())
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
     put("hard.json", hard())
@@ -203,7 +219,7 @@ class Page(Case):
         self.assertEqual(self.report(), (0, ""))
         page = self.page()
         for label in ("Table 1", "Table 2", "Table 3", "Table 4", "Fig. 1", "Fig. 2", "Fig. 3", "Fig. 4", "Fig. 5", "Fig. 6", "Fig. 7", "Table 5",
-                      "Table 6", "Table 7", "Table 8", "Table 9", "Table 10", *(f"Fig. {k}" for k in range(8, 14))):
+                      *(f"Table {k}" for k in range(6, 15)), *(f"Fig. {k}" for k in range(8, 15))):
             self.assertIn(f"<figcaption><b>{label}.</b>", page)
         self.assertIn("verdict good", page)
         self.assertIn("paper<br>(55\u2009000 spheres, 48-core machine)", page)
@@ -217,7 +233,7 @@ class Page(Case):
 
         self.assertNotRegex(page, r'src="(?!data:)|<link|<script')
         names = {path.name for path in self.out.iterdir()}
-        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories", "fig6-columns", "fig7-orders"):
+        for stem in ("fig1-network", "fig2-spheres", "fig3-biaxial", "fig4-triaxial", "fig5-histories", "fig6-columns", "fig7-orders", "fig14-velocity-error"):
             self.assertLessEqual({f"{stem}.png", f"{stem}.svg"}, names)
         self.assertFalse([name for name in names if name.endswith(".part")])
 
@@ -288,6 +304,31 @@ class Verdict(Case):
         self.assertEqual(self.report(), (0, ""))
         self.assertIn("Of 3, accelerated ones cost less in 1, the same within 5 % in 1, more in 1", self.page())
 
+    def test_energy_gained_is_told_with_the_exit_code(self):
+        rows = hard()["rows"]
+        cells = re.findall("<td[^>]*>(.*?)</td>", hard_cases.energy_table(rows))
+        self.assertEqual(cells, ["pair-1e5-3d", "2\u202f\u00d7\u202f10\u207b\u2079", "3\u202f\u00d7\u202f10\u207b\u2078 (3)"])
+        rows[-1].update(found=2e-6, error=2e-6)
+        self.assertIn('class="bad"', hard_cases.energy_table(rows))
+        rows[-1] = {key: value for key, value in rows[-1].items() if key != "exit"} | {"found": None, "error": None, "note": "exit code 1"}
+        self.assertIn('<td class="bad">refused', hard_cases.energy_table(rows))
+        self.assertIsNone(hard_cases.energy_table(rows[:4]))
+
+    def test_a_measure_is_judged_by_its_worst_iterate(self):
+        record = velocity_error()
+        record["rows"][-1].update(distance=0.2)  # at eta = 1e-6, velocity error = 5e-4
+        cells = re.findall("<td>(.*?)</td>", velocity.ratio_table(record))
+        self.assertEqual(cells[:11], ["packings", "1", "6", "10", "100", "1\u2009000", "0.82", "2", "2", "2", "0.00"])
+        self.assertEqual(cells[-2], "400")
+        self.assertEqual(velocity.level(record["rows"], "velocity_error", 0.1), 5e-4)
+        self.assertEqual(velocity.level(record["rows"], "eta", 0.2), None)
+        curve = [row for row in record["rows"] if (row["family"], row["method"]) == ("reduced", "NLGS")]
+        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-4), 20)
+        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-5), np.sqrt(20 * 30))
+        self.assertEqual(velocity.iterations_at(curve, "eta", 1.0), 10)
+        self.assertIsNone(velocity.iterations_at(curve, "eta", 1e-7))
+        self.assertIn("<td>1.5</td>", velocity.cost_table(record))
+
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
         self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
@@ -300,8 +341,8 @@ class Verdict(Case):
             if path.name != "hard.json":
                 path.unlink()
         self.assertEqual(self.report(), (0, ""))
-        self.assertIn("All 13 rows of the hard cases are within their bounds", self.page())
-        self.assertEqual(self.summary()["hard_rows"], 13)
+        self.assertIn("All 15 rows of the hard cases are within their bounds", self.page())
+        self.assertEqual(self.summary()["hard_rows"], 15)
 
     def test_solved_exchange_files_are_passed_over(self):
         (self.folder / "solved.json").write_text('{"schema": "nscdd.fclib/1"}')
@@ -335,6 +376,10 @@ class Input(Case):
         (self.folder / "acceleration.json").write_text(json.dumps(acceleration(rows=[{}])))
         self.assert_one_line("acceleration.json", "rows")
 
+    def test_damaged_velocity_error_is_one_line(self):
+        (self.folder / "velocity_error.json").write_text(json.dumps(velocity_error(rows=[{}])))
+        self.assert_one_line("velocity_error.json", "rows")
+
     def test_damaged_hard_cases_are_one_line(self):
         self.change("hard.json", rows=[])
         self.assert_one_line("hard.json", "rows")
@@ -353,7 +398,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 11)  # Tables 1 to 3, 5, 6, 9, Figs. 1 to 5
+        self.assertEqual(self.page().count("Not in these results"), 13)  # Tables 1 to 3, 5, 6, 9, 11, Figs. 1 to 5, 14
         self.assertIn("agreement was not checked", self.page())
 
 

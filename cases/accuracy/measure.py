@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
 LEVELS = (1e-4, 1e-6, 1e-8)  # of the profiles
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
+ANY = 1e30  # velocity error: eta alone stops a run, so that costs are at equal eta
 LONG = 600  # seconds for what is not compared: packings, states, references
 ALONE = os.environ | {"OMPI_MCA_ess_singleton_isolated": "1"}  # or Open MPI would start a daemon beside each run
 SICONOS = "Siconos NSGS"
@@ -93,29 +94,50 @@ def once(measure):
     return measure()
 
 
+def pack(specification, out, grains=0, loose=False):
+    """With as many grains, or as many as the specification says; loose: few of them jam early."""
+    text = specification.read_text()
+    if grains:
+        text = re.sub(r"grains = \d+", f"grains = {grains}", text)
+    if loose:
+        text = re.sub(r"(?<=solid_fraction = )[\d.]+", lambda dense: f"{0.94 * float(dense[0]):.3f}", text)
+    specification = out.with_suffix(".toml")
+    specification.write_text(text)
+    call([NSCDD, "pack", specification, "-o", out, "--quiet"], seconds=LONG)
+
+
+def distance(reference, json_file):
+    """Of the velocities from the reference, |V - V_ref|_M / |V_free|_M."""
+    table = Path(json_file).with_suffix(".compare.json")
+    done = call([NSCDD, "compare", reference, json_file, "--json", table], needed=False)
+    if done is None or done.returncode not in (0, 2):
+        raise Failed(f"nscdd compare {json_file}: {done and done.stderr.strip()}")
+    return next(row["value"] for row in read(table)["rows"] if row["quantity"].startswith("velocities"))
+
+
 class Scene:
-    """A scene of cases/accuracy at one loaded state."""
+    """A scene of a packing at one loaded state, from which one step is solved."""
     packings = set()  # made so far
 
-    def __init__(self, path, folder, grains):
-        self.path, self.name, self.folder, self.grains = path, path.stem, folder, grains
-        self.cold = folder / f"{self.name}-cold.h5"
+    def __init__(self, path, folder, grains, specifications=ROOT / "cases/accuracy/packings"):
+        self.path, self.name, self.folder, self.grains, self.specifications = path, path.stem, folder, grains, specifications
+        self.warm, self.cold = (folder / f"{self.name}-{start}.h5" for start in ("warm", "cold"))
 
-    def prepare(self):
-        """The state, without its impulses, and the reference answer from it; returns what the record says of it."""
-        specification = ROOT / "cases/accuracy/packings" / (re.search(r"(\w[\w-]*)\.h5", self.path.read_text())[1] + ".toml")
-        packing = self.packing = self.folder / f"{specification.stem}.h5"
-        if self.grains:  # a smaller one
-            text = re.sub(r"grains = \d+", f"grains = {self.grains}", specification.read_text())
-            specification = self.folder / specification.name
-            specification.write_text(text)
+    def load(self, *arguments):
+        """The state after the scene's own steps, with its impulses (warm) and without (cold)."""
+        packing = self.packing = self.folder / re.search(r"(\w[\w-]*)\.h5", self.path.read_text())[0]
         if packing not in self.packings:  # two scenes may have one
-            call([NSCDD, "pack", specification, "-o", packing, "--quiet"], seconds=LONG)
+            pack(self.specifications / f"{packing.stem}.toml", packing, self.grains)
             self.packings.add(packing)
         # by the paper's method, so that the problem does not change with every change of the acceleration
-        call([NSCDD, "run", self.path, "--packing", packing, "--method", "paper", "--quiet", "--json",
-              f"{self.folder / self.name}-load.json", "--state", self.cold], seconds=LONG)
+        call([NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", packing, "--method", "paper", *arguments, "--quiet",
+              "--json", self.warm.with_suffix(".json"), "--state", self.warm], seconds=LONG)
+        shutil.copy(self.warm, self.cold)
         clear_impulses(self.cold)
+
+    def prepare(self):
+        """The state, and the reference answer from it without impulses; returns what the record says of it."""
+        self.load()
         eta, command = self.solve_reference()
         run = read(self.reference)
         self.free_norm = run["final"]["free_velocity_norm"]
@@ -140,17 +162,12 @@ class Scene:
             solved.copy("contacts", file)
         return eta, command
 
-    def command(self, arguments, tolerance, json_file):
-        return [NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", self.packing, "--from", self.cold, "--steps", 1,
-                *arguments.split(), "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
+    def command(self, arguments, tolerance, json_file, start=None, velocity_error=ANY):
+        return [NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", self.packing, "--from", start or self.cold, "--steps", 1,
+                *arguments.split(), "--velocity-error", velocity_error, "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
 
     def distance(self, json_file):
-        """Of the velocities from the reference, |V - V_ref|_M / |V_free|_M."""
-        table = self.folder / "compare.json"
-        done = call([NSCDD, "compare", self.reference, json_file, "--json", table], needed=False)
-        if done is None or done.returncode not in (0, 2):
-            raise Failed(f"nscdd compare {json_file}: {done and done.stderr.strip()}")
-        return next(row["value"] for row in read(table)["rows"] if row["quantity"].startswith("velocities"))
+        return distance(self.reference, json_file)
 
     def ccs(self):
         """Whether CCS makes the iterates of DCS: iterations of both, and how far their velocities are apart."""
@@ -227,7 +244,7 @@ def hard_rows(path, folder, solvers):
     out = folder / "hard-run.json"
     for solver in solvers:
         def measure(tolerance):
-            command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), "--tolerance", f"{tolerance:g}", "--quiet",
+            command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), "--velocity-error", ANY, "--tolerance", f"{tolerance:g}", "--quiet",
                        "--json", out]
             if solver.sweeps:
                 command += ["--max-iterations", max(1, Budget.sweeps // solver.sweeps)]

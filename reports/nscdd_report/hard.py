@@ -6,6 +6,7 @@ from . import tables
 from .load import hard_ok
 from .style import CCS, DCS, NLGS, SUBDOMAINS, plt
 
+ENERGY = {"pair": "\u03bc =", "heap": "\u03bc =", "rebound": "e ="}  # families of the long runs: the last number of their names
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
 
 
@@ -92,3 +93,38 @@ def draw_orders(rows):
         axis.legend(loc="best")
     axes[0][0].set_ylabel("error of the place")
     return figure
+
+
+def energy_table(rows):
+    """Largest gain of energy of the long runs: a line for each scene but its last number, a column for each scheme and that
+    number, friction or restitution; the exit code where it is not zero. None if there are no such rows."""
+    rows = [row for row in rows if row["family"] in ENERGY and ("exit" in row or "note" in row)]
+    if not rows:
+        return None
+    schemes = list(dict.fromkeys(row["scheme"] for row in rows))
+    tables_html = []
+    for family, last in ENERGY.items():
+        own = {}
+        for row in rows:
+            if row["family"] == family:
+                *scene, number, dimension = row["case"].split("-")
+                own.setdefault("-".join([*scene, dimension]), {})[row["scheme"], float(number)] = row
+        if not own:
+            continue
+        columns = sorted({key for cells in own.values() for key in cells}, key=lambda key: (schemes.index(key[0]), key[1]))
+        lines = []
+        for scene, cells in own.items():
+            line = [escape(scene)]
+            for column in columns:
+                row = cells.get(column)
+                if row is None:
+                    line.append(tables.NONE)
+                    continue
+                text = "refused" if row["found"] is None else tables.number(row["found"]) + (" (3)" if row["exit"] == 3 else "")
+                line.append(text if hard_ok(row) else (text, "bad"))
+            lines.append(line)
+        numbers = [sum(scheme == key[0] for key in columns) for scheme in schemes]
+        head = [[("", 1), *[(escape(scheme.upper()), n) for scheme, n in zip(schemes, numbers) if n]],
+                [("scene", 1), *[(f"{last} {number:g}", 1) for _, number in columns]]]
+        tables_html.append(tables.table(head, lines, f"Energy gained: {family}"))
+    return "\n".join(tables_html)

@@ -3,6 +3,7 @@ import json
 from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
+RECORDS = ("hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
 
@@ -76,7 +77,7 @@ class Run:
 
 
 class Record(dict):
-    """The JSON of the hard cases, of speed against error, or of what acceleration saves; its command and fields are asked for like those of a run."""
+    """The JSON of the hard cases, of speed against error, of what acceleration saves, or of the velocity error; its command and fields are asked for like those of a run."""
 
     @property
     def command(self):
@@ -86,9 +87,10 @@ class Record(dict):
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, runs, compares, jobs, hard, accuracy, acceleration):
-        self.runs, self.compares, self.jobs, self.hard = runs, compares, jobs, hard
-        self.accuracy, self.acceleration = accuracy, acceleration
+    def __init__(self, runs, compares, jobs, records):
+        self.runs, self.compares, self.jobs = runs, compares, jobs
+        self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
+        self.records = [record for kind in RECORDS for record in records[kind]]
 
     @property
     def hard_rows(self):
@@ -189,7 +191,7 @@ def read_json(path):
 
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, hard, accuracy, acceleration = [], [], [], [], [], []
+    runs, compares, jobs, records = [], [], [], {kind: [] for kind in RECORDS}
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -201,15 +203,9 @@ def load(folder):
         elif data["schema"] == "nscdd.compare/1":
             check(path, data, "compare.schema.json")
             compares.append(data)
-        elif data["schema"] == "nscdd.hard/1":
-            check(path, data, "hard.schema.json")
-            hard.append(Record(data))
-        elif data["schema"] == "nscdd.accuracy/1":
-            check(path, data, "accuracy.schema.json")
-            accuracy.append(Record(data))
-        elif data["schema"] == "nscdd.acceleration/1":
-            check(path, data, "acceleration.schema.json")
-            acceleration.append(Record(data))
+        elif (kind := data["schema"].removeprefix("nscdd.").removesuffix("/1")) in RECORDS:
+            check(path, data, f"{kind}.schema.json")
+            records[kind].append(Record(data))
         elif data["schema"] == "nscdd.job/1":
             try:
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
@@ -217,8 +213,8 @@ def load(folder):
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
         elif data["schema"] not in ("nscdd.summary/1", "nscdd.fclib/1"):  # nothing that the report shows
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
-    if not (runs or hard or accuracy or acceleration):
+    if not (runs or any(records.values())):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(runs, compares, jobs, hard, accuracy, acceleration)
+    return Results(runs, compares, jobs, records)

@@ -2,7 +2,7 @@
 import math
 from html import escape
 
-from . import accuracy, curves, hard, packings, tables
+from . import accuracy, curves, hard, packings, tables, velocity
 from .page import block, image, missing, origin
 from .style import SCHEMES, save
 
@@ -228,4 +228,45 @@ def acceleration(results):
                        f"{sum(abs(r - 1) <= noise for r in ratios)}, more in {sum(r > 1 + noise for r in ratios)}, listed here; geometric "
                        f"mean of the ratios {math.exp(sum(map(math.log, ratios)) / len(ratios)):.2f}.")
             parts.append(block(tables.hard_costs(record, noise), "Table 10", caption, origin([record], "Measured"), wide=True))
+    return "\n".join(parts)
+
+
+def converged(results, out):
+    """Energy of long runs at the default tolerance, and what the measures of a step say of its distance to the answer."""
+    parts = []
+    table = hard.energy_table(results.hard_rows)
+    if table:
+        steps = max(row["steps"] for row in results.hard_rows if row["family"] in hard.ENERGY)
+        caption = (f"Energy from nothing: the largest gain of energy beyond what gravity and walls put in, over the largest energy so far, "
+                   f"in {tables.count(steps)} steps to the default tolerance; allowed 10\u207b\u2076. Pairs: two balls at rest, the upper so "
+                   "many times the heavier; heaps: one ball of so many times the radius on 1 or 16, of one density; rebounds: without "
+                   "friction, by Newton's e. (3): exit code 3, some steps hit the cap of iterations and the run says so.")
+        parts.append(block(table, "Table 11", caption, "".join(origin([record], "Computed") for record in results.hard), wide=True))
+    else:
+        parts.append(missing("Table 11, energy of long runs (scripts/hard_cases)"))
+    if not results.velocity_error:
+        return "\n".join([*parts, missing("Fig. 14, Tables 12 to 14, what the velocity error says (scripts/velocity_error)")])
+    for record in results.velocity_error:
+        if record["quick"]:
+            parts.append("<p>From a quick job with small scenes, made to test the command: its numbers say nothing.</p>")
+        source = origin([record], "Computed")
+        caption = ("Distance of the velocities from the answer, |V - V*|_M / |V* - V_free|_M, against \u03b7 and against the velocity error, of "
+                   "iterates that \u03b7 alone stopped; crosses: accelerated. Lines: equal, and a factor of three either way. With friction "
+                   "there may be several answers, so V* is the end of the same iteration, \u03b7 \u2264 10\u207b\u00b9\u00b2 or at least a hundred "
+                   "times smaller. A measure is worth what its points keep to a line: \u03b7 compares with all energies of single "
+                   "contacts, which grow with mass ratios and the length of force chains while the velocities do not; the velocity error "
+                   "compares with what the contacts changed.")
+        parts.append(block(image(save(velocity.draw(record), out, "fig14-velocity-error"), "svg", "Distance against eta and velocity error"),
+                           "Fig. 14", caption, source, wide=True))
+        caption = ("The distance over each measure: least, median and most of all iterates, and the standard deviation of its logarithm. "
+                   "A distance many times the measure is a step called better than it is.")
+        parts.append(block(velocity.ratio_table(record), "Table 12", caption, source, wide=True))
+        caption = ("Below which value of a measure every iterate of every case is within a distance; and how many iterations the three "
+                   "reduced scenes together take for one step to get there, by \u03b7 and by the velocity error: the price of the same "
+                   "certainty.")
+        parts.append(block(velocity.level_table(record), "Table 13", caption, source, wide=True))
+        if record["cost"]:
+            caption = ("Iterations to \u03b7 = 10\u207b\u2074 alone, and how many times as many with a velocity error; in red where steps did not "
+                       "get there.")
+            parts.append(block(velocity.cost_table(record), "Table 14", caption, source, wide=True))
     return "\n".join(parts)
