@@ -9,8 +9,8 @@
 namespace nscdd {
 namespace {
 
-constexpr double default_tolerance = 1e-4;  // on eta, of scenes that say nothing
-constexpr double most_penetration = 1e-3;   // of the least radius, at which a step may stop
+// What is asked of a step of a scene that says nothing: eta, velocity error, energy made, penetration over the least radius.
+constexpr double default_tolerance = 1e-4, most_velocity_error = 0.1, most_energy_made = 1e-3, most_penetration = 1e-3;
 
 // sqrt(sum of dV^T M dV) over grains, spins and driven walls.
 double velocity_distance(const Run& a, const Run& b) {
@@ -78,11 +78,14 @@ double largest(const std::vector<double>& values) {
     return values.empty() ? 0 : *std::ranges::max_element(values);
 }
 
-// By the run's own figures, or as many as it says if that is more.
+// By the run's own figures, or as many as it says if that is more. But for eta by the default bounds, whatever those of
+// the run were.
 std::int64_t unconverged(const RunReport& run, double tolerance) {
     std::int64_t count = 0;
     for (std::size_t k = 0; k < run.residual.size(); ++k)
-        count += !(run.residual[k] <= tolerance && run.penetration[k] <= most_penetration * (1 + 1e-12));
+        count += !(run.residual[k] <= tolerance && run.velocity_error[k] <= most_velocity_error &&
+                   run.energy_made[k] <= most_energy_made &&
+                   run.penetration[k] <= most_penetration * (1 + 1e-12));
     return std::max(count, run.unconverged_steps);
 }
 

@@ -130,6 +130,8 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     run.h = top.non_negative("h");
     run.tolerance = top.non_negative("tolerance");
     run.residual = top.numbers("residual", run.steps, true);
+    run.velocity_error = top.numbers("velocity_error", run.steps, true);
+    run.energy_made = top.numbers("energy_made", run.steps, true);
     run.penetration = top.numbers("penetration", run.steps, true);
     run.contacts = top.numbers("contacts", run.steps);
     run.densities = top.numbers("densities", -1);

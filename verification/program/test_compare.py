@@ -68,7 +68,8 @@ class Compare(ProgramTest):
 
     def test_keys(self):
         for key in ("schema", "scene", "scheme", "transport", "state", "state_checksum", "dimension", "grains", "steps", "start_step",
-                    "subdomains", "unconverged_steps", "h", "tolerance", "residual", "penetration", "contacts", "densities", "wall_masses", "final"):
+                    "subdomains", "unconverged_steps", "h", "tolerance", "residual", "velocity_error", "energy_made",
+                    "penetration", "contacts", "densities", "wall_masses", "final"):
             message = {"schema": "not the JSON of `nscdd run`", "state": "was run without --state"}.get(key, f"{key} is missing")
             self.refused(["tampered.json", message], self.tampered(lambda report: report.pop(key)))
             self.refused(["tampered.json", key if key != "schema" else "not the JSON"], self.tampered(lambda report: report.update({key: {}})))
