@@ -350,7 +350,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", Disks, Fri
     for (const auto& part : parts)
         visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) { start.push_back(p); });
     auto settings = lattice_settings<M>(side);
-    settings.walls = walls;
+    settings.walls.assign(walls.begin(), walls.end());
     InProcess comm(3);
     const Simulation<M> again(comm, settings, run.grains(), start);
     CHECK(impulses<M>(again.parts()) == before);
