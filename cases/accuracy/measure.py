@@ -121,16 +121,16 @@ class Scene:
 
     def __init__(self, path, folder, grains, specifications=ROOT / "cases/accuracy/packings"):
         self.path, self.name, self.folder, self.grains, self.specifications = path, path.stem, folder, grains, specifications
+        self.packing = folder / re.search(r"(\w[\w-]*)\.h5", path.read_text())[0]
         self.warm, self.cold = (folder / f"{self.name}-{start}.h5" for start in ("warm", "cold"))
 
     def load(self, *arguments):
         """The state after the scene's own steps, with its impulses (warm) and without (cold)."""
-        packing = self.packing = self.folder / re.search(r"(\w[\w-]*)\.h5", self.path.read_text())[0]
-        if packing not in self.packings:  # two scenes may have one
-            pack(self.specifications / f"{packing.stem}.toml", packing, self.grains)
-            self.packings.add(packing)
+        if self.packing not in self.packings:  # two scenes may have one
+            pack(self.specifications / f"{self.packing.stem}.toml", self.packing, self.grains)
+            self.packings.add(self.packing)
         # by the paper's method, so that the problem does not change with every change of the acceleration
-        call([NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", packing, "--method", "paper", *arguments, "--quiet",
+        call([NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", self.packing, "--method", "paper", *arguments, "--quiet",
               "--json", self.warm.with_suffix(".json"), "--state", self.warm], seconds=LONG)
         shutil.copy(self.warm, self.cold)
         clear_impulses(self.cold)

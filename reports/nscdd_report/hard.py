@@ -120,7 +120,7 @@ def energy_table(rows):
                 if row is None:
                     line.append(tables.NONE)
                     continue
-                text = "refused" if row["found"] is None else tables.number(row["found"]) + (" (3)" if row["exit"] == 3 else "")
+                text = "refused" if row["found"] is None else tables.number(row["found"]) + (f" ({row['exit']})" if row["exit"] else "")
                 line.append(text if hard_ok(row) else (text, "bad"))
             lines.append(line)
         numbers = [sum(scheme == key[0] for key in columns) for scheme in schemes]

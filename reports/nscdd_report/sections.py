@@ -240,7 +240,8 @@ def converged(results, out):
         caption = (f"Energy from nothing: the largest gain of energy beyond what gravity and walls put in, over the largest energy so far, "
                    f"in {tables.count(steps)} steps to the default tolerance; allowed 10\u207b\u2076. Pairs: two balls at rest, the upper so "
                    "many times the heavier; heaps: one ball of so many times the radius on 1 or 16, of one density; rebounds: without "
-                   "friction, by Newton's e. (3): exit code 3, some steps hit the cap of iterations and the run says so.")
+                   "friction, by Newton's e. (3): exit code 3, steps hit the cap of iterations, and the run says so; (1): refused, when the "
+                   "light ball between the heavy one and the floor passes a tenth of its radius in a step, judged until then.")
         parts.append(block(table, "Table 11", caption, "".join(origin([record], "Computed") for record in results.hard), wide=True))
     else:
         parts.append(missing("Table 11, energy of long runs (scripts/hard_cases)"))

@@ -59,6 +59,33 @@ class Quick(ProgramTest):
         self.assertEqual(again["profiles"], record["profiles"])
 
 
+class VelocityError(ProgramTest):
+    def test_it_tells_the_distance_within_a_factor_and_eta_does_not(self):
+        done = subprocess.run([sys.executable, ROOT / "scripts/velocity_error", "--quick", "--results", self.folder],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        record = json.loads((self.folder / "velocity_error.json").read_text())
+        jsonschema.validate(record, json.loads((ROOT / "reports/velocity_error.schema.json").read_text()))
+        rows = [row for row in record["rows"] if row["distance"] > 1e-6]
+        self.assertEqual({row["case"] for row in rows}, {"loose-2d", "biaxial", "column-10-2d", "mass-1e2-above-3d"})
+        ratios = [row["distance"] / row["velocity_error"] for row in rows]
+        self.assertLess(max(ratios), 4)
+        self.assertGreater(min(ratios), 0.2)
+        self.assertGreater(max(row["distance"] / row["eta"] for row in rows), 100)
+        for asked, alone in ((row, other) for row in record["cost"] for other in record["cost"]
+                             if row["allowed"] and not other["allowed"]
+                             and all(row[key] == other[key] for key in ("case", "start", "method"))):
+            self.assertLessEqual(asked["velocity_error"], asked["allowed"])
+            self.assertTrue(asked["converged"])
+            if asked["start"] == "cold":  # one step: the same iteration, perhaps longer
+                self.assertGreaterEqual(asked["iterations"], alone["iterations"])
+
+    def test_nothing_to_do_is_said(self):
+        done = subprocess.run([sys.executable, ROOT / "scripts/velocity_error", "--only", "no such", "--results", self.folder],
+                              capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr), (1, "velocity_error: no case matches 'no such'\n"))
+
+
 class Ladder(unittest.TestCase):
     def test_stops_where_it_stalls_and_keeps_runs_that_went_further(self):
         reached, asked = {1e-1: 5e-2, 1e-2: 1e-4, 1e-5: 1e-5, 1e-6: 2e-6}, []
