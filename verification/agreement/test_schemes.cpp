@@ -127,7 +127,8 @@ TEMPLATE_TEST_CASE("acceleration saves half the iterations or more on any subdom
     }
 }
 
-// Impulses grow by the same at every sweep until eta, which is relative to them, is small enough: there is no answer.
+// There is no answer: impulses grow by the same at every sweep, up to the cap. Where acceleration ran away they were
+// thousands of times too large.
 TEMPLATE_TEST_CASE("acceleration does not run away where walls leave no room", "", Disks, Spheres) {
     using M = TestType;
     Scene<M> scene;
@@ -155,7 +156,7 @@ TEMPLATE_TEST_CASE("acceleration does not run away where walls leave no room", "
                 impulse = std::max(impulse, c.impulse.norm());
             return impulse;
         };
-        CHECK(largest(plain.accelerated()) == Approx(largest(plain)).epsilon(0.05));
+        CHECK(largest(plain.accelerated()) == Approx(largest(plain)).epsilon(0.15));
     }
 }
 

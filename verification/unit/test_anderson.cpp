@@ -400,5 +400,5 @@ TEST_CASE("what no solver would end with is refused", "[anderson]") {
     CHECK_THROWS_AS(nlgs(problem, {.window = -1}), std::invalid_argument);
     CHECK_THROWS_AS(nlgs(problem, {.window = 9}), std::invalid_argument);
     problem.contacts[0].bias = std::nan("");
-    CHECK_THROWS_AS(nlgs(problem, {}), std::runtime_error);
+    CHECK_THROWS_AS(nlgs(problem, {}), std::invalid_argument);
 }
