@@ -205,7 +205,8 @@ class BadState(Refusals):
         path.write_bytes(sound)
         more = SCENE[SCENE.index("[[grain]]"):SCENE.index("[[wall]]")]
         scene = self.scene("[[wall]]", more + "[[wall]]")
-        self.refused(["state.h5", "2 grains", "has 4 besides those of a packing"], "run", scene, "--from", path)
+        for options in ((), ("--adopt",)):
+            self.refused(["state.h5", "2 grains", "has 4"], "run", scene, "--from", path, *options)
 
 
 class OnAllRanks(Refusals):

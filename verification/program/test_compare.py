@@ -106,17 +106,22 @@ class Compare(ProgramTest):
             return lambda state: state[name].__setitem__(*at_value)
 
         of_grains = ("x", "radius", "velocity", "spin", "material", "subdomain", "multiplicity", "rough/x")
-        of_walls = ("walls/name", "walls/offset", "walls/normal", "walls/velocity", "walls/normal_speed", "rough/offset")
-        for change, message in ((resized(0, *(f"contacts/{name}" for name in ("i", "j", "gap", "normal", "impulse", "subdomain", "normal_impulse"))), None),
-                                (resized(2, *of_walls), "walls: 2, but 1 in"),
-                                (resized(3, *of_grains), "grains: 3, but 2 in"), (put("material", 1, 7), "dataset 'material': row 1 must lie in [0, 0], found 7"),
-                                (put("material", 1, -1), "dataset 'material': row 1 must lie in [0, 0], found -1"), (put("radius", 1, 0.25), "radius of grain 1 is 0.25, but 0.5 in"),
+        of_walls = tuple(f"walls/{name}" for name in ("name", "offset", "normal", "velocity", "normal_speed")) + ("rough/offset",)
+        of_contacts = tuple(f"contacts/{name}" for name in ("i", "j", "gap", "normal", "impulse", "normal_impulse", "subdomain"))
+        of_materials = ("materials/name", "materials/density")
+
+        def two_materials(state):
+            resized(2, *of_materials)(state)
+            state["material"][1] = 1
+
+        for change, message in ((resized(2, *of_walls), "walls: 2, but 1 in"), (resized(3, *of_grains), "grains: 3, but 2 in"),
+                                (put("material", 1, 7), "dataset 'material': row 1 must lie in [0, 0], found 7"),
+                                (two_materials, "grain 1 has material 1, but"), (put("radius", 1, 0.25), "radius of grain 1 is 0.25, but 0.5 in"),
                                 (put("velocity", (0, 0), np.inf), "dataset 'velocity': row 0 is not finite")):
-            if message:
-                self.refused([message], self.tampered(change_state=change))
+            self.refused([message], self.tampered(change_state=change))
 
         def without_contacts_and_walls(state):
-            resized(0, *(f"contacts/{name}" for name in ("i", "j", "gap", "normal", "impulse", "subdomain", "normal_impulse")))(state)
+            resized(0, *of_contacts)(state)
             resized(0, *of_walls)(state)
 
         def with_one_grain(state):
