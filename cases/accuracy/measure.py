@@ -29,6 +29,11 @@ class Budget:
     sweeps, seconds = 50000, 60
 
 
+def asked(velocity_error):
+    """What a step is asked for besides eta; of ANY nothing, not even that it makes no energy."""
+    return ["--velocity-error", velocity_error, *(["--energy-made", ANY] if velocity_error == ANY else [])]
+
+
 def call(command, needed=True, seconds=None):
     """Runs it within the budget of time. Exit code 3, not converged, is an answer too; None when out of time."""
     command = list(map(str, command))
@@ -164,7 +169,7 @@ class Scene:
 
     def command(self, arguments, tolerance, json_file, start=None, velocity_error=ANY):
         return [NSCDD, "run", os.path.relpath(self.path, ROOT), "--packing", self.packing, "--from", start or self.cold, "--steps", 1,
-                *arguments.split(), "--velocity-error", velocity_error, "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
+                *arguments.split(), *asked(velocity_error), "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", Path(json_file).with_suffix(".h5")]
 
     def distance(self, json_file):
         return distance(self.reference, json_file)
@@ -244,7 +249,7 @@ def hard_rows(path, folder, solvers):
     out = folder / "hard-run.json"
     for solver in solvers:
         def measure(tolerance):
-            command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), "--velocity-error", ANY, "--tolerance", f"{tolerance:g}", "--quiet",
+            command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet",
                        "--json", out]
             if solver.sweeps:
                 command += ["--max-iterations", max(1, Budget.sweeps // solver.sweeps)]
