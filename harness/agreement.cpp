@@ -9,7 +9,8 @@
 namespace nscdd {
 namespace {
 
-// What is asked of a step of a scene that says nothing: eta, velocity error, energy made, penetration over the least radius.
+// What is asked of a step of a scene that says nothing: eta, velocity error, energy made, penetration over the least
+// radius.
 constexpr double default_tolerance = 1e-4, most_velocity_error = 0.1, most_energy_made = 1e-3, most_penetration = 1e-3;
 
 // sqrt(sum of dV^T M dV) over grains, spins and driven walls.
@@ -84,8 +85,7 @@ std::int64_t unconverged(const RunReport& run, double tolerance) {
     std::int64_t count = 0;
     for (std::size_t k = 0; k < run.residual.size(); ++k)
         count += !(run.residual[k] <= tolerance && run.velocity_error[k] <= most_velocity_error &&
-                   run.energy_made[k] <= most_energy_made &&
-                   run.penetration[k] <= most_penetration * (1 + 1e-12));
+                   run.energy_made[k] <= most_energy_made && run.penetration[k] <= most_penetration * (1 + 1e-12));
     return std::max(count, run.unconverged_steps);
 }
 

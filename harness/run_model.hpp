@@ -211,7 +211,7 @@ struct EnergySeries {
     }
 };
 inline void to_json(nlohmann::json& json, const EnergySeries& e) {
-    json = {{"before", e.before},   {"kinetic", e.kinetic},   {"external", e.external}, {"walls", e.walls},
+    json = {{"before", e.before}, {"kinetic", e.kinetic},   {"external", e.external},  {"walls", e.walls},
             {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
 }
 

@@ -60,12 +60,12 @@ struct StepSettings {
 };
 
 struct SolverSettings {
-    double tolerance = 1e-4;     // on eta, > 0
+    double tolerance = 1e-4;      // on eta, > 0
     double velocity_error = 0.1;  // > 0
     double energy_made = 1e-3;    // > 0
-    int check_every = 10;        // iterations between two evaluations of eta, >= 1
-    int max_iterations = 20000;  // per step, >= 1
-    int sweeps = 1;              // n_GS, >= 1
+    int check_every = 10;         // iterations between two evaluations of eta, >= 1
+    int max_iterations = 20000;   // per step, >= 1
+    int sweeps = 1;               // n_GS, >= 1
     // auto: Anderson acceleration; paper: Alg. 1 as it is written
     std::string method = "auto";
     std::optional<int> window;  // of Anderson acceleration, 0 to 8; as the method says

@@ -56,7 +56,8 @@ TEMPLATE_TEST_CASE("a heavy ball on a light one, and a column: what is called co
                     if (report.solve.converged) CHECK(distance <= 0.15);
                     CHECK(report.solve.velocity_error >= distance / 3 - 1e-9);
                     if (accelerated) CHECK(report.solve.converged);
-                    if (!accelerated && ratio >= 1e5) CHECK(report.solve.iterations == 20000);  // and says that it is not
+                    if (!accelerated && ratio >= 1e5)
+                        CHECK(report.solve.iterations == 20000);  // and says that it is not
                 }
     CHECK(converged > 12);
     CHECK(stopped > 0);

@@ -62,7 +62,8 @@ struct ResidualParts {
 
     static constexpr std::size_t size = 11;
     std::array<double, size> pack() const {
-        return {change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.quartic, penetration, miss};
+        return {change, energy,        next_energy,    round_off,   contacts, work,
+                made,   turned.energy, turned.quartic, penetration, miss};
     }
     static ResidualParts unpack(const double* p) {
         return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], {p[7], p[8]}, p[9], p[10]};
@@ -100,8 +101,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         parts.work += std::abs(rn * (vn + c.bias)) + limit + along;
         parts.made += rn * (vn + c.bias) + along;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
-        parts.miss = std::max(parts.miss,
-                              std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
+        parts.miss = std::max(parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
     }
     parts.contacts += static_cast<double>(contacts.size());
 }

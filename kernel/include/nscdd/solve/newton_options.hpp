@@ -8,14 +8,14 @@
 namespace nscdd::inline NSCDD_ABI {
 
 struct NewtonOptions {
-    double tolerance = 1e-10;   // on eta, or on the measure given
+    double tolerance = 1e-10;     // on eta, or on the measure given
     double velocity_error = 0.1;  // as in SolveOptions; bodies only
-    double energy_made = 1e-3;     // as in SolveOptions; bodies only
-    double penetration = 1e-3;  // as in SolveOptions; bodies only
-    int max_iterations = 2000;  // Newton steps in all
-    int max_interior = 100;     // of them by the interior-point method
-    int warm_sweeps = 1000;     // of NLGS before, at most; bodies only. They cost what a factorisation does
-    int max_outer = 200;        // proximal iterations
+    double energy_made = 1e-3;    // as in SolveOptions; bodies only
+    double penetration = 1e-3;    // as in SolveOptions; bodies only
+    int max_iterations = 2000;    // Newton steps in all
+    int max_interior = 100;       // of them by the interior-point method
+    int warm_sweeps = 1000;       // of NLGS before, at most; bodies only. They cost what a factorisation does
+    int max_outer = 200;          // proximal iterations
 };
 
 // Throws std::invalid_argument for options that are no numbers, or negative.

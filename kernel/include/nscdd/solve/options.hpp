@@ -12,10 +12,10 @@
 namespace nscdd::inline NSCDD_ABI {
 
 struct SolveOptions {
-    double tolerance = 1e-4;     // on eta
+    double tolerance = 1e-4;  // on eta
     // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
     double velocity_error = 0.1;
-    double energy_made = 1e-3;  // on ResidualParts::energy_made()
+    double energy_made = 1e-3;   // on ResidualParts::energy_made()
     double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // kept, and reported when hit
@@ -31,8 +31,9 @@ struct SolveOptions {
     }
 };
 
-// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step. A problem without
-// a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to judge.
+// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step. A
+// problem without a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to
+// judge.
 struct SolveReport {
     int iterations = 0;
     double residual = 0;        // eta

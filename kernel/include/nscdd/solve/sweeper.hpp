@@ -335,8 +335,16 @@ class Sweeper {
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
             miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.add({sum(change), sum(energy), sum(next_energy), sum(round_off), 0, sum(work), sum(made), {},
-                   problem.h * largest(closing), std::sqrt(largest(miss))});
+        parts.add({sum(change),
+                   sum(energy),
+                   sum(next_energy),
+                   sum(round_off),
+                   0,
+                   sum(work),
+                   sum(made),
+                   {},
+                   problem.h * largest(closing),
+                   std::sqrt(largest(miss))});
     }
 
     template <class Other>
@@ -352,7 +360,7 @@ class Sweeper {
     }
 
     BodyRows<M> rows_;
-    AlignedDoubles free_rows_;        // V_free; where contacts are swept one by one, and of walls:
+    AlignedDoubles free_rows_;  // V_free; where contacts are swept one by one, and of walls:
     FreeVelocities<M> free_;
     std::vector<double> wall_share_;  // 1/multiplicity
     BatchGroup<M> grains_, walls_;
