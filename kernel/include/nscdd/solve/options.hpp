@@ -47,7 +47,8 @@ struct SolveReport {
 // Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
-    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.penetration >= 0))
+    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.energy_made >= 0) ||
+        !(options.penetration >= 0))
         throw std::invalid_argument("tolerance, velocity_error and penetration must be numbers and not negative");
     if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
