@@ -159,7 +159,7 @@ TEMPLATE_TEST_CASE("batches hold every contact once and no body twice", "[sweepe
     Random random(13);
     const int side = M::dim == 2 ? 12 : 6;
     second_step<M>(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side),
-                   [](const ContactProblem<M>& problem) {
+                   [](ContactProblem<M>& problem) {
                        Sweeper<M> sweeper;
                        sweeper.load(problem);
                        const std::vector<int>& order = sweeper.order();
