@@ -49,7 +49,8 @@ inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
     if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.energy_made >= 0) ||
         !(options.penetration >= 0))
-        throw std::invalid_argument("tolerance, velocity_error and penetration must be numbers and not negative");
+        throw std::invalid_argument(
+            "tolerance, velocity_error, energy_made and penetration must be numbers and not negative");
     if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
         throw std::invalid_argument("check_every and sweeps must be at least 1");
