@@ -32,15 +32,13 @@ class Sweeper {
         note_free(problem);
     }
 
-    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric. `many`:
-    // so many sweeps may follow that restore_velocities() will be asked for.
-    void accelerate(const ContactProblem<M>& problem, int window, bool many = true) {
+    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric.
+    void accelerate(const ContactProblem<M>& problem, int window) {
         if (window_ == 0) make_room(problem, window);
-        if (many && start_rows_.empty()) note_start(problem);
+        if (start_rows_.empty()) note_start(problem);
     }
 
-    // V = V_start + M^-1 H (r - r_start) from where accelerate() was told of many sweeps, of copies that have then to
-    // be glued.
+    // V = V_start + M^-1 H (r - r_start) from the first accelerate() on, of copies that have then to be glued.
     void restore_velocities(ContactProblem<M>& problem) {
         rows_.data = start_rows_;
         for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
@@ -359,7 +357,7 @@ class Sweeper {
     std::vector<typename M::Impulse> past_;  // their iterates and changes
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot
-    AlignedDoubles start_rows_;  // where accelerate() was told of many sweeps; the batches have the impulses, or:
+    AlignedDoubles start_rows_;  // at the first accelerate(); the batches have the impulses, or:
     std::vector<double> start_speeds_;
     std::vector<typename M::Impulse> start_;  // of contacts with walls, then of those between grains
 };
