@@ -356,6 +356,35 @@ TEMPLATE_TEST_CASE("a long column takes few iterations for each grain, and keeps
     }
 }
 
+// Combinations of few contacts with masses a thousand times apart make round-off as large as the velocities within 100
+// iterations: the heavy ball gained 1.4 J from nothing in a step that had converged.
+TEST_CASE("velocities are those of the impulses after short solves as well", "[anderson]") {
+    using M = Spheres;
+    for (const int ranks : {1, 4}) {
+        std::vector<Grain<M>> grains;
+        for (int k = 0; k < 16; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, {k % 4 - 1.5, k / 4 - 1.5, 0.5}));
+        grains.push_back(make_grain<M>(16, 5.0, 1.0, {0, 0, 0.5 + 0.5 * std::sqrt(119.0)}));
+        SimulationSettings<M> settings;
+        settings.h = 1e-3;
+        settings.gravity = {0, 0, -10};
+        settings.materials.set(0, 0, {0.1, 0});
+        Wall<M> floor;
+        floor.normal = {0, 0, 1};
+        settings.walls.push_back(floor);
+        InProcess comm(ranks);
+        Simulation<M> simulation(comm, settings, grains);
+        const SolveOptions options = SolveOptions{}.accelerated();
+        const auto solve = ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options);
+        double worst = 0;
+        for (int step = 0; step < 620; ++step) {
+            const StepEnergy e = simulation.step(solve).energy;
+            const double scale = e.kinetic + std::abs(e.external) + std::abs(e.normal) + std::abs(e.friction);
+            worst = std::max(worst, std::abs(e.round_off()) / scale);
+        }
+        CHECK(worst <= 1e-11);  // 0.99 on 1 subdomain, 5e-8 on 4 when only solves of 200 iterations were asked
+    }
+}
+
 // By round-off the velocities of combinations are now a little better, now a little worse than those of the impulses:
 // of this many tolerances, each met closely, some are met by the former alone.
 TEST_CASE("a long solve goes on when the velocities of its impulses say that it is not over", "[anderson]") {

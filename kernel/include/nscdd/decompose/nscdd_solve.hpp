@@ -74,7 +74,7 @@ SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, Co
         ContactProblem<M>& problem = parts[p].problem;
         Sweeper<M>& sweeper = parts[p].sweeper;
         if (accelerated) {
-            sweeper.accelerate(problem, options.window, may_part(options, report));
+            sweeper.accelerate(problem, options.window);
             std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
         } else {
             sweeper.sweep(problem);

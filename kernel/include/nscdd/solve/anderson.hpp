@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include <Eigen/Cholesky>
@@ -57,14 +58,14 @@ class Anderson {
     int restarts() const { return restarts_; }
 
     // Velocities and impulses are combined by the same coefficients. These are beyond 1, and make more and more of the
-    // round-off by which the two have parted: after 30,000 iterations velocities can be wrong in the third digit, and
-    // so the residual. Has there been enough to ask? The velocities of the impulses are no longer to be combined with
-    // what came before: forget().
-    bool parted() const { return updates_ - together_ >= many; }
+    // round-off by which the two have parted: by `growth_` at most, which with a heavy ball on light ones takes 60
+    // iterations to matter, on packings thousands. Has it grown enough to ask? The velocities of the impulses are no
+    // longer to be combined with what came before: forget().
+    bool parted() const { return growth_ > 1e4; }
     void forget() {
         coefficients_.setZero();
         filled_ = 0;
-        together_ = updates_;
+        growth_ = 1;
     }
 
     // A change larger than the last one says that the combination did harm: what it was made from is forgotten.
@@ -131,6 +132,7 @@ class Anderson {
         if (!c.allFinite()) return;
         const double shorten = std::min(1.0, reach / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
+        growth_ *= std::abs(1 - coefficients_.sum()) + coefficients_.lpNorm<1>();
     }
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic pop
@@ -141,8 +143,9 @@ class Anderson {
     Matrix products_;      // f_i.f_j by slot
     int now_, last_;       // slots of this iteration's change, and of the last one
     int filled_ = 0, restarts_ = 0;
-    int updates_ = 0, together_ = 0;
+    int updates_ = 0;
     double previous_ = 0;
+    double growth_ = 1;  // of round-off since velocities were those of the impulses, at most
 };
 
 // What a sweep without it does at each contact besides solving it.

@@ -39,7 +39,6 @@ struct BatchGroup {
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
-    AlignedDoubles start;          // of each batch: impulses to restore velocities from
     std::size_t count = 0;         // batches
     bool driven = false;           // with walls of which any is
 
@@ -62,12 +61,6 @@ struct BatchGroup {
     }
     void prefetch(std::size_t batch) const { prefetch(fields(batch), BatchLayout<M>::fields * lanes); }
     void prefetch_past(std::size_t batch, int window) const { prefetch(metric(batch, window), past_size(window)); }
-
-    void note_start() {
-        start.resize(count * impulse);
-        for (std::size_t k = 0; k < count; ++k)
-            std::copy_n(fields(k) + BatchLayout<M>::impulse_at * lanes, impulse, start.data() + k * impulse);
-    }
 
     // Notes which batches are open.
     void find_open(int window) {

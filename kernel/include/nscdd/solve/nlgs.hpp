@@ -22,7 +22,7 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
     bool over = false;
     while (!over) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
-        if (accelerated) sweeper.accelerate(problem, options.window, may_part(options, report));
+        if (accelerated) sweeper.accelerate(problem, options.window);
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) {
             if (accelerated)

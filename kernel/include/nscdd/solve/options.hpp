@@ -71,12 +71,6 @@ inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& r
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }
 
-// Could the iterations up to the next test be so many that Anderson::parted()? A quarter is early enough: till then
-// nothing is lost, and steps that are over pay nothing for it.
-inline bool may_part(const SolveOptions& options, const SolveReport& report) {
-    return report.iterations + until_test(options, report) > Anderson::many / 4;
-}
-
 // Notes the residual in the report; true when the iteration is over.
 inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                      SolveReport& report) {

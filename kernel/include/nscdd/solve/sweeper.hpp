@@ -28,37 +28,26 @@ class Sweeper {
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
         stretch_ = 1 / relaxation;
         window_ = sweeps_ = 0;
-        start_rows_.clear();
         note_free(problem);
     }
 
-    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric. `many`:
-    // so many sweeps may follow that restore_velocities() will be asked for.
-    void accelerate(const ContactProblem<M>& problem, int window, bool many = true) {
+    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric.
+    void accelerate(const ContactProblem<M>& problem, int window) {
         if (window_ == 0) make_room(problem, window);
-        if (many && start_rows_.empty()) note_start(problem);
     }
 
-    // V = V_start + M^-1 H (r - r_start) from where accelerate() was told of many sweeps, of copies that have then to
-    // be glued.
+    // V = V_free + M^-1 H r of the impulses held here, of copies that have then to be glued.
     void restore_velocities(ContactProblem<M>& problem) {
-        rows_.data = start_rows_;
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = start_speeds_[w];
-        if (batched_) {
-            const auto since_start = [](const auto& batch, const BatchGroup<M>& group, std::size_t k, int d) {
-                return batch.r[d] - Packet::load(group.start.data() + k * group.impulse + d * Packet::width);
-            };
-            with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, since_start); });
-            apply<Rows<Layout::row>>(problem, grains_, since_start);
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free_.walls[w];
+        if (!batched_) {
+            for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = free_.bodies[g];
+            apply_impulses(problem);
             return;
         }
-        for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        auto start = start_.begin();
-        const auto apply = [&](const std::vector<Contact<M>>& contacts, auto kind) {
-            for (const Contact<M>& c : contacts) apply_impulse(problem, c, typename M::Impulse(c.r - *start++), kind);
-        };
-        apply(problem.wall_contacts, WithWall{});
-        apply(problem.contacts, BetweenGrains{});
+        rows_.data = free_rows_;
+        const auto all = [](const auto& batch, int d) { return batch.r[d]; };
+        with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, all); });
+        apply<Rows<Layout::row>>(problem, grains_, all);
     }
 
     int window() const { return window_; }  // 0: not accelerated
@@ -181,21 +170,6 @@ class Sweeper {
                 group.metric(k / lanes, window_)[k % lanes] = metric(contacts[static_cast<std::size_t>(order[k])]);
     }
 
-    void note_start(const ContactProblem<M>& problem) {
-        start_speeds_.clear();
-        for (const WallBody<M>& wall : problem.walls) start_speeds_.push_back(wall.speed);
-        start_.clear();
-        if (batched_) {
-            grains_.note_start();
-            walls_.note_start();
-        } else {
-            for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
-            for (const auto* contacts : {&problem.wall_contacts, &problem.contacts})
-                for (const Contact<M>& c : *contacts) start_.push_back(c.r);
-        }
-        start_rows_ = rows_.data;
-    }
-
     // V_free, of the impulses and velocities that are loaded.
     void note_free(const ContactProblem<M>& problem) {
         if (!batched_) {
@@ -205,9 +179,7 @@ class Sweeper {
         ContactProblem<M> free;  // of which batches use and change the walls
         free.walls = problem.walls;
         free_rows_ = rows_.data;
-        const auto none = [](const auto& batch, const BatchGroup<M>&, std::size_t, int d) {
-            return Packet(0) - batch.r[d];
-        };
+        const auto none = [](const auto& batch, int d) { return Packet(0) - batch.r[d]; };
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(free, walls_, none); });
         apply<Rows<Layout::row>>(free, grains_, none);
         free_rows_.swap(rows_.data);
@@ -215,14 +187,14 @@ class Sweeper {
         for (const WallBody<M>& wall : free.walls) free_.walls.push_back(wall.speed);
     }
 
-    // V += M^-1 H dr, component d of dr being change(batch, group, its number, d).
+    // V += M^-1 H dr, component d of dr being change(batch, d).
     template <class Other>
     void apply(ContactProblem<M>& problem, const BatchGroup<M>& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
             Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             Packet dr[Layout::components];
-            for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, group, k, d);
+            for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, d);
             batch.apply(dr);
             store_batch(problem, group, k, batch);
         }
@@ -372,9 +344,6 @@ class Sweeper {
     std::vector<typename M::Impulse> past_;  // their iterates and changes
     std::vector<AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;        // by wall and slot
-    AlignedDoubles start_rows_;  // where accelerate() was told of many sweeps; the batches have the impulses, or:
-    std::vector<double> start_speeds_;
-    std::vector<typename M::Impulse> start_;  // of contacts with walls, then of those between grains
 };
 
 }  // namespace nscdd
