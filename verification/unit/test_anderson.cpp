@@ -256,7 +256,7 @@ TEST_CASE("so are those of contacts swept one by one", "[anderson]") {
     Random random(23);
     auto grains = shaken_lattice<M>(random, 4);
     for (auto& g : grains) g.inertia *= 1 + 0.1 * (g.id % 3);  // no solid spheres
-    const auto problem = cold_problem<M>(grains, 4, driven);
+    auto problem = cold_problem<M>(grains, 4, driven);
     Sweeper<M> sweeper;
     sweeper.load(problem);
     REQUIRE_FALSE(sweeper.batched());
