@@ -102,7 +102,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
         if (c.free_gap < h * closing) c.missed = unseen.missed = true;
     };
     const auto note = [&](double when, double allowed, double closing, int i, int j) {
-        if (when < h) unseen.passage.note({when > 0 ? allowed / closing : 0, i, j});
+        if (when < h) unseen.passage.note({when > 0 ? std::min(when, allowed / closing) : 0, i, j});
     };
     for (auto& c : part.pairs) {
         if (!near(c)) continue;
