@@ -1,4 +1,4 @@
-// Is a state one of this scene?
+// Whether a state is one of this scene.
 #pragma once
 
 #include <string>

@@ -57,10 +57,10 @@ class Anderson {
     int last() const { return last_; }
     int restarts() const { return restarts_; }
 
-    // Velocities and impulses are combined by the same coefficients. These are beyond 1, and make more and more of the
-    // round-off by which the two have parted: by `growth_` at most, which with a heavy ball on light ones takes 60
-    // iterations to matter, on packings thousands. Has it grown enough to ask? The velocities of the impulses are no
-    // longer to be combined with what came before: forget().
+    // Velocities and impulses are combined by the same coefficients. Coefficients beyond 1 multiply the round-off by
+    // which the two have parted, by `growth_` at most: with a heavy ball on light ones that matters after 60
+    // iterations, on packings after thousands. True where round-off may be 1e4 times as large: then velocities have to
+    // be taken from the impulses, and must not be combined with what came before, forget().
     bool parted() const { return growth_ > 1e4; }
     void forget() {
         coefficients_.setZero();
