@@ -89,7 +89,7 @@ Found find(hid_t file, const std::string& object) {
     }
 }
 
-// Are the values of a dataset in the file itself?
+// Whether the values of a dataset are in the file itself.
 bool stored_here(hid_t dataset) {
     const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
     return H5Pget_layout(creation) != H5D_VIRTUAL && H5Pget_external_count(creation) == 0;

@@ -42,7 +42,7 @@ class Reader {
     // Throws InputError for a file that is missing, unreadable, not a regular one, not HDF5, damaged or truncated.
     explicit Reader(const std::string& path);
 
-    // Is there a group or dataset of that name, "group/name"? Throws InputError for a soft or external link.
+    // Whether there is a group or dataset of that name, "group/name". Throws InputError for a soft or external link.
     bool has(const std::string& object) const;
 
     // Extents of a dataset. Throws InputError when there is no such dataset.

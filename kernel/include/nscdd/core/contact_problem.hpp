@@ -69,7 +69,7 @@ struct ContactProblem {
     double h = 0;                           // step [s]
     double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
 
-    // Is any wall pushed by a force? The same on every rank.
+    // Whether any wall is pushed by a force. The same on every rank.
     bool driven_walls() const {
         return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
     }

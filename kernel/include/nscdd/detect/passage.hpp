@@ -29,8 +29,8 @@ struct Passage {
 
 namespace detail {
 
-// Do two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least` within `time`?
-// Returns when, infinity if they do not. Pairs that part are let go.
+// When two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity if they
+// do not within `time`. Pairs that part are let go.
 template <class Vec>
 double when_nearer(const Vec& d, const Vec& w, double least, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();

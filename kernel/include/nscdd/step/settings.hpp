@@ -39,7 +39,7 @@ struct RoughDetection {
     std::vector<double> offsets;             // of the walls, when it was made
 };
 
-// One cell for each rank? Cells of whatever sign or size, which a file may bring.
+// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
 inline bool one_cell_each(std::span<const int> cells, int ranks) {
     for (const int count : cells) {
         if (count < 1 || ranks % count != 0) return false;
