@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -93,6 +94,26 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
                    {"--state", arguments.state, 600 * grains},
                    {"the .xdmf beside --state", xdmf_beside(arguments.state)}},
                   inputs_of(arguments, scene));
+}
+
+// What the steps that stopped early did not reach, beside what is asked: the worst of all steps.
+std::string unconverged(const nlohmann::json& json, int steps) {
+    const auto worst = [&json](const char* key) {
+        double most = 0;
+        for (const double x : json[key]) {
+            if (std::isnan(x)) return x;
+            most = std::max(most, x);
+        }
+        return most;
+    };
+    return fmt::format(
+        "{} of {} steps stopped, after {:.0f} iterations at most, without reaching what is asked: eta <= {:g} (worst "
+        "{:.2g}), velocity error <= {:g} ({:.2g}), energy made <= {:g} ({:.2g}), penetration <= {:g} of the least "
+        "radius ({:.2g})",
+        steps, json["steps"].get<int>(), worst("iterations"), json["tolerance"].get<double>(), worst("residual"),
+        json["velocity_error_allowed"].get<double>(), worst("velocity_error"),
+        json["energy_made_allowed"].get<double>(), worst("energy_made"), json["penetration_allowed"].get<double>(),
+        worst("penetration"));
 }
 
 double solver_cpu(const RunResult& result) { return result.json["seconds"]["solver_cpu"]; }  // the same on all ranks
@@ -238,11 +259,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
                        json["subdomains"].get<int>(), json["subdomains"] == 1 ? "" : "s", iterations,
                        json["seconds"]["total"].get<double>());
         if (result.unconverged_steps > 0)
-            fmt::print(stderr,
-                       "nscdd: {} of {} steps stopped, after {} iterations at most, without reaching eta = {:g}\n",
-                       result.unconverged_steps, request.scene.step.count,
-                       std::max_element(json["iterations"].begin(), json["iterations"].end())->get<int>(),
-                       request.scene.solver.tolerance);
+            fmt::print(stderr, "nscdd: {}\n", unconverged(json, result.unconverged_steps));
     }
     return result.unconverged_steps > 0 ? 3 : 0;
 }

@@ -324,6 +324,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"energy_made_allowed", options.energy_made},
          {"energy", energy},
          {"penetration", penetration},
+         {"penetration_allowed", options.penetration},
          {"contacts", contacts},
          {"interface_grains", interface_grains / scene.step.count},
          {"interface_share", interface_grains / scene.step.count / grains},

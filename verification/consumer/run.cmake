@@ -3,26 +3,19 @@
 # Installs the kernel without harness and tests, and builds and runs the consumer against what was installed. The
 # consumer must get include paths and the standard from it, nothing else, and nothing of MPI.
 cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
 set(ENV{CXXFLAGS})
 set(ENV{LDFLAGS})
 
-function(run output)
-    execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE text ERROR_VARIABLE text)
-    if(NOT result EQUAL 0)
-        string(JOIN " " command ${ARGN})
-        message(FATAL_ERROR "${command}\n${text}")
-    endif()
-    set(${output} "${text}" PARENT_SCOPE)
-endfunction()
-
 file(REMOVE_RECURSE ${WORK})
-run(text ${CMAKE_COMMAND} -S ${REPOSITORY} -B ${WORK}/kernel -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
+file(MAKE_DIRECTORY ${WORK})
+call(text ${CMAKE_COMMAND} -S ${REPOSITORY} -B ${WORK}/kernel -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
     -DNSCDD_HARNESS=OFF -DNSCDD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=${WORK}/installed)
-run(text ${CMAKE_COMMAND} --install ${WORK}/kernel)
-run(text ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/consumer -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
+call(text ${CMAKE_COMMAND} --install ${WORK}/kernel)
+call(text ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/consumer -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
     -DCMAKE_BUILD_TYPE= -DCMAKE_PREFIX_PATH=${WORK}/installed -DCMAKE_EXPORT_COMPILE_COMMANDS=ON)
-run(text ${CMAKE_COMMAND} --build ${WORK}/consumer)
-run(answers ${WORK}/consumer/consumer)
+call(text ${CMAKE_COMMAND} --build ${WORK}/consumer)
+call(answers ${WORK}/consumer/consumer)
 message("${answers}")
 
 # How main.cpp was compiled: compiler, include paths, standard, input, output.
@@ -40,12 +33,12 @@ endif()
 
 string(REGEX REPLACE " -o [^ ]+ -c " " -M " command "${command}")
 separate_arguments(arguments UNIX_COMMAND "${command}")
-run(depends ${arguments})
+call(depends ${arguments})
 if(NOT depends MATCHES "nscdd/step/simulation\\.hpp" OR depends MATCHES "mpi\\.h")
     message(FATAL_ERROR "the umbrella includes MPI, or not the kernel:\n${depends}")
 endif()
 
-run(libraries ldd ${WORK}/consumer/consumer)
+call(libraries ldd ${WORK}/consumer/consumer)
 if(NOT libraries MATCHES "libstdc\\+\\+|libc\\+\\+" OR libraries MATCHES "libmpi")
     message(FATAL_ERROR "the consumer links MPI:\n${libraries}")
 endif()

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -44,16 +44,19 @@ GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     return best;
 }
 
+// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
+inline bool one_cell_each(std::span<const int> cells, int ranks) {
+    for (const int count : cells) {
+        if (count < 1 || ranks % count != 0) return false;
+        ranks /= count;
+    }
+    return ranks == 1;
+}
+
 // Throws std::invalid_argument unless there is at least one cell along each axis, and as many in all as ranks.
 template <int dim>
 void check_cells(const GridCells<dim>& cells, int ranks) {
-    std::int64_t product = 1;
-    for (const int along : cells) {
-        if (along < 1 || along > ranks) product = 0;
-        product *= along;  // below ranks^2
-        if (product > ranks) product = 0;
-    }
-    if (product != ranks)
+    if (!one_cell_each(cells, ranks))
         throw std::invalid_argument("the grid's cells must be at least 1 along each axis, and as many as the ranks (" +
                                     std::to_string(ranks) + ")");
 }

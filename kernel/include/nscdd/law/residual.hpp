@@ -1,4 +1,5 @@
-// How wrong an answer is, whatever the partition: eta, the velocity error, and the deepest penetration of the step.
+// How wrong an answer is, whatever the partition: eta, the velocity error, the energy made, and the deepest penetration
+// of the step.
 #pragma once
 
 #include <array>
@@ -10,7 +11,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Sums of one subdomain. Over subdomains they add, but for the penetration and the slip, of which the largest is taken.
+// Sums of one subdomain. Over subdomains they add, but for the penetration and the miss, of which the largest is taken.
 struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r) [J]
     double energy = 0;       // sum of r^T W r

@@ -45,9 +45,10 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
     return report;
 }
 
-// Sweeps until eta and the penetration are small enough. In: velocities consistent with the impulses. `sweeper` only
-// saves its memory for the next call. Throws std::invalid_argument for a problem that is none (validate.hpp) and for
-// options with which it would not end, std::runtime_error when numbers grow beyond what is finite.
+// Sweeps until the step has converged (SolveReport) or the cap is reached. In: velocities consistent with the impulses.
+// `sweeper` only saves its memory for the next call. Throws std::invalid_argument for a problem that is none
+// (validate.hpp) and for options with which it would not end, std::runtime_error when numbers grow beyond what is
+// finite.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     validate(problem);

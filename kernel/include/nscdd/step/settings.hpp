@@ -39,15 +39,6 @@ struct RoughDetection {
     std::vector<double> offsets;             // of the walls, when it was made
 };
 
-// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
-inline bool one_cell_each(std::span<const int> cells, int ranks) {
-    for (const int count : cells) {
-        if (count < 1 || ranks % count != 0) return false;
-        ranks /= count;
-    }
-    return ranks == 1;
-}
-
 template <class M>
 void check_grains(std::span<const Grain<M>> grains, const Materials& materials) {
     if (grains.empty()) throw std::invalid_argument("the scene has no grains");
