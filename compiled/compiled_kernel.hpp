@@ -19,7 +19,7 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
 #define COMPILED_MODEL(prefix, M)                                                                                      \
     prefix template class Simulation<M>;                                                                               \
     prefix template class Sweeper<M>;                                                                                  \
-    prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Grid<M>&,                        \
+    prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,                   \
                                      std::span<const Wall<M>>, double, double);                                        \
     prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,         \
                                             double);                                                                   \

@@ -1,6 +1,8 @@
 // From a scene and a packing or state, as read, to what the kernel steps.
 #pragma once
 
+#include "nscdd/partition/bisection.hpp"
+#include "nscdd/partition/metis.hpp"
 #include "nscdd/step/simulation.hpp"
 #include "run.hpp"
 
@@ -13,6 +15,20 @@ struct BuiltScene {
     std::vector<PairImpulse<M>> impulses;
     std::optional<RoughDetection<M>> rough;  // of a state to go on from
 };
+
+// The partitions that --partition offers: a line for each.
+template <class M>
+Partitioner<M> choose_partition(const RunRequest& request) {
+    const double imbalance = request.imbalance;
+    if (request.partition == "bisection") return by_bisection<M>(imbalance);
+    if (request.partition == "metis") return by_metis<M>(imbalance);
+    GridCells<M::dim> cells{};
+    if (!request.grid.empty()) {
+        if (request.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
+        std::copy(request.grid.begin(), request.grid.end(), cells.begin());
+    }
+    return by_grid<M>(cells);
+}
 
 namespace build_detail {
 
@@ -53,6 +69,20 @@ std::vector<Grain<M>> scene_grains(const RunRequest& request) {
 
 }  // namespace build_detail
 
+// What this process passes of the scene: grains and contacts by their rows in the files.
+template <class M>
+void keep_slice(BuiltScene<M>& built, int process, int processes) {
+    const auto keep = [process, processes](auto& rows) {
+        const std::size_t n = rows.size(), p = static_cast<std::size_t>(process),
+                          all = static_cast<std::size_t>(processes);
+        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(n * (p + 1) / all), rows.end());
+        rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(n * p / all));
+    };
+    keep(built.grains);
+    keep(built.impulses);
+    if (built.rough) keep(built.rough->positions);
+}
+
 // Throws InputError for what only shows once scene and packing meet.
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request) {
@@ -70,10 +100,7 @@ BuiltScene<M> build_scene(const RunRequest& request) {
     settings.gravity = scene.gravity;
     settings.materials = Materials(static_cast<int>(scene.materials.size()));
     for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, {pair.friction, pair.restitution});
-    if (!request.grid.empty()) {
-        if (request.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
-        std::copy(request.grid.begin(), request.grid.end(), settings.cells.begin());
-    }
+    settings.partition = choose_partition<M>(request);
     const State& from = request.from;
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];
@@ -104,7 +131,9 @@ BuiltScene<M> build_scene(const RunRequest& request) {
     }
     if (from.packing.size()) {
         RoughDetection<M>& rough = built.rough.emplace();
-        std::copy_n(from.rough.cells.begin(), M::dim, rough.cells.begin());
+        rough.kind = from.rough.kind;
+        rough.partition = from.rough.partition;
+        rough.imbalance = from.rough.imbalance;
         rough.skin = from.rough.skin;
         rough.steps_since = from.rough.steps_since;
         for (std::size_t g = 0; g < from.packing.size(); ++g)

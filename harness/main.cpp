@@ -83,7 +83,19 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->check(CLI::PositiveNumber);
     run_command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
         ->check(CLI::PositiveNumber);
+    run_command
+        ->add_option(
+            "--partition", run.partition,
+            "How space is dealt to subdomains: grid: equal cells, as in the paper; bisection: cut by cut, equal "
+            "numbers of contacts; metis: the same with few grains shared")
+        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
+        ->capture_default_str();
     run_command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
+    run_command
+        ->add_option("--imbalance", run.imbalance,
+                     "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
+                     "(default: 1.1)")
+        ->check(CLI::Range(1.0, 1e6));
     run_command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
         ->capture_default_str();

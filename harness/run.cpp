@@ -149,6 +149,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
                                         {"--sweeps", arguments.sweeps > 0}})
         if (given && !sweeps(request.scheme))
             throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
+    request.partition = arguments.partition;
+    if (arguments.imbalance > 0) request.imbalance = arguments.imbalance;
+    for (const auto& [option, given, of_grid] :
+         {std::tuple("--grid", !arguments.grid.empty(), true), {"--imbalance", arguments.imbalance > 0, false}})
+        if (given && of_grid != (request.partition == "grid"))
+            throw InputError(fmt::format("{} is not of --partition {}", option, request.partition));
     if (!arguments.grid.empty()) {
         request.grid = read_grid(arguments.grid);
         double product = 1;  // never overflows, and is exact where it could be the number of subdomains

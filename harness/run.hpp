@@ -23,7 +23,9 @@ struct RunRequest {
     std::string scheme = "nlgs";  // nlgs, newton, spg, apgd, ccs, dcs
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
-    std::vector<int> grid;  // cells per axis; empty: chosen
+    std::string partition = "grid";  // grid, bisection, metis
+    std::vector<int> grid;           // cells per axis; empty: chosen
+    double imbalance = 1.1;          // of a partition that is kept (Partitioner)
     bool over_mpi = false;
     bool progress = true;
     std::string json, state;  // files to write, may be empty
@@ -62,9 +64,10 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
-    std::string scene, packing, from, scheme = "nlgs", interface, grid, json, state, transport = "auto";
+    std::string scene, packing, from, scheme = "nlgs", interface, partition = "grid", grid, json, state,
+                                      transport = "auto";
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
-    double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0;
+    double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0, imbalance = 0;
     std::string method;
     std::optional<int> window;
     bool adopt = false;  // `from` may be of another scene

@@ -178,7 +178,9 @@ State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
         state.materials.density.push_back(material.density);
     }
     const RoughDetection<M> rough = gather_rough(simulation);
-    state.rough.cells.assign(rough.cells.begin(), rough.cells.end());
+    state.rough.kind = rough.kind;
+    state.rough.partition = rough.partition;
+    state.rough.imbalance = rough.imbalance;
     for (const auto& x : rough.positions) append(state.rough.x, x);
     state.rough.offset = rough.offsets;
     state.rough.skin = rough.skin;
@@ -235,6 +237,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
     BuiltScene<M> built = build_scene<M>(request);
+    if (request.over_mpi) keep_slice(built, comm.ranks()[0], comm.size());
     const SolveOptions options = solve_options(scene.solver, request.scheme);
     const auto [solve, interface] = choose_solver<M>(request, options);
 
@@ -262,7 +265,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     const double began = comm.now();
     Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
                              built.rough ? &*built.rough : nullptr);
-    const int grains = static_cast<int>(built.grains.size());
+    const double grains = static_cast<double>(simulation.grain_count());
     built = {};
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
     for (int step = 1; step <= scene.step.count; ++step) {
@@ -296,14 +299,14 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
         {{"schema", "nscdd.run/1"},
          {"scene", scene.name},
          {"dimension", M::dim},
-         {"grains", grains},
+         {"grains", simulation.grain_count()},
          {"model", model_name<M>(simulation.walls())},
          {"friction", M::friction},
          {"subdomains", comm.size()},
          {"threads", request.threads},
          {"scheme", request.scheme},
          {"interface", interface},
-         {"partition", sequential(request.scheme) ? "none" : Grid<M>::name(simulation.settings().cells)},
+         {"partition", sequential(request.scheme) ? "none" : simulation.partition().name()},
          {"transport", request.over_mpi             ? "mpi"
                        : sequential(request.scheme) ? "sequential"
                                                     : "in-process"},

@@ -128,11 +128,15 @@ State read_state(const std::string& path) {
     require_range(file, "contacts/i", state.contacts.i, 0, last);
     require_range(file, "contacts/j", state.contacts.j, -static_cast<int>(w), last);
 
-    state.rough = {.cells = file.read<int>("rough/cells", {dim}),
+    const hdf5::Shape numbers = file.shape("rough/partition");
+    state.rough = {.kind = file.texts("rough/kind", 1)[0],
+                   .partition = file.read<double>("rough/partition", {numbers.empty() ? 0 : numbers[0]}),
+                   .imbalance = file.read<double>("rough/imbalance", {1})[0],
                    .x = file.read<double>("rough/x", {n, dim}),
                    .offset = file.read<double>("rough/offset", {w}),
                    .skin = file.read<double>("rough/skin", {1})[0],
                    .steps_since = file.read<int>("rough/steps_since", {1})[0]};
+    if (!(state.rough.imbalance >= 1)) throw file.error("rough/imbalance", "must be >= 1");
     if (!(state.rough.skin > 0)) throw file.error("rough/skin", "must be > 0");
     if (state.rough.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
 
@@ -183,7 +187,9 @@ std::string write_state(FileSet& files, const std::string& path, const State& st
     file.write("contacts/subdomain", state.contacts.subdomain, {c});
     file.write("contacts/normal_impulse", state.contacts.normal_impulse, {c});
 
-    file.write("rough/cells", state.rough.cells, {dim});
+    file.texts("rough/kind", {state.rough.kind});
+    file.write("rough/partition", state.rough.partition, {state.rough.partition.size()});
+    file.write("rough/imbalance", std::vector{state.rough.imbalance}, {1});
     file.write("rough/x", state.rough.x, {n, dim});
     file.write("rough/offset", state.rough.offset, {w});
     file.write("rough/skin", std::vector{state.rough.skin}, {1});

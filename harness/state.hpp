@@ -44,11 +44,13 @@ struct State {
 
     // The last rough detection, nscdd::RoughDetection: with it a run goes on exactly.
     struct Rough {
-        std::vector<int> cells;      // (dim) subdomains per axis
-        std::vector<double> x;       // (n, dim) centres then [m]
-        std::vector<double> offset;  // (w) of the walls then [m]
-        double skin = 0;             // [m], > 0
-        int steps_since = 0;         // >= 0
+        std::string kind;               // of the partition: grid, bisection, metis
+        std::vector<double> partition;  // its numbers
+        double imbalance = 1;           // that it had when it was made, >= 1
+        std::vector<double> x;          // (n, dim) centres then [m]
+        std::vector<double> offset;     // (w) of the walls then [m]
+        double skin = 0;                // [m], > 0
+        int steps_since = 0;            // >= 0
     } rough;
 
     static constexpr std::int64_t most_steps =

@@ -138,12 +138,25 @@ struct Outcome {
     }
 };
 
+// What this process passes of a scene: all where it hosts all ranks, else each so-manyth.
+template <class T>
+std::vector<T> share(const std::vector<T>& rows, const nscdd::Communicator& comm) {
+    std::vector<T> mine;
+    const auto processes = static_cast<std::size_t>(comm.size()) / comm.ranks().size();
+    for (std::size_t k = processes > 1 ? static_cast<std::size_t>(comm.ranks()[0]) : 0; k < rows.size(); k += processes)
+        mine.push_back(rows[k]);
+    return mine;
+}
+
 template <class M>
 Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, const nscdd::StepSolver<M>& solve) {
-    nscdd::Simulation<M> simulation(comm, scene.settings, scene.grains, scene.impulses);
+    nscdd::Simulation<M> simulation(comm, scene.settings, share(scene.grains, comm), share(scene.impulses, comm));
     Outcome<M> outcome;
+    const nscdd::Traffic before = comm.traffic();
     for (int k = 0; k < steps; ++k) outcome.steps.push_back(simulation.step(solve));
     outcome.traffic = comm.traffic();
+    outcome.traffic.messages -= before.messages;
+    outcome.traffic.bytes -= before.bytes;
     outcome.measures = nscdd::measure(simulation);
     outcome.grains = nscdd::gather_grains(simulation);
     outcome.contacts = nscdd::gather_contacts(simulation);

@@ -3,7 +3,7 @@ nscdd_test(test_law "quick" unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_sweeper "quick;sanitized" unit/test_sweeper.cpp)
 nscdd_test(test_anderson "" unit/test_anderson.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)
-nscdd_test(test_partition "sanitized" unit/test_partition.cpp)
+nscdd_test(test_partition "sanitized" unit/test_partition.cpp unit/test_partitioners.cpp)
 nscdd_test(test_gluing "sanitized" unit/test_gluing.cpp)
 nscdd_test(test_detection "sanitized" unit/test_detection.cpp)
 nscdd_test(test_stepping "" unit/test_stepping.cpp)  # 40 steps over and over: minutes under the sanitizers, in --full
@@ -15,6 +15,10 @@ nscdd_test(test_invariance "" unit/test_invariance.cpp)
 nscdd_test(test_gradient "" unit/test_gradient.cpp)
 nscdd_test(test_schemes "quick" agreement/test_schemes.cpp)
 nscdd_test(test_reference "" agreement/test_reference.cpp)
+
+foreach(program test_partition test_stepping)
+    nscdd_link_metis(${program})
+endforeach()
 
 # The fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
 add_executable(test_sweep_as_shipped unit/test_sweep_as_shipped.cpp)
@@ -44,6 +48,7 @@ if(MPI_CXX_FOUND)
     target_compile_options(mpi_main PRIVATE -O0)
     nscdd_mpi_test(test_communicator_mpi "3" "1;2;4" mpi/test_communicator_mpi.cpp)
     nscdd_mpi_test(test_mpi_bitwise "2" "1;4" mpi/test_mpi_bitwise.cpp)
+    nscdd_link_metis(test_mpi_bitwise)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)

@@ -199,11 +199,11 @@ TEST_CASE("a contact that only the solution closes is found in whatever subdomai
         scene.grains.push_back(make_grain<SmoothDisks>(int(scene.grains.size()), radius, 1.0, {x, y}));
     };
     add(0.5, 0, 0.5), add(1.53, 0, 0.5), add(0.3, 5, 0.1);  // the last puts the border at x = 0.915
-    scene.settings.cells = {1, 1};
+    scene.settings.partition = nscdd::by_grid<SmoothDisks>({1, 1});
     const auto whole = run_nlgs(scene, 1, {.tolerance = 1e-10});
     CHECK(whole.last().contacts == 2);
     CHECK(whole.grains[1].grain.velocity[0] > 1);
-    scene.settings.cells = {2, 1};
+    scene.settings.partition = nscdd::by_grid<SmoothDisks>({2, 1});
     const auto halves = run_nscdd<Dcs, ClosedForm>(scene, 2, 1, {.tolerance = 1e-10});
     CHECK(halves.last().contacts == 2);
     CHECK(halves.last().interface_grains == 1);

@@ -43,7 +43,7 @@ struct Stepped {
 template <class M>
 void rough_detection(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
-    const Grid<M> grid(choose_cells<M>(1, s.high - s.low), s.low, s.high);
+    const Partition<M> grid = Grid<M>(choose_cells<M>(1, s.high - s.low), s.low, s.high);
     double largest = 0;
     for (const auto& g : s.grains) largest = std::max(largest, g.radius);
     per_contact(state, s.contacts, s.candidate_bytes(),

@@ -45,7 +45,7 @@ bool two_subdomains() {
     nscdd::SimulationSettings<Model> settings;
     settings.h = h;
     settings.gravity = {0, -gravity};
-    settings.cells = {1, 2};
+    settings.partition = nscdd::by_grid<Model>({1, 2});
     settings.walls.resize(1);
     settings.walls[0].normal = {0, 1};
     std::vector<nscdd::Grain<Model>> grains;

@@ -25,7 +25,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         reals("walls/offset", {w}), reals("walls/normal", {w, dim}), reals("walls/velocity", {w, dim});
         image.texts("walls/name", w), reals("walls/normal_speed", {w});
         image.texts("materials/name", 1), reals("materials/density", {1});
-        integers("rough/cells", dim, 1), integers("rough/steps_since", 1, 4);
+        image.texts("rough/kind", 1), reals("rough/partition", {c}), reals("rough/imbalance", {1});
+        integers("rough/steps_since", 1, 4);
         reals("rough/x", {n, dim}), reals("rough/offset", {w}), reals("rough/skin", {1});
         integers("contacts/i", c, 0), integers("contacts/j", c, 0), integers("contacts/subdomain", c, 0);
         reals("contacts/impulse", {c, dim}), reals("contacts/normal", {c, dim}), reals("contacts/gap", {c});

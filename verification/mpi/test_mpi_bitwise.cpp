@@ -2,6 +2,7 @@
 #include "../catch.hpp"
 #include "../small_scenes.hpp"
 #include "nscdd/comm/mpi.hpp"
+#include "nscdd/partition/metis.hpp"
 
 using namespace nscdd;
 using namespace scenes;
@@ -51,6 +52,29 @@ TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", Smoo
         compare<Dcs, Factorised<>>(scene);
         compare<Dcs, ClosedForm>(scene, SolveOptions{.check_every = 3, .sweeps = 2}.accelerated());
     }
+}
+
+TEST_CASE("a run over MPI is the run in process with any partition") {
+    for (const auto& partitioner : {by_bisection<Spheres>(1.0), by_metis<Spheres>(1.0)}) {
+        auto scene = heap<Spheres>(true);
+        scene.settings.partition = partitioner;
+        scene.settings.rough_every = 2;
+        compare<Dcs, ClosedForm>(scene);
+    }
+}
+
+TEST_CASE("two grains of one id, each of another rank, are refused on every rank") {
+    using M = Disks;
+    Mpi comm;
+    const std::vector<Grain<M>> mine{make_grain<M>(7, 0.5, 1.0, {2.0 * comm.ranks()[0], 0.0})};
+    std::string said;
+    try {
+        Simulation<M>(comm, SimulationSettings<M>{}, mine);
+    } catch (const std::invalid_argument& error) {
+        said = error.what();
+    }
+    CHECK(said == (comm.size() > 1 ? "grain 7: there are two of this id" : ""));
+    MPI_Barrier(MPI_COMM_WORLD);
 }
 
 TEST_CASE("an error in one subdomain is thrown on every rank, with the same words") {

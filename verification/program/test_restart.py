@@ -170,7 +170,7 @@ class AnotherScene(ProgramTest):
         with h5py.File(self.state, "r+") as file:
             del file["rough"]
         done = self.go_on(SCENE)
-        self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.state}: dataset 'rough/cells': is missing\n"))
+        self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.state}: dataset 'rough/partition': is missing\n"))
 
     def test_a_state_with_damaged_names_or_rough_detection(self):
         for dataset, values, problem in (("walls/name", ["floor"], "must hold strings of fixed length"),

@@ -128,7 +128,7 @@ TEST_CASE("a grain thrown across subdomains within a step is not missed", "[dete
     for (const Solver& solver : {nlgs_alone, Solver{Scheme::ccs, 2}, Solver{Scheme::dcs, 2}}) {
         INFO(solver.name() << ", speed " << shot.speed << (at_wall ? ", at a wall" : ", at a grain"));
         auto settings = without_restitution<M>(0.2);
-        settings.cells = {1, solver.ranks};
+        settings.partition = by_grid<M>({1, solver.ranks});
         const double apart = std::sqrt(1.2 * 1.2 - shot.offset * shot.offset);  // touching at the first detection
         std::vector<Grain<M>> grains{make_grain<M>(0, 1, 100, {-apart - 0.1, 0}),
                                      make_grain<M>(1, 1, 100, {apart + 0.1, 0}),
@@ -306,7 +306,8 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", Disks, 
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].normal *= 1.1; }), {"normal"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].driven = true; }), {"driven", "mass"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].material = 1; }), {"wall 0", "material"}) == "");
-    CHECK(lacks(spoilt([](auto& s) { s.cells.fill(2); }), {"cells"}) == "");
+    CHECK(lacks(spoilt([](auto& s) { s.partition = by_grid<M>({2, 2}); }), {"cells"}) == "");
+    CHECK(lacks(spoilt([](auto& s) { s.partition.make = nullptr; }), {"partition", "make"}) == "");
     CHECK_THROWS_AS(Materials(1).set(0, 0, {-0.1, 0}), std::invalid_argument);
     CHECK_THROWS_AS(Materials(1).set(0, 0, {0, 1.1}), std::invalid_argument);
 }

@@ -287,10 +287,10 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     InProcess two(2);
     for (const GridCells<2> cells :
          {GridCells<2>{-2, -1}, {0, 2}, {2, 0}, {1, 1}, {1 << 30, 1 << 30}, {65536, 65536}}) {
-        settings.cells = cells;
+        settings.partition = by_grid<M>(cells);
         CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "cells") == "");
     }
-    settings.cells = {2, 1};
+    settings.partition = by_grid<M>({2, 1});
     Simulation<M> simulation(two, settings, grains);
     CHECK(lacks(refusal([&] { simulation.step({}); }), "the solver is empty") == "");
     static_assert(std::is_same_v<decltype(simulation.walls()), std::span<Wall<M>>>);  // nobody can resize it

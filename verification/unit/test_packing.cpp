@@ -44,8 +44,13 @@ State made_up_state(int dim, int grains) {
                    .velocity = ramp(2 * d, 8),
                    .normal_speed = ramp(2, 12)};
     state.materials = {.name = {"glass", ""}, .density = ramp(2, 13)};
-    state.rough = {
-        .cells = std::vector<int>(d, 3), .x = ramp(n * d, 14), .offset = ramp(2, 15), .skin = 0.3, .steps_since = 7};
+    state.rough = {.kind = "grid",
+                   .partition = ramp(5, 17),
+                   .imbalance = 1.2,
+                   .x = ramp(n * d, 14),
+                   .offset = ramp(2, 15),
+                   .skin = 0.3,
+                   .steps_since = 7};
     state.contacts = {.i = {0, 1, 1},
                       .j = {1, -1, -2},
                       .impulse = ramp(3 * d, 9),
@@ -76,7 +81,9 @@ void check_equal(const State& a, const State& b) {
     CHECK(a.walls.normal_speed == b.walls.normal_speed);
     CHECK(a.materials.name == b.materials.name);
     CHECK(a.materials.density == b.materials.density);
-    CHECK(a.rough.cells == b.rough.cells);
+    CHECK(a.rough.kind == b.rough.kind);
+    CHECK(a.rough.partition == b.rough.partition);
+    CHECK(a.rough.imbalance == b.rough.imbalance);
     CHECK(a.rough.x == b.rough.x);
     CHECK(a.rough.offset == b.rough.offset);
     CHECK(a.rough.skin == b.rough.skin);

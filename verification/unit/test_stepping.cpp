@@ -1,6 +1,7 @@
 // From step to step: a simulation that goes on from a stored one is the one that was not interrupted.
 #include "../catch.hpp"
 #include "../small_scenes.hpp"
+#include "nscdd/partition/metis.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;
@@ -79,6 +80,18 @@ TEMPLATE_TEST_CASE("a stored simulation goes on to the last bit", "[stepping]", 
     }
 }
 
+TEMPLATE_TEST_CASE("a stored simulation goes on to the last bit by any partition", "[stepping]", Spheres) {
+    using M = TestType;
+    for (const double imbalance : {1.0, 1.1})
+        for (const auto& partitioner : {by_bisection<M>(imbalance), by_metis<M>(imbalance)}) {
+            INFO(partitioner.kind << " " << imbalance);
+            Scene<M> scene = heap<M>(false);
+            scene.settings.rough_every = 7;
+            scene.settings.partition = partitioner;
+            goes_on_exactly<M>(scene, by_nscdd<Dcs<M>>(SolveOptions{}), 4);
+        }
+}
+
 TEST_CASE("a stored simulation goes on with other subdomains, and with the phase of its rough detection",
           "[stepping]") {
     using M = Spheres;
@@ -88,7 +101,7 @@ TEST_CASE("a stored simulation goes on with other subdomains, and with the phase
     const auto solve = by_nscdd<Dcs<M>>({.tolerance = 1e-8});
     for (int step = 0; step < 7; ++step) whole.step(solve);
     Stored<M> stored = store(whole);
-    stored.scene.settings.cells = {};
+    REQUIRE(stored.scene.settings.partition.kind == "grid");
     Simulation<M> rest(four, stored.scene.settings, stored.scene.grains, stored.scene.impulses, &stored.rough);
     CHECK(rest.steps_since_rough() == whole.steps_since_rough());
     for (int step = 0; step < 3; ++step) {
@@ -111,7 +124,8 @@ TEST_CASE("a rough detection that cannot have been is refused", "[stepping]") {
             [&] { Simulation<M>(comm, scene.settings, scene.grains, scene.impulses, &rough); });
     };
     CHECK(refused([](auto&) {}) == "");
-    CHECK(refused([](auto& r) { r.cells = {-3, 7}; }) == "");  // of another number of ranks
+    CHECK(refused([](auto& r) { r.partition[0] = -3; }) == "");  // of another number of ranks
+    CHECK(refused([](auto& r) { r.imbalance = NAN; }).find("imbalance") != std::string::npos);
     CHECK(refused([](auto& r) { r.positions.pop_back(); }) == "the last rough detection is of other grains or walls");
     CHECK(refused([](auto& r) { r.offsets.push_back(1); }) == "the last rough detection is of other grains or walls");
     CHECK(refused([](auto& r) { r.positions[3][1] = NAN; }).find("not finite") != std::string::npos);

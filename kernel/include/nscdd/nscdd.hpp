@@ -1,10 +1,12 @@
-// The whole kernel but MPI (add "nscdd/comm/mpi.hpp" for that). See README.md for a first program.
+// The whole kernel but MPI and METIS (add "nscdd/comm/mpi.hpp", "nscdd/partition/metis.hpp" for these). See README.md for a
+// first program.
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/core/validate.hpp"
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"
+#include "nscdd/partition/bisection.hpp"
 #include "nscdd/solve/assemble.hpp"
 #include "nscdd/solve/block_nlgs.hpp"
 #include "nscdd/solve/newton.hpp"

@@ -13,9 +13,9 @@
 #include <string>
 
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/grid.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/detect/rough.hpp"
+#include "nscdd/partition/partition.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -132,7 +132,7 @@ enum class Use : char { none, here, here_only };  // here_only: no other rank ha
 template <class M>
 std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
                                                    const std::vector<std::vector<Use>>& uses, Communicator& comm,
-                                                   const Grid<M>& grid) {
+                                                   const Partition<M>& partition) {
     const auto put = [](const Holding& h, Buffer& out) { out.insert(out.end(), {double(h.grain), double(h.rank)}); };
     const auto read = [](const Buffer& in, std::vector<Holding>& out) {
         for (std::size_t p = 0; p < in.size(); p += 2)
@@ -146,7 +146,7 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (uses[k][g] == Use::here_only) continue;
             const Grain<M>& grain = parts[k].grains[g];
-            const int home = grid.owner(grain.position);
+            const int home = partition.owner(grain.position);
             if (home == parts[k].rank) listed[k].push_back({grain.id, nobody});
             if (uses[k][g] == Use::here) put({grain.id, parts[k].rank}, to_home[k][static_cast<std::size_t>(home)]);
         }
@@ -232,10 +232,10 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 }  // namespace detail
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
-// `grid`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
+// `partition`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
 // Throws std::runtime_error, the same on every rank, when there are too many of them (TooManyPairs).
 template <class M>
-void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Grid<M>& grid,
+void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius) {
     using Wire = detail::Wire<M>;
     detail::Outboxes grains = detail::outboxes(parts.size(), comm.size());
@@ -245,14 +245,14 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
-            grid.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
-                              [&](int rank) { Wire::put(grain, grains[k][static_cast<std::size_t>(rank)]); });
+            partition.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
+                                   [&](int rank) { Wire::put(grain, grains[k][static_cast<std::size_t>(rank)]); });
         }
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
                 p.j < 0 ? xi : typename M::Vec(0.5 * (xi + part.grains[static_cast<std::size_t>(c.j)].position));
-            Wire::put(p, impulses[k][static_cast<std::size_t>(grid.owner(midpoint))]);
+            Wire::put(p, impulses[k][static_cast<std::size_t>(partition.owner(midpoint))]);
         });
     }
     const std::vector<Buffer> received = comm.route(grains);
@@ -270,7 +270,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
 
         const auto mine = [&](const Grain<M>& a, const Grain<M>& b) {
             const Grain<M>&low = a.id < b.id ? a : b, &high = a.id < b.id ? b : a;  // the same sum as above
-            return grid.owner(0.5 * (low.position + high.position)) == part.rank;
+            return partition.owner(0.5 * (low.position + high.position)) == part.rank;
         };
         part.pairs.clear();
         part.wall_pairs.clear();
@@ -288,20 +288,21 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Gri
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             const Grain<M>& grain = part.grains[g];
-            if (grid.owner(grain.position) != part.rank) continue;
+            if (partition.owner(grain.position) != part.rank) continue;
             for (std::size_t w = 0; w < walls.size(); ++w)
                 if (walls[w].normal.dot(grain.position) - walls[w].offset - grain.radius < skin) {
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
                     uses[k][g] = detail::Use::here;
                 }
             int receivers = 0;
-            grid.visit_owners(grain.position, detail::reach(grain, skin, largest_radius), [&](int) { ++receivers; });
+            partition.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
+                                   [&](int) { ++receivers; });
             if (receivers == 1) uses[k][g] = detail::Use::here_only;
         }
     });
     detail::throw_if_refused(comm.all_gather(refused), skin);
 
-    const auto holdings = detail::agree_on_sharers(parts, uses, comm, grid);
+    const auto holdings = detail::agree_on_sharers(parts, uses, comm, partition);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         Subdomain<M>& part = parts[k];
         detail::keep_shared(part, uses[k], holdings[k]);

@@ -11,8 +11,8 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/grid.hpp"
 #include "nscdd/decompose/repartition.hpp"
+#include "nscdd/partition/grid.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -21,10 +21,10 @@ struct SimulationSettings {
     std::vector<Wall<M>> walls;
     Materials materials{1};
     typename M::Vec gravity = M::Vec::Zero();
-    double h = 1e-3;               // [s]
-    double theta = 0.5;            // of the Moreau-Jean scheme, 0.5 to 1 in use
-    int rough_every = 10;          // steps between rough detections; sooner when grains have moved too far
-    GridCells<M::dim> cells{};     // subdomains per axis; zeros: chosen from the number of ranks
+    double h = 1e-3;       // [s]
+    double theta = 0.5;    // of the Moreau-Jean scheme, 0.5 to 1 in use
+    int rough_every = 10;  // steps between rough detections; sooner when grains have moved too far
+    Partitioner<M> partition = by_grid<M>();
     double largest_overlap = 0.1;  // of a radius; more is an error
 };
 
@@ -32,16 +32,17 @@ struct SimulationSettings {
 // when the next one comes: all that a step depends on beside grains, walls and impulses.
 template <class M>
 struct RoughDetection {
-    GridCells<M::dim> cells{};               // subdomains per axis
+    std::string kind;                        // of the partition
+    Buffer partition;                        // its numbers; empty: it is made anew
+    double imbalance = 1;                    // that it had when it was made (Partitioner)
     double skin = 0;                         // [m]
     int steps_since = 0;                     // steps made since
-    std::vector<typename M::Vec> positions;  // of the grains, when it was made
+    std::vector<typename M::Vec> positions;  // of the grains that the process has, when it was made
     std::vector<double> offsets;             // of the walls, when it was made
 };
 
 template <class M>
 void check_grains(std::span<const Grain<M>> grains, const Materials& materials) {
-    if (grains.empty()) throw std::invalid_argument("the scene has no grains");
     for (const auto& g : grains) {
         const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
         const char* what = !positive(g.radius)                                 ? "radius"
@@ -54,11 +55,6 @@ void check_grains(std::span<const Grain<M>> grains, const Materials& materials) 
                                                                                : nullptr;
         if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
     }
-    std::vector<int> ids;
-    for (const auto& g : grains) ids.push_back(g.id);
-    std::sort(ids.begin(), ids.end());
-    if (const auto twice = std::adjacent_find(ids.begin(), ids.end()); twice != ids.end())
-        throw std::invalid_argument("grain " + std::to_string(*twice) + ": there are two of this id");
 }
 
 template <class M>
@@ -77,13 +73,13 @@ void check_walls(std::span<const Wall<M>> walls, const Materials& materials) {
 }
 
 template <class M>
-void check_settings(const SimulationSettings<M>& settings, int ranks) {
+void check_settings(const SimulationSettings<M>& settings) {
     if (!settings.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
     if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
         throw std::invalid_argument("the step must be positive and theta within [0, 1]");
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
     check_walls<M>(settings.walls, settings.materials);
-    if (settings.cells != GridCells<M::dim>{}) check_cells<M::dim>(settings.cells, ranks);
+    if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");
 }
 
 template <class M>
@@ -101,6 +97,7 @@ void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t
                      [](const auto& x) { return std::isfinite(x.squaredNorm()); }) ||
         !std::all_of(rough.offsets.begin(), rough.offsets.end(), [](double x) { return std::isfinite(x); }))
         throw std::invalid_argument("a position or offset of the last rough detection is not finite");
+    if (!(rough.imbalance >= 1)) throw std::invalid_argument("the imbalance of a partition is 1 or more");
     if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
         throw std::invalid_argument("the last rough detection needs a positive skin and a number of steps since");
 }

@@ -5,19 +5,22 @@
 //   const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(options);
 //   nscdd::StepReport report = simulation.step(solve);
 //
-// Every process passes all grains of the scene and keeps those that belong to its ranks.
+// No process ever has all grains or contacts: what belongs to a rank is sent there.
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
 
+#include "nscdd/decompose/directory.hpp"
 #include "nscdd/decompose/multiplicity.hpp"
 #include "nscdd/decompose/nscdd_solve.hpp"
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
+#include "nscdd/partition/weights.hpp"
 #include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/settings.hpp"
@@ -36,54 +39,42 @@ struct StepReport {
 template <class M>
 class Simulation {
   public:
-    // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
-    // positions are in the order of gather_grains(); pair() of gather_contacts(); settings() with its walls. On as many
-    // ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks `last`
-    // still tells when the next rough detection comes.
+    // Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
+    // processes, each grain from one. The same of impulses.
     //
-    // Throws std::invalid_argument for what no scene can have: no grain, a radius or mass that is not positive and
-    // finite, an impulse that is not finite, a driven wall without mass.
+    // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
+    // positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
+    // many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
+    // `last` still tells when the next rough detection comes.
+    //
+    // Throws std::invalid_argument, the same on every process, for what no scene can have: no grain, two of one id, a
+    // radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without mass.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr)
         : comm_(comm), settings_(std::move(settings)) {
-        check_settings(settings_, comm_.size());
-        check_grains<M>(grains, settings_.materials);
-        check_impulses<M>(impulses);
-        if (last) check_rough(*last, grains.size(), settings_.walls.size());
-        const auto position = [&](std::size_t g) { return last ? last->positions[g] : grains[g].position; };
-        typename M::Vec low = position(0), high = low;
-        least_radius_ = largest_radius_ = grains.front().radius;
-        for (std::size_t g = 0; g < grains.size(); ++g) {
-            low = low.cwiseMin(position(g));
-            high = high.cwiseMax(position(g));
-            least_radius_ = std::min(least_radius_, grains[g].radius);
-            largest_radius_ = std::max(largest_radius_, grains[g].radius);
+        check_settings(settings_);
+        refuse_together(comm_, [&](std::size_t k) {
+            if (k > 0) return;
+            check_grains<M>(grains, settings_.materials);
+            check_impulses<M>(impulses);
+            if (last) check_rough(*last, grains.size(), settings_.walls.size());
+        });
+        for (int rank : comm_.ranks()) parts_.emplace_back().rank = rank;
+        for (const auto& grain : grains) {
+            parts_[0].grains.push_back(grain);
+            parts_[0].sharers.push_back(parts_[0].rank);
+            parts_[0].sharer_begin.push_back(static_cast<int>(parts_[0].sharers.size()));
         }
-        if (settings_.cells == GridCells<M::dim>{})
-            settings_.cells = last && one_cell_each(last->cells, comm_.size())
-                                  ? last->cells
-                                  : choose_cells<M>(comm_.size(), high - low);
-        const Grid<M> grid(settings_.cells, low, high);
-        for (int rank : comm_.ranks()) {
-            Subdomain<M>& part = parts_.emplace_back();
-            part.rank = rank;
-            for (std::size_t g = 0; g < grains.size(); ++g) {
-                if (grid.owner(position(g)) != rank) continue;
-                part.grains.push_back(grains[g]);
-                part.grains.back().position = position(g);
-                part.sharers.push_back(rank);
-                part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
-            }
-            part.rough_position.resize(part.grains.size());
-            part.problem.h = settings_.h;
-            part.problem.least_radius = least_radius_;
-        }
+        check_ids(parts_, comm_);
+        count_grains();
         Stopwatch watch(comm_);
         if (last)
-            repeat(*last, grid, grains);
+            repeat(*last);
         else
             rough(0);
-        for (auto& part : parts_) set_impulses<M>(part, impulses);
+        std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
+        handed[0].assign(impulses.begin(), impulses.end());
+        hand_out_impulses(parts_, comm_, handed);
         watch.lap(seconds_.detect);
     }
 
@@ -132,11 +123,14 @@ class Simulation {
     std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }
     const PhaseSeconds& seconds() const { return seconds_; }
+    std::size_t grain_count() const { return grains_; }  // of the whole scene
     double least_radius() const { return least_radius_; }
     int steps() const { return steps_; }
     double skin() const { return skin_; }                                       // of the last rough detection
     int steps_since_rough() const { return since_rough_; }                      // and the steps made since
     const std::vector<double>& rough_offsets() const { return rough_offset_; }  // of the walls, when it was made
+    const Partition<M>& partition() const { return *partition_; }               // of the last rough detection
+    double imbalance_when_made() const { return imbalance_when_made_; }         // of the partition (Partitioner)
 
   private:
     struct Survey {
@@ -196,8 +190,33 @@ class Simulation {
         return total;
     }
 
-    // Rough detection with a skin that the next steps should not use up, and at least `needed`.
-    void rough(double needed) {
+    void count_grains() {
+        constexpr double none = std::numeric_limits<double>::infinity();
+        std::vector<Buffer> mine;
+        for (const auto& part : parts_) {
+            Buffer& out = mine.emplace_back(Buffer{double(part.grains.size()), none, none});
+            for (const auto& g : part.grains) {
+                out[1] = std::min(out[1], g.radius);
+                out[2] = std::min(out[2], -g.radius);
+            }
+        }
+        const std::span<const double> all = comm_.all_gather(mine);
+        least_radius_ = none;
+        for (std::size_t p = 0; p < all.size(); p += 3) {
+            grains_ += static_cast<std::size_t>(all[p]);
+            least_radius_ = std::min(least_radius_, all[p + 1]);
+            largest_radius_ = std::max(largest_radius_, -all[p + 2]);
+        }
+        if (grains_ == 0) throw std::invalid_argument("the scene has no grains");
+        for (auto& part : parts_) {
+            part.problem.h = settings_.h;
+            part.problem.least_radius = least_radius_;
+        }
+    }
+
+    // Box of all grains, and the largest of their speeds.
+    std::pair<Box<M>, double> find_extent() {
+        constexpr std::size_t size = 2 * M::dim + 1;
         std::vector<Buffer> mine;
         for (const auto& part : parts_) {
             typename M::Vec low = M::Vec::Constant(std::numeric_limits<double>::max()), high = -low;
@@ -211,38 +230,88 @@ class Simulation {
             out.insert(out.end(), high.data(), high.data() + M::dim);
             out.push_back(speed);
         }
+        using Vector = Eigen::Map<const typename M::Vec>;
         const std::span<const double> all = comm_.all_gather(mine);
-        typename M::Vec low = Eigen::Map<const typename M::Vec>(all.data());
-        typename M::Vec high = Eigen::Map<const typename M::Vec>(all.data() + M::dim);
-        double speed = settings_.h * settings_.gravity.norm();
-        for (std::size_t p = 0; p < all.size(); p += 2 * M::dim + 1) {
-            low = low.cwiseMin(Eigen::Map<const typename M::Vec>(all.data() + p));
-            high = high.cwiseMax(Eigen::Map<const typename M::Vec>(all.data() + p + M::dim));
-            speed = std::max(speed, all[p + 2 * M::dim]);
+        Box<M> box{Vector(&all[0]), Vector(&all[M::dim])};
+        double speed = 0;
+        for (std::size_t p = 0; p < all.size(); p += size) {
+            box.low = box.low.cwiseMin(Vector(&all[p]));
+            box.high = box.high.cwiseMax(Vector(&all[p + M::dim]));
+            speed = std::max(speed, all[p + size - 1]);
         }
+        return {box, speed};
+    }
+
+    // The partition for the next rough detection, and how uneven it is once that is made.
+    void renew_partition(const Box<M>& box, auto&& detect_roughly) {
+        const double allowed = settings_.partition.imbalance;
+        const bool first = !partition_;
+        const bool renew =
+            first || allowed <= 1 || measure_imbalance(parts_, comm_) > std::max(allowed, 1.1 * imbalance_when_made_);
+        if (renew)
+            partition_ = settings_.partition.make({parts_, comm_, box, first ? Buffer{} : partition_->numbers()});
+        detect_roughly();
+        // the first one is made before there are candidates: it does not count as well made
+        if (renew && allowed > 1) imbalance_when_made_ = first ? 1 : measure_imbalance(parts_, comm_);
+    }
+
+    // Rough detection with a skin that the next steps should not use up, and at least `needed`.
+    void rough(double needed) {
+        auto [box, speed] = find_extent();
+        speed = std::max(speed, settings_.h * settings_.gravity.norm());
         for (const auto& wall : settings_.walls) speed = std::max(speed, std::abs(wall.normal_speed()));
         const double step_reach = settings_.h * speed;
         const double wanted =
             std::clamp(2.2 * settings_.rough_every * step_reach, 0.05 * least_radius_, 0.5 * least_radius_);
         skin_ = std::max({wanted, 4.4 * step_reach, needed});
-        repartition<M>(parts_, comm_, Grid<M>(settings_.cells, low, high), settings_.walls, skin_, largest_radius_);
+        renew_partition(
+            box, [this] { repartition<M>(parts_, comm_, *partition_, settings_.walls, skin_, largest_radius_); });
         rough_offset_.clear();
         for (const auto& wall : settings_.walls) rough_offset_.push_back(wall.offset);
         since_rough_ = 0;
     }
 
-    // The rough detection that another simulation made, of which parts_ has the positions.
-    void repeat(const RoughDetection<M>& last, const Grid<M>& grid, std::span<const Grain<M>> grains) {
+    // The rough detection that another simulation made.
+    void repeat(const RoughDetection<M>& last) {
         std::vector<Wall<M>> walls = settings_.walls;
         for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
-        repartition<M>(parts_, comm_, grid, walls, last.skin, largest_radius_);
-        std::unordered_map<int, const Grain<M>*> by_id;
-        for (const auto& g : grains) by_id[g.id] = &g;
-        for (auto& part : parts_)
-            for (auto& g : part.grains) g.position = by_id[g.id]->position;
-        rough_offset_ = last.offsets;
+        std::vector<typename M::Vec> now;
+        for (std::size_t g = 0; g < parts_[0].grains.size(); ++g) {
+            now.push_back(parts_[0].grains[g].position);
+            parts_[0].grains[g].position = last.positions[g];
+        }
+        const Partitioner<M>& partitioner = settings_.partition;
+        if (last.kind == partitioner.kind && partitioner.restore)
+            partition_ = partitioner.restore(last.partition, comm_.size());
         skin_ = last.skin;
         since_rough_ = last.steps_since;
+        rough_offset_ = last.offsets;
+        std::vector<Buffer> positions;  // as they are now: id, x
+        const auto detect_roughly = [&] {
+            auto out = detail::outboxes(parts_.size(), comm_.size());
+            for (std::size_t g = 0; g < now.size(); ++g) {
+                const Grain<M>& grain = parts_[0].grains[g];
+                partition_->visit_owners(grain.position, detail::reach(grain, skin_, largest_radius_), [&](int rank) {
+                    Buffer& to = out[0][static_cast<std::size_t>(rank)];
+                    to.push_back(grain.id);
+                    detail::Wire<M>::put(now[g], to);
+                });
+            }
+            positions = comm_.route(out);
+            repartition<M>(parts_, comm_, *partition_, walls, skin_, largest_radius_);
+        };
+        if (partition_) {
+            imbalance_when_made_ = last.imbalance;
+            detect_roughly();
+        } else {
+            renew_partition(find_extent().first, detect_roughly);
+        }
+        for (std::size_t k = 0; k < parts_.size(); ++k) {
+            std::unordered_map<int, const double*> by_id;
+            for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
+                by_id[static_cast<int>(positions[k][p])] = &positions[k][p + 1];
+            for (auto& g : parts_[k].grains) g.position = Eigen::Map<const typename M::Vec>(by_id.at(g.id));
+        }
     }
 
     // Contacts and multiplicities.
@@ -363,8 +432,11 @@ class Simulation {
     Communicator& comm_;
     SimulationSettings<M> settings_;
     std::vector<Subdomain<M>> parts_;
+    std::optional<Partition<M>> partition_;
+    double imbalance_when_made_ = 1;
     std::vector<double> rough_offset_;
     double least_radius_ = 0, largest_radius_ = 0, skin_ = 0;
+    std::size_t grains_ = 0;
     int since_rough_ = 0, steps_ = 0;
     PhaseSeconds seconds_;
 };

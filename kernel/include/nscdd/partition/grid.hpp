@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "nscdd/core/model.hpp"
+#include "nscdd/partition/partition.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -67,7 +67,7 @@ class Grid {
     // Equal cells over the box [low, high]; points outside belong to the nearest cell. Throws std::invalid_argument for
     // a grid without cells, or a box that is not finite.
     Grid(const GridCells<M::dim>& cells, const typename M::Vec& low, const typename M::Vec& high)
-        : cells_(cells), low_(low), size_(high - low) {
+        : cells_(cells), low_(low), high_(high), size_(high - low) {
         if (std::ranges::min(cells) < 1) throw std::invalid_argument("a grid has at least one cell along each axis");
         if (!low.allFinite() || !size_.allFinite()) throw std::invalid_argument("the box of a grid must be finite");
     }
@@ -91,13 +91,20 @@ class Grid {
                 for (int x = first[0]; x <= last[0]; ++x) visit(x + nx * (y + ny * z));
     }
 
-    static std::string name(const GridCells<M::dim>& cells) {
+    std::string name() const {
         std::string text = "grid ";
         for (int d = 0; d < M::dim; ++d) {
             if (d > 0) text += 'x';
-            text += std::to_string(cells[static_cast<std::size_t>(d)]);
+            text += std::to_string(cells(d));
         }
         return text;
+    }
+    // Cells per axis, low corner, high corner.
+    Buffer numbers() const {
+        Buffer out(cells_.begin(), cells_.end());
+        out.insert(out.end(), low_.data(), low_.data() + M::dim);
+        out.insert(out.end(), high_.data(), high_.data() + M::dim);
+        return out;
     }
 
   private:
@@ -110,7 +117,34 @@ class Grid {
     }
 
     GridCells<M::dim> cells_;
-    typename M::Vec low_, size_;
+    typename M::Vec low_, high_, size_;
 };
+
+// A grid over the box of the grains, anew at every rough detection. Cells: one for each rank; zeros: chosen when the
+// first is made. Making one throws std::invalid_argument for cells that are not one for each rank.
+template <class M>
+Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
+    const auto make = [wanted](const PartitionInput<M>& scene) {
+        GridCells<M::dim> cells = wanted;
+        if (cells == GridCells<M::dim>{} && scene.numbers.size() >= M::dim)
+            std::copy_n(scene.numbers.begin(), M::dim, cells.begin());
+        if (cells == GridCells<M::dim>{}) cells = choose_cells<M>(scene.comm.size(), scene.box.high - scene.box.low);
+        check_cells<M::dim>(cells, scene.comm.size());
+        return Grid<M>(cells, scene.box.low, scene.box.high);
+    };
+    const auto restore = [wanted](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
+        const auto finite = [](double x) { return std::isfinite(x); };
+        const auto cell = [ranks](double x) { return x >= 1 && x <= ranks; };
+        if (numbers.size() != 3 * M::dim || !std::ranges::all_of(numbers, finite) ||
+            !std::ranges::all_of(numbers.first(M::dim), cell))
+            return {};
+        GridCells<M::dim> cells;
+        std::copy_n(numbers.begin(), M::dim, cells.begin());
+        if (!one_cell_each(cells, ranks) || (wanted != GridCells<M::dim>{} && wanted != cells)) return {};
+        using Vector = Eigen::Map<const typename M::Vec>;
+        return Grid<M>(cells, Vector(&numbers[M::dim]), Vector(&numbers[2 * M::dim]));
+    };
+    return {.kind = "grid", .make = make, .restore = restore};
+}
 
 }  // namespace nscdd

@@ -1,0 +1,44 @@
+// What one rank finds wrong, said by all: a rank that throws alone would leave the others waiting.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
+// that has one, on every process.
+inline void refuse_together(Communicator& comm, const std::vector<std::string>& complaints) {
+    std::vector<Buffer> lengths;
+    for (const auto& complaint : complaints) lengths.push_back({static_cast<double>(complaint.size())});
+    const std::span<const double> all = comm.all_gather(lengths);
+    std::size_t first = 0;
+    while (first < all.size() && all[first] == 0) ++first;
+    if (first == all.size()) return;
+    std::vector<std::vector<Buffer>> out(complaints.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
+    for (std::size_t k = 0; k < complaints.size(); ++k)
+        if (comm.ranks()[k] == static_cast<int>(first))
+            for (Buffer& to : out[k]) to.assign(complaints[k].begin(), complaints[k].end());
+    const std::vector<Buffer> told = comm.route(out);
+    std::string text;
+    for (const double letter : told[0]) text += static_cast<char>(letter);
+    throw std::invalid_argument(text);
+}
+
+// The same of the exceptions of type std::invalid_argument that task(k) throws, called once for each hosted rank.
+void refuse_together(Communicator& comm, auto&& task)
+    requires std::invocable<decltype(task), std::size_t>
+{
+    std::vector<std::string> complaints(comm.ranks().size());
+    for (std::size_t k = 0; k < complaints.size(); ++k) try {
+            task(k);
+        } catch (const std::invalid_argument& error) {
+            complaints[k] = error.what();
+        }
+    refuse_together(comm, complaints);
+}
+
+}  // namespace nscdd

@@ -1,0 +1,73 @@
+// Who holds which grain, where ids alone are known: rank id % size is asked. Once per simulation, when its grains and
+// impulses come from anywhere.
+#pragma once
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "nscdd/comm/refuse.hpp"
+#include "nscdd/decompose/repartition.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+namespace detail {
+
+inline std::size_t desk(int id, int size) { return static_cast<std::size_t>(id % size); }
+
+}  // namespace detail
+
+// Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
+template <class M>
+void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    auto out = detail::outboxes(parts.size(), comm.size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
+    std::vector<Buffer> ids = comm.route(out);
+    refuse_together(comm, [&ids](std::size_t k) {
+        std::ranges::sort(ids[k]);
+        if (const auto twice = std::ranges::adjacent_find(ids[k]); twice != ids[k].end())
+            throw std::invalid_argument("grain " + std::to_string(static_cast<int>(*twice)) +
+                                        ": there are two of this id");
+    });
+}
+
+// Impulses that any hosted rank may have, to the candidates that they belong to; others are ignored. impulses[k]: of
+// the k-th hosted rank. Collective.
+template <class M>
+void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
+                       const std::vector<std::vector<PairImpulse<M>>>& impulses) {
+    using Wire = detail::Wire<M>;
+    const int size = comm.size();
+    auto holders = detail::outboxes(parts.size(), size), asked = holders, answers = holders;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        for (const auto& g : parts[k].grains)
+            holders[k][detail::desk(g.id, size)].insert(holders[k][detail::desk(g.id, size)].end(),
+                                                        {double(g.id), double(parts[k].rank)});
+        for (const auto& p : impulses[k])
+            if (p.i >= 0) Wire::put(p, asked[k][detail::desk(p.i, size)]);
+    }
+    const std::vector<Buffer> told = comm.route(holders), wanted = comm.route(asked);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        std::vector<detail::Holding> holdings;
+        for (std::size_t p = 0; p < told[k].size(); p += 2)
+            holdings.push_back({static_cast<int>(told[k][p]), static_cast<int>(told[k][p + 1])});
+        std::ranges::sort(holdings);
+        for (std::size_t p = 0; p < wanted[k].size(); p += Wire::impulse_size) {
+            const PairImpulse<M> impulse = Wire::impulse(wanted[k].data() + p);
+            for (auto h = std::ranges::lower_bound(holdings, detail::Holding{impulse.i, 0});
+                 h != holdings.end() && h->grain == impulse.i; ++h)
+                Wire::put(impulse, answers[k][static_cast<std::size_t>(h->rank)]);
+        }
+    }
+    const std::vector<Buffer> received = comm.route(answers);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        std::vector<PairImpulse<M>> own;
+        for (std::size_t p = 0; p < received[k].size(); p += Wire::impulse_size)
+            own.push_back(Wire::impulse(received[k].data() + p));
+        set_impulses<M>(parts[k], own);
+    }
+}
+
+}  // namespace nscdd

@@ -1,0 +1,275 @@
+// Partition by METIS, which asks for the fewest grains shared and equal numbers of contacts. The only header that
+// includes metis.h; nothing else includes this one. Link METIS (libmetis).
+#pragma once
+
+#include <metis.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nscdd/partition/partition.hpp"
+#include "nscdd/partition/weights.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Small equal cells over a box, each of which has a rank. Points outside belong to the nearest cell. Parts need not be
+// connected.
+template <class M>
+class CellTable {
+  public:
+    using Vec = typename M::Vec;
+
+    // `owner`: of each cell, the first axis fastest. Throws std::invalid_argument for cells that are none, for another
+    // number of owners, for one that is no rank, and for a box that is not finite.
+    CellTable(const std::array<int, M::dim>& cells, const Vec& low, const Vec& edge, std::vector<int> owner, int ranks)
+        : cells_(cells), low_(low), edge_(edge), owner_(std::move(owner)), ranks_(ranks) {
+        double count = 1;
+        for (const int along : cells_) count *= along >= 1 ? along : 0;
+        if (count != static_cast<double>(owner_.size()) || count == 0)
+            throw std::invalid_argument("a table of cells has one owner for each cell");
+        if (!std::ranges::all_of(owner_, [ranks](int rank) { return rank >= 0 && rank < ranks; }))
+            throw std::invalid_argument("an owner in a table of cells is no rank");
+        if (!low.allFinite() || !edge.allFinite() || !(edge.minCoeff() > 0))
+            throw std::invalid_argument("the cells of a table must have a finite place and size");
+    }
+
+    int owner(const Vec& point) const {
+        std::size_t at = 0;
+        for (int d = M::dim - 1; d >= 0; --d) at = at * static_cast<std::size_t>(along(d)) + cell(point[d], d);
+        return owner_[at];
+    }
+
+    void visit_owners(const Vec& point, double reach, auto&& visit) const {
+        std::array<std::size_t, 3> first{}, last{};
+        for (int d = 0; d < M::dim; ++d) {
+            first[static_cast<std::size_t>(d)] = cell(point[d] - reach, d);
+            last[static_cast<std::size_t>(d)] = cell(point[d] + reach, d);
+        }
+        std::vector<int> seen;
+        const auto nx = static_cast<std::size_t>(along(0)), ny = static_cast<std::size_t>(along(1));
+        for (std::size_t z = first[2]; z <= last[2]; ++z)
+            for (std::size_t y = first[1]; y <= last[1]; ++y)
+                for (std::size_t x = first[0]; x <= last[0]; ++x) {
+                    const int rank = owner_[x + nx * (y + ny * z)];
+                    if (std::ranges::find(seen, rank) == seen.end()) seen.push_back(rank);
+                }
+        for (const int rank : seen) visit(rank);
+    }
+
+    std::string name() const { return "METIS into " + std::to_string(ranks_); }
+    // Ranks, cells per axis, low corner, edges, owners.
+    Buffer numbers() const {
+        Buffer out{static_cast<double>(ranks_)};
+        out.insert(out.end(), cells_.begin(), cells_.end());
+        out.insert(out.end(), low_.data(), low_.data() + M::dim);
+        out.insert(out.end(), edge_.data(), edge_.data() + M::dim);
+        out.insert(out.end(), owner_.begin(), owner_.end());
+        return out;
+    }
+
+  private:
+    int along(int d) const { return cells_[static_cast<std::size_t>(d)]; }
+    std::size_t cell(double coordinate, int d) const {
+        const double at = (coordinate - low_[d]) / edge_[d];  // a NaN or a far point must not reach the cast
+        return static_cast<std::size_t>(at >= along(d) ? along(d) - 1 : at > 0 ? static_cast<int>(at) : 0);
+    }
+
+    std::array<int, M::dim> cells_;
+    Vec low_, edge_;
+    std::vector<int> owner_;
+    int ranks_;
+};
+
+namespace detail {
+
+// The contact graph, its grains put together by cells: what joins the grains of two cells joins these.
+class CellGraph {
+  public:
+    std::vector<idx_t> contacts;  // of each cell
+    std::map<std::pair<std::int64_t, std::int64_t>, idx_t>
+        joined;  // contacts between grains of two cells, the lower first
+
+    static constexpr std::size_t few = 8;  // cells a rank, with which METIS fails, and prints that it does
+
+    // Rank of each cell; -1 for those without contacts, which METIS need not know. Empty if it fails.
+    std::vector<int> part(int ranks) const {
+        std::vector<int> owner(contacts.size(), -1);
+        std::vector<idx_t> vertex(contacts.size(), -1), weight, begin{0}, to, shared;
+        std::vector<std::size_t> cell_of;
+        std::vector<std::vector<std::pair<idx_t, idx_t>>> edges;
+        const auto vertex_of = [&](std::int64_t cell) {
+            auto& at = vertex[static_cast<std::size_t>(cell)];
+            if (at < 0) {
+                at = static_cast<idx_t>(cell_of.size());
+                cell_of.push_back(static_cast<std::size_t>(cell));
+                weight.push_back(contacts[static_cast<std::size_t>(cell)]);
+                edges.emplace_back();
+            }
+            return static_cast<std::size_t>(at);
+        };
+        for (std::size_t cell = 0; cell < contacts.size(); ++cell)
+            if (contacts[cell] > 0) vertex_of(static_cast<std::int64_t>(cell));
+        for (const auto& [pair, count] : joined) {
+            const std::size_t a = vertex_of(pair.first), b = vertex_of(pair.second);
+            edges[a].emplace_back(static_cast<idx_t>(b), count);
+            edges[b].emplace_back(static_cast<idx_t>(a), count);
+        }
+        for (const auto& of_vertex : edges) {
+            for (const auto& [other, count] : of_vertex) {
+                to.push_back(other);
+                shared.push_back(count);
+            }
+            begin.push_back(static_cast<idx_t>(to.size()));
+        }
+        std::vector<idx_t> found(cell_of.size(), 0);
+        if (cell_of.size() < few * static_cast<std::size_t>(ranks))
+            deal_in_turn(weight, ranks, found);
+        else if (ranks > 1 && !call_metis(begin, to, weight, shared, ranks, found))
+            return {};
+        for (std::size_t v = 0; v < cell_of.size(); ++v) owner[cell_of[v]] = static_cast<int>(found[v]);
+        return owner;
+    }
+
+  private:
+    // One cell after the other, until a rank has its share.
+    static void deal_in_turn(const std::vector<idx_t>& weight, int ranks, std::vector<idx_t>& found) {
+        const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
+        double before = 0;
+        for (std::size_t v = 0; v < weight.size(); ++v) {
+            const double middle = before + 0.5 * static_cast<double>(weight[v]);
+            found[v] = all > 0 ? static_cast<idx_t>(middle / all * ranks) : 0;
+            before += static_cast<double>(weight[v]);
+        }
+    }
+
+    static bool call_metis(std::vector<idx_t>& begin, std::vector<idx_t>& to, std::vector<idx_t>& weight,
+                           std::vector<idx_t>& shared, int ranks, std::vector<idx_t>& found) {
+        auto vertices = static_cast<idx_t>(weight.size()), constraints = idx_t{1}, parts = static_cast<idx_t>(ranks),
+             cut = idx_t{0};
+        std::array<idx_t, METIS_NOPTIONS> options;
+        METIS_SetDefaultOptions(options.data());
+        options[METIS_OPTION_SEED] = 1;
+        return METIS_PartGraphKway(&vertices, &constraints, begin.data(), to.data(), weight.data(), nullptr,
+                                   shared.data(), &parts, nullptr, nullptr, options.data(), &cut,
+                                   found.data()) == METIS_OK;
+    }
+};
+
+// Cells without an owner take that of the nearest that has one, by steps along the axes.
+template <std::size_t dim>
+void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
+    std::vector<std::size_t> front;
+    for (std::size_t c = 0; c < owner.size(); ++c)
+        if (owner[c] >= 0) front.push_back(c);
+    if (front.empty()) std::ranges::fill(owner, 0);
+    for (std::size_t next = 0; next < front.size(); ++next) {
+        std::size_t stride = 1, rest = front[next];
+        for (std::size_t d = 0; d < dim; ++d) {
+            const auto along = static_cast<std::size_t>(cells[d]);
+            const std::size_t at = rest % along;
+            rest /= along;
+            const auto take = [&](std::size_t neighbour) {
+                if (owner[neighbour] >= 0) return;
+                owner[neighbour] = owner[front[next]];
+                front.push_back(neighbour);
+            };
+            if (at > 0) take(front[next] - stride);
+            if (at + 1 < along) take(front[next] + stride);
+            stride *= along;
+        }
+    }
+}
+
+template <class M>
+CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
+    using Vec = typename M::Vec;
+    const auto& [parts, comm, box, numbers] = scene;
+    constexpr double cells_a_rank = M::dim == 3 ? 512 : 256;  // 8 or 16 along an edge
+    const Vec extent = (box.high - box.low).cwiseMax(1e-9 * (box.high - box.low).maxCoeff()).cwiseMax(1e-300);
+    double size = 1;
+    for (int d = 0; d < M::dim; ++d) size *= std::pow(extent[d], 1.0 / M::dim);
+    size /= std::pow(cells_a_rank * comm.size(), 1.0 / M::dim);
+    std::array<int, M::dim> cells;
+    Vec edge;
+    std::size_t count = 1;
+    for (int d = 0; d < M::dim; ++d) {
+        const double along = std::clamp(std::round(extent[d] / size), 1.0, cells_a_rank * comm.size());
+        cells[static_cast<std::size_t>(d)] = static_cast<int>(along);
+        edge[d] = extent[d] / along;
+        count *= static_cast<std::size_t>(along);
+    }
+    std::vector<int> numbered(count);
+    std::iota(numbered.begin(), numbered.end(), 0);
+    const CellTable<M> number(cells, box.low, edge, numbered, static_cast<int>(count));  // owner: the cell itself
+
+    // cell, the other cell or -1, contacts
+    std::vector<std::vector<Buffer>> out(parts.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
+    const bool candidates = any_candidates(parts, comm);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        std::map<std::pair<int, int>, double> counted;
+        if (candidates)
+            visit_candidates(parts[k], [&](const Vec& midpoint, const Vec& a, const Vec& b) {
+                ++counted[{number.owner(midpoint), -1}];
+                const auto [low, high] = std::minmax({number.owner(a), number.owner(b)});
+                if (low != high) ++counted[{low, high}];
+            });
+        else
+            for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+                if (parts[k].primary(g)) ++counted[{number.owner(parts[k].grains[g].position), -1}];
+        for (const auto& [pair, contacts] : counted)
+            out[k][0].insert(out[k][0].end(), {double(pair.first), double(pair.second), contacts});
+    }
+    const std::vector<Buffer> in = comm.route(out);
+    std::vector<Buffer> all, mine(parts.size(), Buffer(count));
+    if (comm.ranks()[0] == 0) {
+        CellGraph graph;
+        graph.contacts.assign(count, 0);
+        for (std::size_t p = 0; p < in[0].size(); p += 3) {
+            const auto a = static_cast<std::int64_t>(in[0][p]), b = static_cast<std::int64_t>(in[0][p + 1]);
+            (b < 0 ? graph.contacts[static_cast<std::size_t>(a)] : graph.joined[{a, b}]) +=
+                static_cast<idx_t>(in[0][p + 2]);
+        }
+        std::vector<int> owner = graph.part(comm.size());
+        fill_owners(cells, owner);
+        owner.resize(count, -1);
+        all.assign(static_cast<std::size_t>(comm.size()), Buffer(owner.begin(), owner.end()));
+    }
+    comm.scatter(all, mine);
+    if (mine[0][0] < 0) throw std::runtime_error("METIS finds no partition into " + std::to_string(comm.size()));
+    return CellTable<M>(cells, box.low, edge, std::vector<int>(mine[0].begin(), mine[0].end()), comm.size());
+}
+
+}  // namespace detail
+
+// By the candidates of the last rough detection, before the first one by grains. The graph is that of a few hundred
+// cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
+template <class M>
+Partitioner<M> by_metis(double imbalance = 1.1) {
+    const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
+        constexpr std::size_t head = 1 + 3 * M::dim;
+        const auto whole = [](double x) { return x >= 0 && x <= 1e9 ? static_cast<int>(x) : -1; };
+        if (numbers.size() <= head || numbers[0] != ranks) return {};
+        std::array<int, M::dim> cells;
+        std::ranges::transform(numbers.subspan(1, M::dim), cells.begin(), whole);
+        std::vector<int> owner;
+        for (const double rank : numbers.subspan(head)) owner.push_back(whole(rank));
+        using Vector = Eigen::Map<const typename M::Vec>;
+        try {
+            return CellTable<M>(cells, Vector(&numbers[1 + M::dim]), Vector(&numbers[1 + 2 * M::dim]), std::move(owner),
+                                ranks);
+        } catch (const std::invalid_argument&) {
+            return {};  // of another number of ranks
+        }
+    };
+    return {.kind = "metis", .make = detail::part_by_metis<M>, .restore = restore, .imbalance = imbalance};
+}
+
+}  // namespace nscdd

@@ -1,0 +1,135 @@
+// What deals the points of space, and with them contacts, to ranks. Anything that can be asked the three questions
+// below is a partition; a new one is one file (grid.hpp, bisection.hpp and metis.hpp are examples).
+#pragma once
+
+#include <concepts>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nscdd/comm/communicator.hpp"
+#include "nscdd/core/model.hpp"
+#include "nscdd/decompose/subdomain.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+namespace detail {
+
+template <class P, class Vec>
+concept KnowsOwner = requires(const P& partition, const Vec& point) {
+    { partition.owner(point) } -> std::same_as<int>;
+};
+template <class P, class Vec>
+concept VisitsOwners = requires(const P& partition, const Vec& point, double reach, void (*visit)(int)) {
+    partition.visit_owners(point, reach, visit);
+};
+template <class P>
+concept HasName = requires(const P& partition) {
+    { partition.name() } -> std::convertible_to<std::string>;
+};
+template <class P>
+concept HasNumbers = requires(const P& partition) {
+    { partition.numbers() } -> std::convertible_to<Buffer>;
+};
+
+}  // namespace detail
+
+// int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
+// visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
+// along
+//   each axis; for ranks that do not, now and then, it may be called as well.
+// name(): what reports say.
+template <class P, class M>
+concept PartitionOf =
+    detail::KnowsOwner<P, typename M::Vec> && detail::VisitsOwners<P, typename M::Vec> && detail::HasName<P>;
+
+// Holds any partition. Copies share it.
+template <class M>
+class Partition {
+  public:
+    using Vec = typename M::Vec;
+
+    template <class P>
+        requires(!std::same_as<P, Partition>)
+    Partition(P partition) {
+        static_assert(detail::KnowsOwner<P, Vec>,
+                      "nscdd: a partition needs `int owner(const Vec& point) const`, the rank that a point belongs to");
+        static_assert(
+            detail::VisitsOwners<P, Vec>,
+            "nscdd: a partition needs `void visit_owners(const Vec& point, double reach, auto&& visit) const`, "
+            "which calls visit(rank) for each rank that owns a point within reach");
+        static_assert(detail::HasName<P>, "nscdd: a partition needs `std::string name() const`");
+        if constexpr (PartitionOf<P, M>) held_ = std::make_shared<const Held<P>>(std::move(partition));
+    }
+
+    int owner(const Vec& point) const { return held_->owner(point); }
+    void visit_owners(const Vec& point, double reach, auto&& visit) const {
+        held_->visit_owners(point, reach, std::ref(visit));
+    }
+    std::string name() const { return held_->name(); }
+    // All that it is, for a partition to be made again where a stored simulation goes on; empty if it cannot say.
+    Buffer numbers() const { return held_->numbers(); }
+
+  private:
+    using Visit = std::function<void(int)>;
+    struct Any {
+        virtual ~Any() = default;
+        virtual int owner(const Vec& point) const = 0;
+        virtual void visit_owners(const Vec& point, double reach, const Visit& visit) const = 0;
+        virtual std::string name() const = 0;
+        virtual Buffer numbers() const = 0;
+    };
+    template <class P>
+    struct Held final : Any {
+        P partition;
+        explicit Held(P p) : partition(std::move(p)) {}
+        int owner(const Vec& point) const override { return partition.owner(point); }
+        void visit_owners(const Vec& point, double reach, const Visit& visit) const override {
+            partition.visit_owners(point, reach, visit);
+        }
+        std::string name() const override { return partition.name(); }
+        Buffer numbers() const override {
+            if constexpr (detail::HasNumbers<P>)
+                return partition.numbers();
+            else
+                return {};
+        }
+    };
+    std::shared_ptr<const Any> held_;
+};
+
+// The least box around all grains' centres.
+template <class M>
+struct Box {
+    typename M::Vec low, high;
+};
+
+// What a partition may be made from.
+template <class M>
+struct PartitionInput {
+    // Those of the last rough detection, with its candidates; before the first one they have none, and the grains lie
+    // anywhere.
+    const std::vector<Subdomain<M>>& parts;
+    Communicator& comm;
+    Box<M> box;
+    Buffer numbers;  // of the partition until now; empty if there is none
+};
+
+// How a simulation comes by its partition.
+template <class M>
+struct Partitioner {
+    std::string kind;  // the same for all that restore() understands
+    // Collective; the same partition on every process.
+    std::function<Partition<M>(const PartitionInput<M>&)> make;
+    // The partition that has these numbers, for so many ranks; nothing where there is none, or not of this kind. Empty
+    // function: where a stored simulation goes on its partition is made anew.
+    std::function<std::optional<Partition<M>>(std::span<const double> numbers, int ranks)> restore = {};
+    // A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
+    // has a tenth more than when the partition was made. 1: it is made anew at every rough detection.
+    double imbalance = 1;
+};
+
+}  // namespace nscdd

@@ -1,0 +1,49 @@
+// What a partition has to deal out evenly: the candidates of the last rough detection.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "nscdd/decompose/subdomain.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Calls visit(midpoint, a, b) for each candidate of this subdomain; a and b are the positions of its grains, of a
+// contact with a wall twice the same. A contact belongs to the rank that owns its midpoint.
+template <class M>
+void visit_candidates(const Subdomain<M>& part, auto&& visit) {
+    const auto position = [&](int g) -> const typename M::Vec& {
+        return part.grains[static_cast<std::size_t>(g)].position;
+    };
+    for (const auto& c : part.pairs)
+        visit(typename M::Vec(0.5 * (position(c.i) + position(c.j))), position(c.i), position(c.j));
+    for (const auto& c : part.wall_pairs) visit(position(c.i), position(c.i), position(c.i));
+}
+
+template <class M>
+double candidate_count(const Subdomain<M>& part) {
+    return static_cast<double>(part.pairs.size() + part.wall_pairs.size());
+}
+
+// Whether any process has a candidate. Collective.
+template <class M>
+bool any_candidates(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    std::vector<Buffer> mine;
+    for (const auto& part : parts) mine.push_back({candidate_count(part)});
+    return std::ranges::any_of(comm.all_gather(mine), [](double count) { return count > 0; });
+}
+
+// Busiest rank over mean; 1 where there is nothing to do. Collective.
+template <class M>
+double measure_imbalance(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    std::vector<Buffer> mine;
+    for (const auto& part : parts) mine.push_back({candidate_count(part)});
+    double most = 0, sum = 0;
+    for (const double count : comm.all_gather(mine)) {
+        most = std::max(most, count);
+        sum += count;
+    }
+    return sum > 0 ? most * comm.size() / sum : 1;
+}
+
+}  // namespace nscdd

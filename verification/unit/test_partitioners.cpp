@@ -1,0 +1,243 @@
+// Every partition: grid, bisection, METIS, and one that a stranger writes.
+#include <set>
+
+#include "../small_scenes.hpp"
+#include "nscdd/partition/metis.hpp"
+#include "random_scenes.hpp"
+#include "scratch.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+constexpr double edge = 8;
+
+// All that a partition needs: rank by the distance from the middle. Its shells are not convex, and one is around
+// another.
+template <class M>
+struct Shells {
+    int ranks;
+
+    int owner(const typename M::Vec& x) const { return shell(distance(x)); }
+    void visit_owners(const typename M::Vec& x, double reach, auto&& visit) const {
+        const double wide = std::sqrt(double(M::dim)) * reach;
+        for (int rank = shell(distance(x) - wide); rank <= shell(distance(x) + wide); ++rank) visit(rank);
+    }
+    std::string name() const { return "shells"; }
+
+  private:
+    static double distance(const typename M::Vec& x) { return (x - M::Vec::Constant(edge / 2)).norm(); }
+    int shell(double distance) const { return std::clamp(static_cast<int>(distance / edge * ranks), 0, ranks - 1); }
+};
+
+template <class M>
+struct Unnamed {
+    int owner(const typename M::Vec&) const { return 0; }
+    void visit_owners(const typename M::Vec&, double, auto&& visit) const { visit(0); }
+};
+struct Empty {};
+static_assert(PartitionOf<Grid<Disks>, Disks> && PartitionOf<Shells<Disks>, Disks>);
+static_assert(PartitionOf<Bisection<Spheres>, Spheres> && PartitionOf<CellTable<Spheres>, Spheres>);
+static_assert(!PartitionOf<Unnamed<Disks>, Disks> && !PartitionOf<Empty, Disks>);
+
+template <class M>
+std::vector<Partitioner<M>> partitioners(double imbalance = 1.1) {
+    const auto shells = [](const PartitionInput<M>& scene) { return Shells<M>{scene.comm.size()}; };
+    return {by_grid<M>(), by_bisection<M>(imbalance), by_metis<M>(imbalance), {.kind = "shells", .make = shells}};
+}
+
+// Grains that fill a corner of the box.
+template <class M>
+std::vector<Grain<M>> pile(Random& random) {
+    return random_grains<M>(random, M::dim == 2 ? 120 : 250, M::dim == 2 ? 0.6 * edge : 0.45 * edge, 0.1, 0.15);
+}
+
+template <class M>
+std::vector<Subdomain<M>> on_rank_0(const std::vector<Grain<M>>& grains, int ranks) {
+    std::vector<Subdomain<M>> parts(static_cast<std::size_t>(ranks));
+    for (int r = 0; r < ranks; ++r) parts[static_cast<std::size_t>(r)].rank = r;
+    for (const auto& g : grains) {
+        parts[0].grains.push_back(g);
+        parts[0].sharers.push_back(0);
+        parts[0].sharer_begin.push_back(static_cast<int>(parts[0].sharers.size()));
+    }
+    return parts;
+}
+
+template <class M>
+Partition<M> make(const Partitioner<M>& partitioner, const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    return partitioner.make({parts, comm, {M::Vec::Zero(), M::Vec::Constant(edge)}, {}});
+}
+
+template <class M>
+void check_owners(const Partition<M>& partition, int ranks, Random& random) {
+    for (int k = 0; k < 3000; ++k) {
+        const typename M::Vec x =
+            M::Vec::Constant(edge / 2) + random_vector<typename M::Vec>(random, 0.8 * edge);  // outside as well
+        const double reach = uniform(random, 0, 0.5);
+        std::set<int> visited;
+        partition.visit_owners(x, reach, [&](int rank) { CHECK(visited.insert(rank).second); });
+        CHECK(visited.count(partition.owner(x)) == 1);
+        for (int n = 0; n < 10; ++n)
+            CHECK(visited.count(partition.owner(x + random_vector<typename M::Vec>(random, reach))) == 1);
+        CHECK(*visited.begin() >= 0);
+        CHECK(*visited.rbegin() < ranks);
+    }
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("each partition has one owner for every point, and visits those near it", "[partition]", Disks,
+                   Spheres) {
+    using M = TestType;
+    for (const int ranks : {1, 2, 3, 7, 8})
+        for (const auto& partitioner : partitioners<M>()) {
+            INFO(partitioner.kind << ", ranks: " << ranks);
+            Random random(31);
+            InProcess comm(ranks);
+            const auto parts = on_rank_0<M>(pile<M>(random), ranks);
+            const Partition<M> partition = make(partitioner, parts, comm);
+            check_owners(partition, ranks, random);
+            if (!partitioner.restore) continue;
+            const auto same = partitioner.restore(partition.numbers(), ranks);
+            REQUIRE(same.has_value());
+            CHECK(same->numbers() == partition.numbers());
+            CHECK(same->name() == partition.name());
+            for (int k = 0; k < 100; ++k) {
+                const typename M::Vec x = random_vector<typename M::Vec>(random, edge);
+                CHECK(same->owner(x) == partition.owner(x));
+            }
+        }
+}
+
+TEMPLATE_TEST_CASE("numbers that are no partition give none", "[partition]", Disks, Spheres) {
+    using M = TestType;
+    const int ranks = 4;
+    Random random(32);
+    InProcess comm(ranks);
+    const auto parts = on_rank_0<M>(pile<M>(random), ranks);
+    for (const auto& partitioner : partitioners<M>()) {
+        if (!partitioner.restore) continue;
+        INFO(partitioner.kind);
+        const Buffer numbers = make(partitioner, parts, comm).numbers();
+        CHECK(partitioner.restore(numbers, ranks).has_value());
+        CHECK(!partitioner.restore({}, ranks).has_value());
+        for (const int other : {1, 3, 5}) CHECK(!partitioner.restore(numbers, other).has_value());
+        for (const double bad : {double(NAN), double(INFINITY), -1.0, 1e300}) {
+            Buffer spoilt = numbers;
+            spoilt[0] = bad;
+            CHECK(!partitioner.restore(spoilt, ranks).has_value());
+        }
+        Buffer shorter = numbers;
+        shorter.pop_back();
+        CHECK(!partitioner.restore(shorter, ranks).has_value());
+    }
+}
+
+TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly", "[partition]", Disks, Spheres) {
+    using M = TestType;
+    Random random(33);
+    const auto grains = pile<M>(random);
+    const auto walls = box_walls<M>(edge);
+    const double skin = 0.1, largest = 0.15;
+    for (const int ranks : {2, 3, 8}) {
+        InProcess comm(ranks);
+        std::vector<double> imbalance;
+        for (const auto& partitioner : {by_grid<M>(), by_bisection<M>(), by_metis<M>()}) {
+            auto parts = on_rank_0<M>(grains, ranks);
+            for (int k = 0; k < 2; ++k)  // by grains, then by candidates
+                repartition<M>(parts, comm, make(partitioner, parts, comm), walls, skin, largest);
+            imbalance.push_back(measure_imbalance(parts, comm));
+        }
+        INFO("grid " << imbalance[0] << ", bisection " << imbalance[1] << ", METIS " << imbalance[2]);
+        CHECK(imbalance[0] > 1.3);
+        CHECK(imbalance[1] < 1.05);
+        CHECK(imbalance[2] < 1.15);
+    }
+}
+
+TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[partition]", Disks, Spheres) {
+    using M = TestType;
+    for (const int ranks : {2, 3, 5, 8}) {
+        InProcess comm(ranks);
+        std::vector<Grain<M>> grains;  // a row: the others have nothing to be cut by
+        for (int k = 0; k < 4 * ranks; ++k)
+            grains.push_back(make_grain<M>(k, 0.1, 1.0, (1.0 + k / 4) * M::Vec::UnitX()));  // four at each place
+        const auto parts = on_rank_0<M>(grains, ranks);
+        const Partition<M> partition = make(by_bisection<M>(), parts, comm);
+        std::vector<int> count(static_cast<std::size_t>(ranks));
+        for (const auto& g : grains) ++count[static_cast<std::size_t>(partition.owner(g.position))];
+        CHECK(count == std::vector<int>(static_cast<std::size_t>(ranks), 4));
+        CHECK_NOTHROW(make(by_bisection<M>(), on_rank_0<M>({grains[0]}, ranks), comm));
+        CHECK_NOTHROW(make(by_metis<M>(), on_rank_0<M>({grains[0]}, ranks), comm));
+    }
+}
+
+TEMPLATE_TEST_CASE("any partition on any number of ranks gives the reference's answer", "[partition]", Disks,
+                   FrictionSpheres) {
+    using M = TestType;
+    const int side = M::dim == 2 ? 7 : 4;
+    const bool driven = GENERATE(false, true);
+    CAPTURE(driven);
+    std::vector<Grain<M>> expected;
+    const auto run = [&](const Solver& solver, const Partitioner<M>& partitioner) {
+        Random random(34);
+        auto settings = lattice_settings<M>(side, driven);
+        settings.partition = partitioner;
+        Run<M> stepped(solver, settings, shaken_lattice<M>(random, side));
+        stepped.options = SolveOptions{.tolerance = 1e-8}.accelerated();
+        for (int step = 0; step < 5; ++step) stepped.step();
+        return stepped.grains();
+    };
+    expected = run(nlgs_alone, by_grid<M>());
+    for (const int ranks : {2, 3, 4, 7, 8})
+        for (const auto& partitioner : partitioners<M>(1.0)) {
+            INFO(partitioner.kind << ", ranks: " << ranks);
+            const auto found = run({Scheme::dcs, ranks}, partitioner);
+            REQUIRE(found.size() == expected.size());
+            double worst = 0;
+            for (std::size_t g = 0; g < found.size(); ++g)
+                worst = std::max(worst, (found[g].velocity - expected[g].velocity).norm());
+            CHECK(worst < 1e-5);
+        }
+}
+
+TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not again and again", "[partition]",
+                   Disks) {
+    using M = TestType;
+    // a row of grains, half of which flies away from the other: candidates of the resting half alone remain
+    SimulationSettings<M> settings;
+    settings.h = 0.01;
+    settings.rough_every = 1;
+    settings.partition = by_bisection<M>(1.2);
+    std::vector<Grain<M>> grains;
+    for (int k = 0; k < 64; ++k) {
+        grains.push_back(make_grain<M>(k, 0.5, 1.0, {1.0 * k, 0.0}));
+        if (k >= 32) grains.back().velocity[0] = 30.0 * (k - 31);
+    }
+    InProcess comm(4);
+    Simulation<M> simulation(comm, settings, grains);
+    const auto solve = by_nscdd<Dcs<M>>(SolveOptions{});
+    std::vector<Buffer> made{simulation.partition().numbers()};
+    for (int step = 0; step < 30; ++step) {
+        simulation.step(solve);
+        if (simulation.partition().numbers() != made.back()) made.push_back(simulation.partition().numbers());
+    }
+    CHECK(made.size() >= 2);
+    CHECK(made.size() <= 6);  // of 30 rough detections
+    CHECK(measure_imbalance(simulation.parts(), comm) < 1.3);
+}
+
+TEMPLATE_TEST_CASE("grains with one id are refused wherever they are, and a scene without grains", "[partition]",
+                   Disks) {
+    using M = TestType;
+    InProcess comm(3);
+    const auto grain = [](int id, double x) { return make_grain<M>(id, 0.5, 1.0, {x, 0.0}); };
+    const auto refused = [&](const std::vector<Grain<M>>& grains) {
+        return complaint<std::invalid_argument>([&] { Simulation<M>(comm, SimulationSettings<M>{}, grains); });
+    };
+    CHECK(refused({grain(0, 0), grain(5, 40), grain(1, 10)}) == "");
+    CHECK(refused({grain(5, 0), grain(1, 10), grain(5, 40)}) == "grain 5: there are two of this id");
+    CHECK(refused({}) == "the scene has no grains");
+}
