@@ -83,38 +83,33 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
     Communicator& comm = simulation.comm();
     const CommSeconds mpi = comm.seconds();
     const PhaseSeconds& own = simulation.seconds();
-    std::vector<Buffer> mine, totals;
-    for (std::size_t k = 0; k < comm.ranks().size(); ++k) {
-        const double work = comm.work()[k];
-        mine.push_back(k > 0 ? Buffer{work, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
-                             : Buffer{work, 1, total, own.detect, own.sweep, own.interface, mpi.wait, mpi.transfer,
-                                      solving.messages, solving.bytes, solver_cpu, own.advance});
-        totals.push_back({total});
-    }
-    const std::span<const double> all = comm.all_gather(mine);
-    std::vector<double> work;
-    std::array<double, 12> sum{};
-    sum_in_rank_order(all, sum);
-    for (std::size_t p = 0; p < all.size(); p += 12) work.push_back(all[p]);
-    double longest = 0;
-    for (double seconds : comm.all_gather(totals)) longest = std::max(longest, seconds);
-    const double processes = sum[1];
+    std::vector<Buffer> works;
+    for (const double charged : comm.work()) works.push_back({charged});
+    const std::span<const double> all = comm.all_gather(works);
+    const std::vector<double> work(all.begin(), all.end());
+    const std::span<const double> sum = reduce(comm, 11, [&](std::size_t k) {
+        return k > 0 ? Buffer(12) : Buffer{1,           total,        own.detect,       own.sweep,     own.interface,
+                                           mpi.wait,    mpi.transfer, solving.messages, solving.bytes, solver_cpu,
+                                           own.advance, total};
+    });
+    const double longest = sum[11];
+    const double processes = sum[0];
     const double per = iterations > 0 ? 1 / iterations : 0;
     return {{"work_per_rank", work},
             {"seconds",
              {{"total", longest},
-              {"detect", sum[3] / processes},
-              {"sweep", sum[4] / processes},
-              {"interface", sum[5] / processes},
-              {"advance", sum[11] / processes},
-              {"mpi_wait", sum[6] / processes},
-              {"mpi_transfer", sum[7] / processes},
-              {"solver_cpu", sum[10] / processes}}},
-            {"mpi_fraction", sum[2] > 0 ? (sum[6] + sum[7]) / sum[2] : 0},
-            {"messages", sum[8]},
-            {"bytes", sum[9]},
-            {"messages_per_iteration", sum[8] * per},
-            {"bytes_per_iteration", sum[9] * per}};
+              {"detect", sum[2] / processes},
+              {"sweep", sum[3] / processes},
+              {"interface", sum[4] / processes},
+              {"advance", sum[10] / processes},
+              {"mpi_wait", sum[5] / processes},
+              {"mpi_transfer", sum[6] / processes},
+              {"solver_cpu", sum[9] / processes}}},
+            {"mpi_fraction", sum[1] > 0 ? (sum[5] + sum[6]) / sum[1] : 0},
+            {"messages", sum[7]},
+            {"bytes", sum[8]},
+            {"messages_per_iteration", sum[7] * per},
+            {"bytes_per_iteration", sum[8] * per}};
 }
 
 template <class M>

@@ -1,6 +1,7 @@
 // What the ranks tell one another in the tests, and what must arrive, whatever the communicator.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -34,50 +35,64 @@ inline Links links(int rank, int size, int round) {
     Links mine;
     for (int peer = 0; peer < size; ++peer)
         if (linked(rank, peer))
-            mine.push_back({peer, message(rank, peer, round), Buffer(message(peer, rank, round).size())});
+            mine.push_back({peer, message(rank, peer, round).size(), message(peer, rank, round).size()});
     return mine;
 }
 
-// By hosted rank, but `gathered` by rank, where rank 0 is hosted.
+// What rank 0 to size-1 contribute, combined in the order that reduce() promises: the first `added` entries summed.
+inline Buffer tree(int size, int round, std::size_t added) {
+    std::vector<Buffer> v;
+    for (int r = 0; r < size; ++r) v.push_back(contribution(r, round));
+    const auto combine = [&](int to, int from) {
+        for (std::size_t i = 0; i < 3; ++i)
+            v[to][i] = i < added ? v[to][i] + v[from][i] : std::max(v[to][i], v[from][i]);
+    };
+    int p = 1;
+    while (2 * p <= size) p *= 2;
+    for (int r = p; r < size; ++r) combine(r - p, r);
+    for (int step = 1; step < p; step *= 2)
+        for (int r = 0; r + step < p; r += 2 * step) combine(r, r + step);
+    return v[0];
+}
+
+// By hosted rank.
 struct Received {
-    std::vector<std::vector<Buffer>> exchanged;
-    std::vector<Buffer> routed, scattered, gathered;
-    Buffer all_gathered, sum;
+    std::vector<std::vector<Buffer>> exchanged;  // the same channel twice: the second time
+    std::vector<Buffer> routed;
+    Buffer all_gathered, reduced;
 };
 
 inline Received everything(nscdd::Communicator& comm, int round) {
     Received received;
     const std::span<const int> ranks = comm.ranks();
     const int size = comm.size();
-    std::vector<Links> channels;
-    std::vector<std::vector<Buffer>> out(ranks.size());
-    std::vector<Buffer> up, from_root(static_cast<std::size_t>(size)), mine;
+    std::vector<Links> links_of;
+    std::vector<nscdd::Outbox> out(ranks.size());
+    std::vector<Buffer> mine;
     for (std::size_t k = 0; k < ranks.size(); ++k) {
-        channels.push_back(links(ranks[k], size, round));
-        for (int d = 0; d < size; ++d) out[k].push_back(message(ranks[k], d, round));
-        up.push_back(message(ranks[k], 0, round));
-        received.scattered.emplace_back(message(0, ranks[k], round).size());
+        links_of.push_back(links(ranks[k], size, round));
+        for (int d = 0; d < size; ++d) out[k][d] = message(ranks[k], d, round);
         mine.push_back(contribution(ranks[k], round));
     }
-    if (ranks[0] == 0)
-        for (int r = 0; r < size; ++r) {
-            received.gathered.emplace_back(message(r, 0, round).size());
-            from_root[r] = message(0, r, round);
-        }
-
-    comm.exchange(channels);
+    const auto channel = comm.open(links_of);
+    for (const int factor : {7, 1}) {
+        for (std::size_t k = 0; k < ranks.size(); ++k)
+            for (std::size_t l = 0; l < links_of[k].size(); ++l)
+                std::ranges::transform(message(ranks[k], links_of[k][l].peer, round), channel->send(k, l).begin(),
+                                       [factor](double x) { return factor * x; });
+        channel->start();
+        channel->finish();
+    }
+    for (std::size_t k = 0; k < ranks.size(); ++k) {
+        received.exchanged.emplace_back();
+        for (std::size_t l = 0; l < links_of[k].size(); ++l)
+            received.exchanged.back().emplace_back(channel->recv(k, l).begin(), channel->recv(k, l).end());
+    }
     received.routed = comm.route(out);
-    comm.gather(up, received.gathered);
-    comm.scatter(from_root, received.scattered);
     const std::span<const double> all = comm.all_gather(mine);
     received.all_gathered.assign(all.begin(), all.end());
-    received.sum.resize(3);
-    nscdd::sum_in_rank_order(all, received.sum);
-
-    for (const Links& l : channels) {
-        received.exchanged.emplace_back();
-        for (const nscdd::Link& link : l) received.exchanged.back().push_back(link.recv);
-    }
+    const std::span<const double> reduced = comm.reduce(mine, 2);
+    received.reduced.assign(reduced.begin(), reduced.end());
     return received;
 }
 
@@ -94,20 +109,14 @@ inline void check_received(const Received& received, std::span<const int> ranks,
         }
         CHECK(received.exchanged[k] == exchanged);
         CHECK(received.routed[k] == routed);
-        CHECK(received.scattered[k] == message(0, ranks[k], round));
     }
-    CHECK(received.gathered.size() == static_cast<std::size_t>(ranks[0] == 0 ? size : 0));
-    for (std::size_t r = 0; r < received.gathered.size(); ++r)
-        CHECK(received.gathered[r] == message(static_cast<int>(r), 0, round));
-
-    Buffer all, sum(3);
+    Buffer all;
     for (int r = 0; r < size; ++r) {
         const Buffer c = contribution(r, round);
         all.insert(all.end(), c.begin(), c.end());
-        for (int i = 0; i < 3; ++i) sum[i] += c[i];
     }
     CHECK(received.all_gathered == all);
-    CHECK(received.sum == sum);
+    CHECK(received.reduced == tree(size, round, 2));
 }
 
 // Of one round, summed over all processes, counted from the definitions.
@@ -121,13 +130,15 @@ inline nscdd::Traffic expected_traffic(int size) {
         for (int to = 0; to < size; ++to) {
             const std::size_t n = message(from, to, 0).size();
             if (from == to) continue;
-            if (linked(from, to)) add(1, n);  // exchange: an empty message is one
-            if (n > 0) add(1, n);             // route: it is none
-            if (to == 0) add(1, n);           // gather
-            if (from == 0) add(1, n);         // scatter
+            if (linked(from, to)) add(2, 2 * n);  // the channel, twice: an empty message is one
+            if (n > 0) add(1, n);                 // route: it is none
         }
     const int others = size - 1;
     add(2 * others, static_cast<std::size_t>(3 * others + 3 * size * others));  // all-gather: up and down
+    int p = 1, levels = 0;
+    while (2 * p <= size) p *= 2, ++levels;
+    const int trees = p * levels + 2 * (size - p);  // both of each pair; there and back of those beyond
+    add(trees, static_cast<std::size_t>(3 * trees));
     return t;
 }
 

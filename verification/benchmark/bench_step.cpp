@@ -59,41 +59,27 @@ void fine_detection(benchmark::State& state) {
 
 // One gluing: velocities packed, exchanged in-process, averaged, unpacked.
 template <class M, class Scheme>
-void glue(benchmark::State& state) {
+void gluing(benchmark::State& state) {
     auto& s = Stepped<M, 8>::shared();
     Scheme scheme;
+    for (auto& part : s.parts) part.sweeper.load(part.problem);
     scheme.setup(s.parts, s.comm);
     const double before = s.comm.traffic().bytes;
-    scheme.glue(s.parts, s.comm);
+    glue<M>(scheme, s.parts, s.comm);
     const double bytes = s.comm.traffic().bytes - before;
-    per_contact(state, s.contacts, bytes, [&] { scheme.glue(s.parts, s.comm); });
+    per_contact(state, s.contacts, bytes, [&] { glue<M>(scheme, s.parts, s.comm); });
 }
 template <class M>
 void dcs(benchmark::State& state) {
-    glue<M, Dcs<M>>(state);
+    gluing<M, Dcs<M>>(state);
 }
 template <class M>
 void ccs(benchmark::State& state) {
-    glue<M, Ccs<M>>(state);
+    gluing<M, Ccs<M>>(state);
 }
-// Velocities of interface grains from the fast form into the problem and back, before and after a gluing.
-template <class M>
-void pack(benchmark::State& state) {
-    auto& s = Stepped<M, 8>::shared();
-    double bytes = 0;
-    for (const auto& part : s.parts) bytes += 4 * static_cast<double>(part.interface.size() * M::dof * sizeof(double));
-    per_contact(state, s.contacts, bytes, [&] {
-        for (auto& part : s.parts) {
-            part.sweeper.store(part.problem, part.interface);
-            part.sweeper.load(part.problem, part.interface);
-        }
-    });
-}
-
 NSCDD_BENCH_ALL(rough_detection, "detection/rough")
 NSCDD_BENCH_ALL(fine_detection, "detection/fine")
 NSCDD_BENCH_ALL(dcs, "gluing/dcs")
 NSCDD_BENCH_ALL(ccs, "gluing/ccs")
-NSCDD_BENCH_ALL(pack, "packing")
 
 }  // namespace

@@ -161,7 +161,9 @@ void compare_with_definition(const ContactProblem<M>& free, int window) {
     Anderson anderson(window);
     for (int k = 0; k < 12; ++k) {
         INFO("iteration " << k << ", restarts so far " << anderson.restarts());
-        anderson.update(sweeper.sweep(ours, anderson).data());
+        Anderson::Products products{};
+        sweeper.sweep(ours, anderson, products);
+        anderson.update(products.data());
         sweeper.store(ours);
         theirs.iterate();
         CHECK(velocity_difference(theirs.problem(), ours) <= 1e-9);

@@ -1,4 +1,5 @@
 // The communicator contract, by in-process ranks. The same pattern over MPI: mpi/test_communicator_mpi.cpp.
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -32,41 +33,41 @@ TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]")
 TEST_CASE("traffic is counted as defined", "[communicator]") {
     InProcess comm(3);
     SECTION("a link to oneself is no message, an empty message to another is") {
-        std::vector<Links> links(3);
-        links[0] = {{0, {1, 2}, Buffer(2)}, {2, {3}, {}}};
-        links[2] = {{0, {}, Buffer(1)}};
-        comm.exchange(links);
-        CHECK(links[0][0].recv == Buffer{1, 2});
-        CHECK(links[2][0].recv == Buffer{3});
+        const auto channel = comm.open({{{0, 2, 2}, {2, 1, 0}}, {}, {{0, 0, 1}}});
+        channel->send(0, 0)[1] = 2;
+        channel->send(0, 1)[0] = 3;
+        channel->start();
+        channel->finish();
+        CHECK(channel->recv(0, 0)[1] == 2);
+        CHECK(channel->recv(2, 0)[0] == 3);
         CHECK(comm.traffic().messages == 2);
         CHECK(comm.traffic().bytes == 8);
     }
     SECTION("a route counts what is not empty and not for oneself") {
-        const auto in = comm.route({{{7}, {1, 2}, {}}, {{}, {}, {3}}, {{4}, {5}, {6}}});
+        const auto in = comm.route({{{0, {7}}, {1, {1, 2}}, {2, {}}}, {{2, {3}}}, {{0, {4}}, {1, {5}}, {2, {6}}}});
         CHECK(in == std::vector<Buffer>{{7, 4}, {1, 2, 5}, {3, 6}});
         CHECK(comm.traffic().messages == 4);
         CHECK(comm.traffic().bytes == 5 * 8);
     }
-    SECTION("a gather and a scatter count size-1, an all-gather twice that") {
-        std::vector<Buffer> all{Buffer(1), Buffer(2), Buffer(3)};
-        comm.gather({{1}, {2, 3}, {4, 5, 6}}, all);
-        CHECK(all == std::vector<Buffer>{{1}, {2, 3}, {4, 5, 6}});
-        CHECK(comm.traffic().messages == 2);
-        CHECK(comm.traffic().bytes == 5 * 8);
-        comm.scatter({{1}, {2, 3}, {4, 5, 6}}, all);
-        CHECK(comm.traffic().messages == 4);
-        CHECK(comm.traffic().bytes == 10 * 8);
+    SECTION("an all-gather counts twice size-1, a reduction its tree") {
         comm.all_gather({{1, 2}, {3, 4}, {5, 6}});
-        CHECK(comm.traffic().messages == 8);
-        CHECK(comm.traffic().bytes == (10 + 2 * 2 + 2 * 6) * 8);
+        CHECK(comm.traffic().messages == 4);
+        CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6) * 8);
+        comm.reduce({{1, 2}, {3, 4}, {5, 6}}, 2);
+        CHECK(comm.traffic().messages == 8);  // 2 to 0, 0 and 1, 0 to 2
+        CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 4 * 2) * 8);
     }
 }
 
-TEST_CASE("sums are taken in rank order", "[communicator]") {
-    InProcess comm(3);
-    Buffer sum(2);
-    nscdd::sum_in_rank_order(comm.all_gather({{1e16, 1}, {1, 2}, {-1e16, 4}}), sum);
-    CHECK(sum == Buffer{0, 7});  // any other order gives 1 or 2
+TEST_CASE("sums are taken in the order of the tree, and a NaN is the largest", "[communicator]") {
+    InProcess comm(4);
+    const std::span<const double> all =
+        comm.reduce({{1e16, 1, 2, 5, -0.0}, {1, 2, 9, NAN, 0.0}, {-1e16, 4, 1, 7, -0.0}, {1, 8, 3, 9, -0.0}}, 2);
+    CHECK(all[0] == 0);  // (1e16 + 1) + (-1e16 + 1): any other order gives 1 or 2
+    CHECK(all[1] == 15);
+    CHECK(all[2] == 9);
+    CHECK(std::isnan(all[3]));
+    CHECK(!std::signbit(all[4]));
 }
 
 TEST_CASE("work is charged to a rank", "[communicator]") {
@@ -107,18 +108,14 @@ TEST_CASE("disagreeing ranks are an error that names them", "[communicator]") {
     CHECK_THROWS_AS(InProcess(2, 3), std::invalid_argument);
 
     InProcess comm(2);
-    std::vector<Links> one_sided{{{1, {1}, {}}}, {}};
-    CHECK_THROWS_WITH(comm.exchange(one_sided), "exchange: rank 0 has a link to rank 1, which has none back");
-    std::vector<Links> nobody{{{2, {}, {}}}, {}};
-    CHECK_THROWS_AS(comm.exchange(nobody), std::logic_error);
-    std::vector<Links> unequal{{{1, {1, 2}, {}}}, {{0, {}, Buffer(3)}}};
-    CHECK_THROWS_WITH(comm.exchange(unequal), "exchange: rank 0 sends 2 doubles, rank 1 expects 3");
-    std::vector<Links> too_few(1);
-    CHECK_THROWS_WITH(comm.exchange(too_few), "exchange: 1 buffers for 2 ranks");
+    CHECK_THROWS_WITH(comm.open({{{1, 1, 0}}, {}}), "open: rank 0 has a link to rank 1, which has none back");
+    CHECK_THROWS_AS(comm.open({{{2, 0, 0}}, {}}), std::logic_error);
+    CHECK_THROWS_WITH(comm.open({{{1, 2, 0}}, {{0, 0, 3}}}), "open: rank 0 sends 2 doubles, rank 1 expects 3");
+    CHECK_THROWS_WITH(comm.open({{}}), "open: 1 buffers for 2 ranks");
 
-    std::vector<Buffer> all{Buffer(1), Buffer(1)};
-    CHECK_THROWS_AS(comm.gather({{1}, {2, 3}}, all), std::logic_error);
-    CHECK_THROWS_AS(comm.scatter({{1, 2}, {3}}, all), std::logic_error);
     CHECK_THROWS_AS(comm.all_gather({{1}, {2, 3}}), std::logic_error);
-    CHECK_THROWS_AS(comm.route({{{1}, {2}}, {{3}}}), std::logic_error);
+    CHECK_THROWS_AS(comm.reduce({{1}, {2, 3}}, 1), std::logic_error);
+    CHECK_THROWS_AS(comm.reduce({{1}, {2}}, 2), std::logic_error);
+    CHECK_THROWS_AS(comm.route({{}}), std::logic_error);
+    CHECK_THROWS_WITH(comm.route({{{2, {1}}}, {}}), "route: rank 0 sends to rank 2, which is none");
 }

@@ -26,6 +26,16 @@ Buffer random_velocities(Random& random, const Copies& copies) {
     return v;
 }
 
+// Velocities of all copies in a row, in place.
+void glue(auto& gluing, Copies copies, Buffer& v) {
+    for (int c = 0; c < copies.count(); ++c) copies.from.push_back(v.data() + c * copies.dof);
+    copies.to.assign(copies.from.size(), nullptr);
+    for (std::size_t c = 0; c < copies.to.size(); ++c)
+        copies.to[c] = v.data() + c * static_cast<std::size_t>(copies.dof);
+    gluing.setup(copies);
+    gluing(copies);
+}
+
 Eigen::MatrixXd interface_operator(const Copies& copies) {
     const Eigen::MatrixXd jumps = jump_matrix(copies);
     return jumps * split_inverse_masses(copies).asDiagonal() * jumps.transpose();
@@ -71,11 +81,9 @@ TEST_CASE("closed form and factorised X glue alike", "[gluing]") {
         const Buffer before = random_velocities(random, copies);
         Buffer closed = before, factorised = before;
         ClosedForm mean;
-        mean.setup(copies);
-        mean(copies, closed);
+        glue(mean, copies, closed);
         Factorised<> cholesky;
-        cholesky.setup(copies);
-        cholesky(copies, factorised);
+        glue(cholesky, copies, factorised);
         CHECK(distance(closed, factorised) <= 1e-12);
         CHECK(distance(closed, before) > 0.1);
 
@@ -106,10 +114,10 @@ TEST_CASE("nothing shared, nothing to glue", "[gluing]") {
     copies.inverse_mass.assign(3, 1.0);
     Buffer v{1, 2, 3};
     Factorised<> factorised;
-    factorised.setup(copies);
-    factorised(copies, v);
+    glue(factorised, copies, v);
     CHECK(v == Buffer{1, 2, 3});
-    ClosedForm{}(copies, v);
+    ClosedForm mean;
+    glue(mean, copies, v);
     CHECK(v == Buffer{1, 2, 3});
 }
 
@@ -163,8 +171,7 @@ TEST_CASE("elementary problems (10) to (12) give the global Delta F", "[gluing]"
     // and it is the Delta F that gluing uses: V - M_E^-1 A^T Delta F
     Buffer glued = v;
     Factorised<> factorised;
-    factorised.setup(copies);
-    factorised(copies, glued);
+    glue(factorised, copies, glued);
     const Eigen::VectorXd correction =
         split_inverse_masses(copies).asDiagonal() * (Eigen::MatrixXd(jump_matrix(copies)).transpose() * combined);
     for (std::size_t k = 0; k < v.size(); ++k)
@@ -190,21 +197,20 @@ void with_torn_copies(int ranks, bool driven, auto&& inspect) {
 
 template <class M>
 std::vector<Subdomain<M>> glued_by(auto&& scheme, std::vector<Subdomain<M>> parts, Communicator& comm) {
+    for (auto& part : parts) part.sweeper.load(part.problem);
     scheme.setup(parts, comm);
-    scheme.glue(parts, comm);
+    nscdd::glue<M>(scheme, parts, comm);
+    for (auto& part : parts) part.sweeper.store(part.problem);
     return parts;
 }
 
-// Largest difference of velocities, walls included; 0 means equal bits.
+// Largest difference of velocities; 0 means equal bits.
 template <class M>
 double difference(const std::vector<Subdomain<M>>& a, const std::vector<Subdomain<M>>& b) {
     double largest = 0;
-    for (std::size_t k = 0; k < a.size(); ++k) {
+    for (std::size_t k = 0; k < a.size(); ++k)
         for (std::size_t g = 0; g < a[k].problem.bodies.size(); ++g)
             largest = std::max(largest, (a[k].problem.bodies[g].v - b[k].problem.bodies[g].v).norm());
-        for (std::size_t w = 0; w < a[k].problem.walls.size(); ++w)
-            largest = std::max(largest, std::abs(a[k].problem.walls[w].speed - b[k].problem.walls[w].speed));
-    }
     return largest;
 }
 
@@ -228,18 +234,6 @@ std::vector<Subdomain<M>> glued_by_hand(std::vector<Subdomain<M>> parts) {
     };
     visit([](Sum& sum, const Body<M>& body) { sum.v += body.v, ++sum.copies; });
     visit([](const Sum& sum, Body<M>& body) { body.v = sum.v / sum.copies; });
-    if (parts[0].problem.driven_walls())
-        for (std::size_t w = 0; w < parts[0].problem.walls.size(); ++w) {
-            double sum = 0, copies = 0;
-            for (const auto& part : parts)
-                for (const auto& c : part.problem.wall_contacts)
-                    if (c.j == static_cast<int>(w)) {
-                        sum += part.problem.walls[w].speed, ++copies;
-                        break;
-                    }
-            if (copies > 0)
-                for (auto& part : parts) part.problem.walls[w].speed = sum / copies;
-        }
     return parts;
 }
 
@@ -252,7 +246,7 @@ TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average t
     CAPTURE(driven);
     const int ranks = GENERATE(2, 3, 8);
     INFO("ranks: " << ranks);
-    with_torn_copies<M>(ranks, driven, [driven](const std::vector<Subdomain<M>>& torn, Communicator& comm) {
+    with_torn_copies<M>(ranks, driven, [](const std::vector<Subdomain<M>>& torn, Communicator& comm) {
         const auto by_hand = glued_by_hand(torn);
         REQUIRE(difference(torn, by_hand) > 1e-3);
         const auto ccs = glued_by(Ccs<M, ClosedForm>{}, torn, comm), dcs = glued_by(Dcs<M, ClosedForm>{}, torn, comm);
@@ -261,14 +255,14 @@ TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average t
         CHECK(difference(glued_by(Ccs<M, Factorised<>>{}, torn, comm), by_hand) <= 1e-12);
         CHECK(difference(glued_by(Dcs<M, Factorised<>>{}, torn, comm), by_hand) <= 1e-12);
 
-        // what rank 0 gathers and scatters: copies, and speeds of walls where any is driven
-        std::size_t sent = driven ? (torn.size() - 1) * torn[0].problem.walls.size() : 0;
+        std::size_t sent = 0;  // by all but rank 0, to it and back
         for (std::size_t k = 1; k < torn.size(); ++k) sent += M::dof * torn[k].interface.size();
         auto parts = torn;
         Ccs<M, ClosedForm> scheme;
+        for (auto& part : parts) part.sweeper.load(part.problem);
         scheme.setup(parts, comm);
         const double before = comm.traffic().bytes;
-        scheme.glue(parts, comm);
+        nscdd::glue<M>(scheme, parts, comm);
         CHECK(comm.traffic().bytes - before == 2.0 * sizeof(double) * static_cast<double>(sent));
     });
 }
@@ -285,6 +279,9 @@ void check_copies_after_steps(int ranks, bool driven) {
         simulation.step(by_nscdd<Scheme>(SolveOptions{}));
         std::map<int, const Grain<M>*> seen;
         int copies = 0;
+        for (const auto& part : simulation.parts())
+            for (std::size_t w = 0; w < part.problem.walls.size(); ++w)
+                CHECK(part.problem.walls[w].speed == simulation.parts()[0].problem.walls[w].speed);
         for (const auto& part : simulation.parts())
             for (const auto& grain : part.grains) {
                 const auto [first, is_new] = seen.emplace(grain.id, &grain);

@@ -3,14 +3,19 @@
 // A process hosts one or more ranks (all of them in-process, exactly one under MPI). Code written against the
 // contract loops over the ranks it hosts, fills their buffers, and makes one collective call for all of them:
 //
-//   comm.each_rank([&](std::size_t k) { fill(links[k]); });
-//   comm.exchange(links);
+//   const auto channel = comm.open(links);                              // once for many messages of one size
+//   comm.each_rank([&](std::size_t k) { fill(channel->send(k, 0)); });
+//   channel->start();
+//   comm.each_rank(work);                                               // while messages are under way
+//   channel->finish();
 //
-// Every message is a vector of doubles (indices below 2^53 travel exactly). Whatever is received is stored by
-// source rank, never by order of arrival, so that sums taken over it are the same on every machine.
+// Every message is a row of doubles (indices below 2^53 travel exactly). Whatever is received is stored by source
+// rank, and sums are taken in an order of the ranks, never by order of arrival: they are the same on every machine.
 #pragma once
 
 #include <functional>
+#include <map>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -20,17 +25,36 @@ namespace nscdd::inline NSCDD_ABI {
 
 using Buffer = std::vector<double>;
 
-// A persistent two-way channel to `peer`. Both ends size `send` and `recv` before an exchange (peer's send equals
-// our recv); nothing is allocated in the iteration.
+// What a rank sends to and receives from another, in doubles.
 struct Link {
     int peer;
-    Buffer send, recv;
+    std::size_t send = 0, recv = 0;
 };
 using Links = std::vector<Link>;  // of one rank, by ascending peer, at most one per peer
 
+// Messages that are sent again and again, with their places in memory: nothing is allocated in the iteration.
+class Channel {
+  public:
+    virtual ~Channel() = default;
+
+    // Of link l of the k-th hosted rank. What is sent may be written until start() and after finish(), what is received
+    // be read from finish() until the next start().
+    std::span<double> send(std::size_t k, std::size_t l) { return send_[k][l]; }
+    std::span<const double> recv(std::size_t k, std::size_t l) const { return recv_[k][l]; }
+
+    // Collective among those with a link to each other, in turn.
+    virtual void start() = 0;
+    virtual void finish() = 0;
+
+  protected:
+    std::vector<std::vector<std::span<double>>> send_, recv_;
+};
+
+using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank
+
 // Counted the same way by every communicator, summed over the ranks this process hosts. A message to oneself is
-// no message. A gather or a scatter counts size-1 messages; an all-gather 2(size-1): up to rank 0 and down again.
-// Bytes are those of the doubles passed in, not of any header.
+// no message, nor is one of a route that is empty. An all-gather counts 2(size-1): up to rank 0 and down again. A
+// reduction counts those of its tree. Bytes are those of the doubles passed in, not of any header.
 struct Traffic {
     double messages = 0;
     double bytes = 0;
@@ -57,17 +81,17 @@ class Communicator {
         for (std::size_t k = 0; k < ranks().size(); ++k) task(k);
     }
 
-    // links[k] belongs to ranks()[k]. Afterwards each recv holds what the peer put in its send.
-    virtual void exchange(std::vector<Links>& links) = 0;
-    // out[k][d] goes from ranks()[k] to rank d, any sizes. Returns in[k] = all that came, by ascending source.
-    virtual std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) = 0;
-    // mine[k] of every rank to rank 0, where all[r] (size() buffers, sized before) receives rank r's.
-    // On processes that do not host rank 0 `all` is left alone.
-    virtual void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) = 0;
-    // all[r] at rank 0 to mine[k] (sized before) of every rank.
-    virtual void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) = 0;
-    // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call.
+    // links[k] of ranks()[k]. The peer of each link has one back, of the same sizes.
+    virtual std::unique_ptr<Channel> open(const std::vector<Links>& links) = 0;
+    // out[k] of ranks()[k], any sizes. Returns in[k] = all that came, by ascending source. Costs messages to those that
+    // something is sent to, and a barrier.
+    virtual std::vector<Buffer> route(const std::vector<Outbox>& out) = 0;
+    // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call. For what
+    // is asked seldom: it grows with the ranks.
     virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
+    // mine[k], all of one length: returns, valid until the next call, the sums over all ranks of the first `added`
+    // entries and the largest of the others, NaN if there is one. In the order of the tree (reduce_in_tree).
+    virtual std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
 
     virtual double now() const = 0;                    // [s], the clock of this machine, real or simulated
     virtual void charge(int rank, double cost) = 0;    // hosted rank index did work worth `cost` contact updates
@@ -76,10 +100,27 @@ class Communicator {
     virtual CommSeconds seconds() const = 0;
 };
 
-// Sums entry by entry over the ranks, in rank order: the only way numbers that decide anything are reduced.
-inline void sum_in_rank_order(std::span<const double> all, std::span<double> sum) {
-    for (double& s : sum) s = 0;
-    for (std::size_t k = 0; k < all.size(); ++k) sum[k % sum.size()] += all[k];
+// The tree of reduce(): with p the largest power of two that is not above the number of ranks, rank r >= p first adds
+// its numbers to those of r - p; then neighbours add theirs to each other's, pairs of neighbours, and so on. Both of a
+// pair get the same bits, since a + b is b + a.
+inline int tree_size(int ranks) {
+    int p = 1;
+    while (2 * p <= ranks) p *= 2;
+    return p;
+}
+inline void combine_in_tree(std::span<double> mine, std::span<const double> other, std::size_t added) {
+    for (std::size_t n = 0; n < added; ++n) mine[n] += other[n];
+    for (std::size_t n = added; n < mine.size(); ++n) {
+        if (!(mine[n] >= other[n]) && mine[n] == mine[n]) mine[n] = other[n];
+        mine[n] += 0.0;  // of zeros of both signs the positive one
+    }
+}
+
+// The same of the numbers that task(k) returns for each hosted rank.
+inline std::span<const double> reduce(Communicator& comm, std::size_t added, auto&& task) {
+    std::vector<Buffer> mine;
+    for (std::size_t k = 0; k < comm.ranks().size(); ++k) mine.push_back(task(k));
+    return comm.reduce(mine, added);
 }
 
 }  // namespace nscdd

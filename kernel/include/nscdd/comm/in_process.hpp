@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -36,45 +37,21 @@ class InProcess final : public Communicator {
     std::span<const int> ranks() const override { return ranks_; }
     void each_rank(const std::function<void(std::size_t)>& task) override { team_.each(ranks_.size(), task); }
 
-    void exchange(std::vector<Links>& links) override {
-        check_count(links.size(), "exchange");
-        for (int rank : ranks_)
-            for (Link& link : links[rank]) {
-                copy(counterpart(links, link.peer, rank).send, link.recv, "exchange", link.peer, rank);
-                if (link.peer != rank) count(link.send.size());
-            }
+    std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
+        check_count(links.size(), "open");
+        return std::make_unique<Messages>(*this, links);
     }
 
-    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) override {
+    std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         check_count(out.size(), "route");
         std::vector<Buffer> in(ranks_.size());
-        for (int source : ranks_) {
-            check_count(out[source].size(), "route");
-            for (int target : ranks_) {
-                const Buffer& message = out[source][target];
+        for (int source : ranks_)
+            for (const auto& [target, message] : out[source]) {
+                if (target < 0 || target >= size()) throw no_rank("route", source, target);
                 in[target].insert(in[target].end(), message.begin(), message.end());
                 if (target != source && !message.empty()) count(message.size());
             }
-        }
         return in;
-    }
-
-    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) override {
-        check_count(mine.size(), "gather");
-        check_count(all.size(), "gather");
-        for (int rank : ranks_) {
-            copy(mine[rank], all[rank], "gather", rank, 0);
-            if (rank != 0) count(mine[rank].size());
-        }
-    }
-
-    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) override {
-        check_count(all.size(), "scatter");
-        check_count(mine.size(), "scatter");
-        for (int rank : ranks_) {
-            copy(all[rank], mine[rank], "scatter", 0, rank);
-            if (rank != 0) count(all[rank].size());
-        }
     }
 
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
@@ -92,6 +69,23 @@ class InProcess final : public Communicator {
         return gathered_;
     }
 
+    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+        check_count(mine.size(), "reduce");
+        const std::size_t n = mine[0].size();
+        if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
+        for (int rank : ranks_)
+            if (mine[rank].size() != n) throw mismatch("reduce", rank, mine[rank].size(), 0, n);
+        tree_ = mine;
+        const int p = tree_size(size());
+        for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[rank - p], tree_[rank], added);
+        for (int step = 1; step < p; step *= 2) {
+            for (int rank = 0; rank < p; rank += 2 * step) combine_in_tree(tree_[rank], tree_[rank + step], added);
+            for (int rank = 0; rank < p; ++rank) count(n);
+        }
+        for (int rank = p; rank < size(); ++rank) count(n), count(n);  // there and back
+        return tree_[0];
+    }
+
     double now() const override {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     }
@@ -102,15 +96,62 @@ class InProcess final : public Communicator {
     CommSeconds seconds() const override { return {}; }
 
   private:
+    // Copies at finish(), so that a rank may fill the next message while another has not yet read this one.
+    class Messages final : public Channel {
+      public:
+        Messages(InProcess& comm, const std::vector<Links>& links) : comm_(comm) {
+            std::size_t all = 0;
+            for (int rank : comm.ranks_)
+                for (const Link& link : links[rank]) {
+                    const Link& back = counterpart(links, link.peer, rank);
+                    if (back.send != link.recv) throw mismatch("open", link.peer, back.send, rank, link.recv);
+                    all += link.send + link.recv;
+                }
+            memory_.resize(all);
+            double* at = memory_.data();
+            send_.resize(links.size()), recv_.resize(links.size());
+            for (int rank : comm.ranks_)
+                for (const Link& link : links[rank]) {
+                    send_[rank].emplace_back(at, link.send);
+                    recv_[rank].emplace_back(at + link.send, link.recv);
+                    at += link.send + link.recv;
+                    if (link.peer != rank) messages_.push_back(link.send);
+                }
+            for (int rank : comm.ranks_)
+                for (std::size_t l = 0; l < links[rank].size(); ++l) {
+                    const Links& theirs = links[links[rank][l].peer];
+                    const auto back =
+                        static_cast<std::size_t>(&counterpart(links, links[rank][l].peer, rank) - theirs.data());
+                    copies_.push_back({send_[links[rank][l].peer][back], recv_[rank][l]});
+                }
+        }
+        void start() override {
+            for (const std::size_t doubles : messages_) comm_.count(doubles);
+        }
+        void finish() override {
+            for (const Copy& copy : copies_) std::ranges::copy(copy.from, copy.to.begin());
+        }
+
+      private:
+        struct Copy {
+            std::span<const double> from;
+            std::span<double> to;
+        };
+        InProcess& comm_;
+        Buffer memory_;
+        std::vector<std::size_t> messages_;
+        std::vector<Copy> copies_;
+    };
+
     static std::logic_error mismatch(const char* call, int source, std::size_t sent, int target, std::size_t expected) {
         return std::logic_error(std::string(call) + ": rank " + std::to_string(source) + " sends " +
                                 std::to_string(sent) + " doubles, rank " + std::to_string(target) + " expects " +
                                 std::to_string(expected));
     }
 
-    static void copy(const Buffer& from, Buffer& to, const char* call, int source, int target) {
-        if (from.size() != to.size()) throw mismatch(call, source, from.size(), target, to.size());
-        std::ranges::copy(from, to.begin());
+    static std::logic_error no_rank(const char* call, int source, int target) {
+        return std::logic_error(std::string(call) + ": rank " + std::to_string(source) + " sends to rank " +
+                                std::to_string(target) + ", which is none");
     }
 
     void check_count(std::size_t buffers, const char* call) const {
@@ -120,13 +161,13 @@ class InProcess final : public Communicator {
     }
 
     // The end at `peer` of the link that `rank` has with it.
-    const Link& counterpart(const std::vector<Links>& links, int peer, int rank) const {
-        if (peer >= 0 && peer < size()) {
+    static const Link& counterpart(const std::vector<Links>& links, int peer, int rank) {
+        if (peer >= 0 && static_cast<std::size_t>(peer) < links.size()) {
             const auto found = std::ranges::lower_bound(links[peer], rank, {}, &Link::peer);
             if (found != links[peer].end() && found->peer == rank) return *found;
         }
-        throw std::logic_error("exchange: rank " + std::to_string(rank) + " has a link to rank " +
-                               std::to_string(peer) + ", which has none back");
+        throw std::logic_error("open: rank " + std::to_string(rank) + " has a link to rank " + std::to_string(peer) +
+                               ", which has none back");
     }
 
     void count(std::size_t doubles) {
@@ -138,6 +179,7 @@ class InProcess final : public Communicator {
     std::vector<int> ranks_;
     std::vector<double> work_;
     Buffer gathered_;
+    std::vector<Buffer> tree_;
     Traffic traffic_;
 };
 

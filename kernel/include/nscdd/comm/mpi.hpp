@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <map>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -21,158 +23,84 @@ namespace nscdd::inline NSCDD_ABI {
 //
 // Throws std::runtime_error when MPI fails (a message longer than expected is such a failure) and std::logic_error
 // when a shape is wrong or a message shorter than expected. The other processes may then wait for this one, so
-// that the caller can only abort.
+// that the caller can only abort. Channels must be gone before their communicator.
 //
 // Wait and transfer are told apart as in late-sender analysis (Scalasca): every message carries the time at which
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
-// transfer. The root of a gather waits for its senders; they wait for no one. A scatter is the reverse.
+// transfer.
 class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD) : comm_(comm) {
         check(MPI_Comm_rank(comm_.handle, &rank_), "MPI_Comm_rank");
         check(MPI_Comm_size(comm_.handle, &size_), "MPI_Comm_size");
-        counts_.resize(static_cast<std::size_t>(size_));
-        offsets_.resize(counts_.size());
         synchronise_clock();
     }
 
     int size() const override { return size_; }
     std::span<const int> ranks() const override { return {&rank_, 1}; }
 
-    void exchange(std::vector<Links>& links) override {
-        const double entry = now();
-        check_count(links.size(), 1, "exchange");
-        Links& mine = links[0];
-        std::size_t sent = 0, received = 0;
-        for (const Link& link : mine) {
-            check_peer(link.peer);
-            sent += link.send.size() + 1;
-            received += link.recv.size() + 1;
-        }
-        send_.resize(sent);
-        recv_.resize(received);
-        requests_.resize(2 * mine.size());
-        statuses_.resize(requests_.size());
-
-        auto request = requests_.begin();
-        double* from = recv_.data();
-        for (const Link& link : mine) {
-            const int n = narrow(link.recv.size() + 1);
-            check(MPI_Irecv(from, n, MPI_DOUBLE, link.peer, tag, comm_.handle, &*request++), "exchange");
-            from += n;
-        }
-        double* to = send_.data();
-        for (const Link& link : mine) {
-            const int n = narrow(link.send.size() + 1);
-            pack(link.send, entry, to);
-            check(MPI_Isend(to, n, MPI_DOUBLE, link.peer, tag, comm_.handle, &*request++), "exchange");
-            to += n;
-            if (link.peer != rank_) count(link.send.size());
-        }
-        // All of them even after an error, for those under way still use our buffers.
-        int code = MPI_SUCCESS;
-        for (std::size_t k = 0; k < requests_.size(); ++k) {
-            const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
-            if (code == MPI_SUCCESS) code = failed;
-        }
-        check(code, "exchange");
-
-        double latest = entry;
-        from = recv_.data();
-        for (std::size_t l = 0; l < mine.size(); ++l) {
-            int n = 0;
-            check(MPI_Get_count(&statuses_[l], MPI_DOUBLE, &n), "exchange");
-            if (n != narrow(mine[l].recv.size() + 1)) throw shorter("exchange", mine[l].peer);
-            latest = std::max(latest, unpack(from, mine[l].recv));
-            from += n;
-        }
-        spent(entry, latest);
+    // Throws std::logic_error for a peer that is no rank. finish() throws std::logic_error when a message is shorter
+    // than expected, std::runtime_error when it is longer.
+    std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
+        check_count(links.size(), 1, "open");
+        for (const Link& link : links[0]) check_peer("open", link.peer);
+        return std::make_unique<Messages>(*this, links[0]);
     }
 
-    std::vector<Buffer> route(const std::vector<std::vector<Buffer>>& out) override {
+    // Each message goes alone to its target, which learns of it by looking (NBX: Hoefler, Siebert, Lumsdaine, PPoPP
+    // 2010): when all of a rank's messages have been taken it enters a barrier, and when that is over nobody has any
+    // under way.
+    std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
         check_count(out.size(), 1, "route");
-        check_count(out[0].size(), counts_.size(), "route");
-
-        // First the sizes, with the time of entry beside each.
-        send_.resize(2 * counts_.size());
-        recv_.resize(2 * counts_.size());
-        for (int d = 0; d < size_; ++d) {
-            send_[2 * d] = static_cast<double>(out[0][d].size());
-            send_[2 * d + 1] = entry;
+        std::vector<Buffer> staged;
+        staged.reserve(out[0].size());
+        std::map<int, Buffer> arrived;
+        requests_.clear();
+        routes_ = 1 - routes_;  // messages of the next route do not meet this one's
+        for (const auto& [target, message] : out[0]) {
+            check_peer("route", target);
+            if (target == rank_) arrived[rank_] = message;
+            if (target == rank_ || message.empty()) continue;
+            Buffer& stamped = staged.emplace_back(message.size() + 1);
+            pack(message, entry, stamped.data());
+            count(message.size());
+            check(MPI_Issend(stamped.data(), narrow(stamped.size()), MPI_DOUBLE, target, route_tag + routes_,
+                             comm_.handle, &requests_.emplace_back()),
+                  "route");
         }
-        check(MPI_Alltoall(send_.data(), 2, MPI_DOUBLE, recv_.data(), 2, MPI_DOUBLE, comm_.handle), "route");
-        std::vector<int> recv_counts(counts_.size()), recv_offsets(counts_.size());
-        std::size_t received = 0;
         double latest = entry;
-        for (int s = 0; s < size_; ++s) {
-            const auto n = static_cast<std::size_t>(recv_[2 * s]);
-            recv_counts[s] = narrow(n);
-            recv_offsets[s] = narrow(received);
-            received += n;
-            latest = std::max(latest, recv_[2 * s + 1]);
+        MPI_Request barrier = MPI_REQUEST_NULL;
+        for (bool inside = false, over = false; !over;) {
+            int flag = 0;
+            MPI_Status status;
+            check(MPI_Iprobe(MPI_ANY_SOURCE, route_tag + routes_, comm_.handle, &flag, &status), "route");
+            if (flag) {
+                int n = 0;
+                check(MPI_Get_count(&status, MPI_DOUBLE, &n), "route");
+                Buffer& in = arrived[status.MPI_SOURCE];
+                in.resize(static_cast<std::size_t>(n));
+                check(MPI_Recv(in.data(), n, MPI_DOUBLE, status.MPI_SOURCE, route_tag + routes_, comm_.handle,
+                               MPI_STATUS_IGNORE),
+                      "route");
+                latest = std::max(latest, in.back());
+                in.pop_back();
+                continue;
+            }
+            if (inside) {
+                check(MPI_Test(&barrier, &flag, MPI_STATUS_IGNORE), "route");
+                over = flag != 0;
+            } else {
+                check(MPI_Testall(narrow(requests_.size()), requests_.data(), &flag, MPI_STATUSES_IGNORE), "route");
+                if (flag) check(MPI_Ibarrier(comm_.handle, &barrier), "route");
+                inside = flag != 0;
+            }
         }
-
-        send_.clear();
-        for (int d = 0; d < size_; ++d) {
-            const Buffer& message = out[0][d];
-            counts_[d] = narrow(message.size());
-            offsets_[d] = narrow(send_.size());
-            send_.insert(send_.end(), message.begin(), message.end());
-            if (d != rank_ && !message.empty()) count(message.size());
-        }
-        std::vector<Buffer> in(1, Buffer(received));
-        check(MPI_Alltoallv(send_.data(), counts_.data(), offsets_.data(), MPI_DOUBLE, in[0].data(), recv_counts.data(),
-                            recv_offsets.data(), MPI_DOUBLE, comm_.handle),
-              "route");
+        std::vector<Buffer> in(1);
+        for (const auto& [source, message] : arrived) in[0].insert(in[0].end(), message.begin(), message.end());
         spent(entry, latest);
         return in;
-    }
-
-    void gather(const std::vector<Buffer>& mine, std::vector<Buffer>& all) override {
-        const double entry = now();
-        check_count(mine.size(), 1, "gather");
-        const int n = narrow(mine[0].size() + 1);
-        send_.resize(mine[0].size() + 1);
-        pack(mine[0], entry, send_.data());
-        if (rank_ == 0) {
-            recv_.resize(lay_out(all, "gather"));
-            std::ranges::fill(recv_, unset);
-        } else {
-            count(mine[0].size());
-        }
-        check(MPI_Gatherv(send_.data(), n, MPI_DOUBLE, recv_.data(), counts_.data(), offsets_.data(), MPI_DOUBLE, 0,
-                          comm_.handle),
-              "gather");
-        double latest = entry;
-        if (rank_ == 0)
-            for (int r = 0; r < size_; ++r) {
-                const double stamp = unpack(recv_.data() + offsets_[r], all[r]);
-                if (std::isnan(stamp)) throw shorter("gather", r);
-                latest = std::max(latest, stamp);
-            }
-        spent(entry, latest);
-    }
-
-    void scatter(const std::vector<Buffer>& all, std::vector<Buffer>& mine) override {
-        const double entry = now();
-        check_count(mine.size(), 1, "scatter");
-        const int n = narrow(mine[0].size() + 1);
-        recv_.assign(mine[0].size() + 1, unset);
-        if (rank_ == 0) {
-            send_.resize(lay_out(all, "scatter"));
-            for (int r = 0; r < size_; ++r) {
-                pack(all[r], entry, send_.data() + offsets_[r]);
-                if (r != 0) count(all[r].size());
-            }
-        }
-        check(MPI_Scatterv(send_.data(), counts_.data(), offsets_.data(), MPI_DOUBLE, recv_.data(), n, MPI_DOUBLE, 0,
-                           comm_.handle),
-              "scatter");
-        const double stamp = unpack(recv_.data(), mine[0]);
-        if (std::isnan(stamp)) throw shorter("scatter", 0);
-        spent(entry, stamp);
     }
 
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
@@ -180,7 +108,7 @@ class Mpi final : public Communicator {
         check_count(mine.size(), 1, "all_gather");
         const std::size_t n = mine[0].size();
         send_.resize(n + 1);
-        recv_.resize(counts_.size() * (n + 1));
+        recv_.resize(static_cast<std::size_t>(size_) * (n + 1));
         pack(mine[0], entry, send_.data());
         check(MPI_Allgather(send_.data(), narrow(n + 1), MPI_DOUBLE, recv_.data(), narrow(n + 1), MPI_DOUBLE,
                             comm_.handle),
@@ -193,9 +121,38 @@ class Mpi final : public Communicator {
             latest = std::max(latest, *stamp);
         }
         if (rank_ != 0) count(n);  // up to rank 0; MPI may do otherwise, the count is that of the contract
-        for (int r = 1; rank_ == 0 && r < size_; ++r) count(counts_.size() * n);  // and down again
+        for (int r = 1; rank_ == 0 && r < size_; ++r) count(static_cast<std::size_t>(size_) * n);  // and down again
         spent(entry, latest);
         return gathered_;
+    }
+
+    // By recursive doubling, log2(size) messages one after the other: MPI_Allreduce may take any order.
+    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+        const double entry = now();
+        check_count(mine.size(), 1, "reduce");
+        const std::size_t n = mine[0].size();
+        if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
+        reduced_.resize(n + 1);
+        recv_.resize(n + 1);
+        pack(mine[0], entry, reduced_.data());  // of the stamps the largest arrives
+        const int p = tree_size(size_), rest = size_ - p;
+        if (rank_ >= p) {
+            send(reduced_, rank_ - p), receive(reduced_, rank_ - p);
+            count(n);
+        } else {
+            if (rank_ < rest) receive(recv_, rank_ + p), combine_in_tree(reduced_, recv_, added);
+            for (int step = 1; step < p; step *= 2) {
+                check(
+                    MPI_Sendrecv(reduced_.data(), narrow(n + 1), MPI_DOUBLE, rank_ ^ step, reduce_tag, recv_.data(),
+                                 narrow(n + 1), MPI_DOUBLE, rank_ ^ step, reduce_tag, comm_.handle, MPI_STATUS_IGNORE),
+                    "reduce");
+                combine_in_tree(reduced_, recv_, added);
+                count(n);
+            }
+            if (rank_ < rest) send(reduced_, rank_ + p), count(n);
+        }
+        spent(entry, reduced_[n]);
+        return std::span(reduced_).first(n);
     }
 
     // The clock of rank 0 [s], as well as this process knows it.
@@ -210,8 +167,95 @@ class Mpi final : public Communicator {
     CommSeconds seconds() const override { return seconds_; }
 
   private:
-    static constexpr int tag = 0;
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();  // where a stamp should arrive
+    static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, first_channel_tag = 4;
+
+    // Of persistent requests. Every message has a stamp behind it, the time at which its sender called start().
+    class Messages final : public Channel {
+      public:
+        Messages(Mpi& comm, const Links& links) : comm_(comm) {
+            std::size_t all = 0;
+            for (const Link& link : links) all += link.send + link.recv + 2;
+            memory_.resize(all);
+            requests_.resize(2 * links.size(), MPI_REQUEST_NULL);
+            statuses_.resize(requests_.size());
+            send_.resize(1), recv_.resize(1);
+            const int tag = comm.next_channel_tag();
+            double* at = memory_.data();
+            for (std::size_t l = 0; l < links.size(); ++l) {
+                const auto& [peer, send, recv] = links[l];
+                recv_[0].emplace_back(at, recv);
+                check(MPI_Recv_init(at, narrow(recv + 1), MPI_DOUBLE, peer, tag, comm.comm_.handle, &requests_[l]),
+                      "open");
+                at += recv + 1;
+                send_[0].emplace_back(at, send);
+                check(MPI_Send_init(at, narrow(send + 1), MPI_DOUBLE, peer, tag, comm.comm_.handle,
+                                    &requests_[links.size() + l]),
+                      "open");
+                at += send + 1;
+                if (peer == comm.rank_) continue;
+                messages_ += 1;
+                doubles_ += send;
+            }
+        }
+        ~Messages() override {
+            int finalised = 0;
+            MPI_Finalized(&finalised);
+            for (MPI_Request& request : requests_)
+                if (!finalised && request != MPI_REQUEST_NULL) MPI_Request_free(&request);
+        }
+        Messages(const Messages&) = delete;
+        Messages& operator=(const Messages&) = delete;
+
+        void start() override {
+            const double entry = comm_.now();
+            for (const auto& message : send_[0]) *(message.data() + message.size()) = entry;
+            if (!requests_.empty()) check(MPI_Startall(narrow(requests_.size()), requests_.data()), "start");
+            comm_.traffic_.messages += messages_;
+            comm_.traffic_.bytes += static_cast<double>(doubles_ * sizeof(double));
+            comm_.spent(entry, entry);
+        }
+        void finish() override {
+            const double entry = comm_.now();
+            // All of them even after an error, for those under way still use our memory.
+            int code = MPI_SUCCESS;
+            for (std::size_t k = 0; k < requests_.size(); ++k) {
+                const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
+                if (code == MPI_SUCCESS) code = failed;
+            }
+            check(code, "finish");
+            double latest = entry;
+            for (std::size_t l = 0; l < recv_[0].size(); ++l) {
+                int n = 0;
+                check(MPI_Get_count(&statuses_[l], MPI_DOUBLE, &n), "finish");
+                if (n != narrow(recv_[0][l].size() + 1))
+                    throw std::logic_error("finish: the message of rank " + std::to_string(statuses_[l].MPI_SOURCE) +
+                                           " to rank " + std::to_string(comm_.rank_) + " is shorter than expected");
+                latest = std::max(latest, *(recv_[0][l].data() + recv_[0][l].size()));
+            }
+            comm_.spent(entry, latest);
+        }
+
+      private:
+        Mpi& comm_;
+        Buffer memory_;
+        std::vector<MPI_Request> requests_;  // of receives, then of sends
+        std::vector<MPI_Status> statuses_;
+        double messages_ = 0;
+        std::size_t doubles_ = 0;
+    };
+
+    // The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
+    // opened one after the other may not be in use at once.
+    int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
+
+    void send(const Buffer& buffer, int peer) {
+        check(MPI_Send(buffer.data(), narrow(buffer.size()), MPI_DOUBLE, peer, reduce_tag, comm_.handle), "reduce");
+    }
+    void receive(Buffer& buffer, int peer) {
+        check(MPI_Recv(buffer.data(), narrow(buffer.size()), MPI_DOUBLE, peer, reduce_tag, comm_.handle,
+                       MPI_STATUS_IGNORE),
+              "reduce");
+    }
 
     // A duplicate of the caller's communicator, so that our messages never meet the caller's.
     struct Duplicate {
@@ -241,20 +285,15 @@ class Mpi final : public Communicator {
         throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
     }
 
-    std::logic_error shorter(const char* call, int source) const {
-        return std::logic_error(std::string(call) + ": the message of rank " + std::to_string(source) + " to rank " +
-                                std::to_string(rank_) + " is shorter than expected");
-    }
-
     static void check_count(std::size_t buffers, std::size_t ranks, const char* call) {
         if (buffers != ranks)
             throw std::logic_error(std::string(call) + ": " + std::to_string(buffers) + " buffers for " +
                                    std::to_string(ranks) + " ranks");
     }
 
-    void check_peer(int peer) const {
+    void check_peer(const char* call, int peer) const {
         if (peer < 0 || peer >= size_)
-            throw std::logic_error("exchange: rank " + std::to_string(rank_) + " has a link to rank " +
+            throw std::logic_error(std::string(call) + ": rank " + std::to_string(rank_) + " has a message for rank " +
                                    std::to_string(peer) + " of " + std::to_string(size_));
     }
 
@@ -265,24 +304,6 @@ class Mpi final : public Communicator {
     }
 
     static void pack(const Buffer& payload, double stamp, double* to) { *std::ranges::copy(payload, to).out = stamp; }
-
-    // Fills the payload and returns the stamp behind it.
-    static double unpack(const double* from, Buffer& payload) {
-        std::copy_n(from, payload.size(), payload.begin());
-        return from[payload.size()];
-    }
-
-    // Counts and offsets of one stamped message per rank; returns the doubles in all.
-    std::size_t lay_out(const std::vector<Buffer>& all, const char* call) {
-        check_count(all.size(), counts_.size(), call);
-        std::size_t total = 0;
-        for (std::size_t r = 0; r < all.size(); ++r) {
-            counts_[r] = narrow(all[r].size() + 1);
-            offsets_[r] = narrow(total);
-            total += all[r].size() + 1;
-        }
-        return total;
-    }
 
     void count(std::size_t doubles) {
         traffic_.messages += 1;
@@ -327,10 +348,9 @@ class Mpi final : public Communicator {
     double offset_ = 0;  // to the clock of rank 0 [s]
 
     // Staging, which only grows.
-    Buffer send_, recv_, gathered_;
-    std::vector<int> counts_, offsets_;
+    Buffer send_, recv_, gathered_, reduced_;
     std::vector<MPI_Request> requests_;
-    std::vector<MPI_Status> statuses_;
+    int routes_ = 0, channels_ = 0;
 
     double work_ = 0;
     Traffic traffic_;

@@ -18,10 +18,10 @@ inline void refuse_together(Communicator& comm, const std::vector<std::string>& 
     std::size_t first = 0;
     while (first < all.size() && all[first] == 0) ++first;
     if (first == all.size()) return;
-    std::vector<std::vector<Buffer>> out(complaints.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
+    std::vector<Outbox> out(complaints.size());
     for (std::size_t k = 0; k < complaints.size(); ++k)
         if (comm.ranks()[k] == static_cast<int>(first))
-            for (Buffer& to : out[k]) to.assign(complaints[k].begin(), complaints[k].end());
+            for (int to = 0; to < comm.size(); ++to) out[k][to].assign(complaints[k].begin(), complaints[k].end());
     const std::vector<Buffer> told = comm.route(out);
     std::string text;
     for (const double letter : told[0]) text += static_cast<char>(letter);

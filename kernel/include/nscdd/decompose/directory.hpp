@@ -14,14 +14,14 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
-inline std::size_t desk(int id, int size) { return static_cast<std::size_t>(id % size); }
+inline int desk(int id, int size) { return id % size; }
 
 }  // namespace detail
 
 // Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
 template <class M>
 void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    auto out = detail::outboxes(parts.size(), comm.size());
+    std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
     std::vector<Buffer> ids = comm.route(out);
@@ -40,11 +40,12 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {
     using Wire = detail::Wire<M>;
     const int size = comm.size();
-    auto holders = detail::outboxes(parts.size(), size), asked = holders, answers = holders;
+    std::vector<Outbox> holders(parts.size()), asked(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
-        for (const auto& g : parts[k].grains)
-            holders[k][detail::desk(g.id, size)].insert(holders[k][detail::desk(g.id, size)].end(),
-                                                        {double(g.id), double(parts[k].rank)});
+        for (const auto& g : parts[k].grains) {
+            Buffer& to = holders[k][detail::desk(g.id, size)];
+            to.insert(to.end(), {double(g.id), double(parts[k].rank)});
+        }
         for (const auto& p : impulses[k])
             if (p.i >= 0) Wire::put(p, asked[k][detail::desk(p.i, size)]);
     }
@@ -58,7 +59,7 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
             const PairImpulse<M> impulse = Wire::impulse(wanted[k].data() + p);
             for (auto h = std::ranges::lower_bound(holdings, detail::Holding{impulse.i, 0});
                  h != holdings.end() && h->grain == impulse.i; ++h)
-                Wire::put(impulse, answers[k][static_cast<std::size_t>(h->rank)]);
+                Wire::put(impulse, answers[k][h->rank]);
         }
     }
     const std::vector<Buffer> received = comm.route(answers);

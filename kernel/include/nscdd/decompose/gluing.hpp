@@ -8,6 +8,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -16,12 +17,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order. Velocities of all
-// copies are one buffer, `dof` doubles a copy.
+// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
 struct Copies {
     int dof = 1;
     std::vector<int> begin{0};
     std::vector<double> inverse_mass;  // of the whole body, bodies x dof
+    std::vector<const double*> from;   // where the velocity of each copy is, dof doubles
+    std::vector<double*> to;           // where it is wanted, null: nowhere; perhaps where it is
 
     int bodies() const { return static_cast<int>(begin.size()) - 1; }
     int count() const { return begin.back(); }
@@ -29,6 +31,8 @@ struct Copies {
         dof = degrees;
         begin.assign(1, 0);
         inverse_mass.clear();
+        from.clear();
+        to.clear();
     }
 };
 
@@ -36,7 +40,7 @@ struct Copies {
 struct ClosedForm {
     static constexpr const char* name = "closed-form";
     void setup(const Copies&) {}
-    void operator()(const Copies& copies, Buffer& v) const {
+    void operator()(const Copies& copies) {
         const auto dof = static_cast<std::size_t>(copies.dof);
         for (std::size_t b = 0; b + 1 < copies.begin.size(); ++b) {
             const auto first = static_cast<std::size_t>(copies.begin[b]),
@@ -44,8 +48,9 @@ struct ClosedForm {
             const double count = static_cast<double>(last - first);
             for (std::size_t d = 0; d < dof; ++d) {
                 double sum = 0;
-                for (std::size_t c = first; c < last; ++c) sum += v[c * dof + d];
-                for (std::size_t c = first; c < last; ++c) v[c * dof + d] = sum / count;
+                for (std::size_t c = first; c < last; ++c) sum += copies.from[c][d];
+                for (std::size_t c = first; c < last; ++c)
+                    if (copies.to[c]) copies.to[c][d] = sum / count;
             }
         }
     }
@@ -89,6 +94,7 @@ class Factorised {
     static constexpr const char* name = "factorised";
 
     void setup(const Copies& copies) {
+        velocity_.resize(copies.count() * copies.dof);
         jumps_ = jump_matrix(copies);
         correction_ = split_inverse_masses(copies).asDiagonal() * jumps_.transpose();
         if (jumps_.rows() == 0) return;
@@ -98,17 +104,22 @@ class Factorised {
             throw std::runtime_error("interface operator X is not positive definite");
     }
 
-    void operator()(const Copies&, Buffer& v) const {
+    void operator()(const Copies& copies) {
         if (jumps_.rows() == 0) return;
-        Eigen::Map<Eigen::VectorXd> velocity(v.data(), static_cast<Eigen::Index>(v.size()));
-        const Eigen::VectorXd multipliers = cholesky_->solve(jumps_ * velocity);  // Delta F_Gamma
-        velocity -= correction_ * multipliers;
+        const auto dof = static_cast<std::ptrdiff_t>(copies.dof);
+        for (std::size_t c = 0; c < copies.from.size(); ++c)
+            std::copy_n(copies.from[c], dof, velocity_.data() + static_cast<std::ptrdiff_t>(c) * dof);
+        const Eigen::VectorXd multipliers = cholesky_->solve(jumps_ * velocity_);  // Delta F_Gamma
+        velocity_ -= correction_ * multipliers;
+        for (std::size_t c = 0; c < copies.to.size(); ++c)
+            if (copies.to[c]) std::copy_n(velocity_.data() + static_cast<std::ptrdiff_t>(c) * dof, dof, copies.to[c]);
     }
 
     const Eigen::SparseMatrix<double>& x() const { return x_; }
 
   private:
     Eigen::SparseMatrix<double> jumps_, correction_, x_;
+    Eigen::VectorXd velocity_;            // of all copies
     std::unique_ptr<Cholesky> cholesky_;  // CHOLMOD's wrapper cannot be moved
 };
 

@@ -13,8 +13,9 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
+// Which copies of its own a subdomain touches, told to the others by channel link l of the k-th hosted rank.
 template <class M>
-void mark_own_activity(Subdomain<M>& part) {
+void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k) {
     std::vector<char> touched(part.grains.size(), 0);
     for (const auto& c : part.problem.contacts)
         touched[static_cast<std::size_t>(c.i)] = touched[static_cast<std::size_t>(c.j)] = 1;
@@ -23,47 +24,48 @@ void mark_own_activity(Subdomain<M>& part) {
     for (std::size_t g = 0; g < part.grains.size(); ++g)
         for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
             if (part.sharers[s] == part.rank) part.active[s] = touched[g];
-    for (std::size_t l = 0; l < part.links.size(); ++l) {
-        part.links[l].send.clear();
-        for (int g : part.linked[l]) part.links[l].send.push_back(touched[static_cast<std::size_t>(g)]);
-        part.links[l].recv.resize(part.links[l].send.size());
-    }
+    for (std::size_t l = 0; l < part.peers.size(); ++l)
+        std::ranges::transform(part.linked[l], channel.send(k, l).begin(),
+                               [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
 }
 
-// Contacts of interface grains to the end of the sweep, so that what is glued knows of all the others: 1 to 2 % fewer
-// iterations than in plain spatial order, 3 % fewer than with these contacts first (8 subdomains, 4,000 spheres).
+// Contacts of interface grains to the front, where a sweep begins: what is glued is then under way while the rest,
+// which does not touch these grains, is swept.
 template <class M>
-void sweep_interface_last(Subdomain<M>& part) {
+void sweep_interface_first(Subdomain<M>& part) {
     std::vector<char> shared(part.grains.size(), 0);
     for (int g : part.interface) shared[static_cast<std::size_t>(g)] = 1;
-    const auto reorder = [](std::vector<Contact<M>>& contacts, std::vector<int>& source, auto&& late) {
+    const auto reorder = [](std::vector<Contact<M>>& contacts, std::vector<int>& source, auto&& early) {
         std::vector<Contact<M>> late_contacts;
         std::vector<int> late_source;
         std::size_t kept = 0;
         for (std::size_t c = 0; c < contacts.size(); ++c) {
-            if (late(contacts[c])) {
-                late_contacts.push_back(contacts[c]);
-                late_source.push_back(source[c]);
-            } else {
+            if (early(contacts[c])) {
                 contacts[kept] = contacts[c];
                 source[kept++] = source[c];
+            } else {
+                late_contacts.push_back(contacts[c]);
+                late_source.push_back(source[c]);
             }
         }
         std::copy(late_contacts.begin(), late_contacts.end(), contacts.begin() + static_cast<std::ptrdiff_t>(kept));
         std::copy(late_source.begin(), late_source.end(), source.begin() + static_cast<std::ptrdiff_t>(kept));
+        return kept;
     };
     const auto interface = [&](int g) { return shared[static_cast<std::size_t>(g)] != 0; };
-    reorder(part.problem.contacts, part.source, [&](const Contact<M>& c) { return interface(c.i) || interface(c.j); });
-    reorder(part.problem.wall_contacts, part.wall_source, [&](const Contact<M>& c) { return interface(c.i); });
+    part.interface_contacts = reorder(part.problem.contacts, part.source,
+                                      [&](const Contact<M>& c) { return interface(c.i) || interface(c.j); });
+    part.interface_wall_contacts =
+        reorder(part.problem.wall_contacts, part.wall_source, [&](const Contact<M>& c) { return interface(c.i); });
 }
 
 template <class M>
-void read_activity(Subdomain<M>& part) {
-    for (std::size_t l = 0; l < part.links.size(); ++l)
+void read_activity(Subdomain<M>& part, const Channel& channel, std::size_t rank) {
+    for (std::size_t l = 0; l < part.peers.size(); ++l)
         for (std::size_t k = 0; k < part.linked[l].size(); ++k) {
             const auto g = static_cast<std::size_t>(part.linked[l][k]);
             for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
-                if (part.sharers[s] == part.links[l].peer) part.active[s] = part.links[l].recv[k] != 0;
+                if (part.sharers[s] == part.peers[l]) part.active[s] = channel.recv(rank, l)[k] != 0;
         }
     part.interface.clear();
     for (std::size_t g = 0; g < part.grains.size(); ++g) {
@@ -89,33 +91,31 @@ int first_active(const Subdomain<M>& part, std::size_t grain) {
 // Which copies count, for every holder of a grain or wall; puts the contacts into the order of the sweep.
 template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
-    std::vector<Links> links(parts.size());
-    std::vector<Buffer> pushed(parts.size());
+    const auto channel = comm.open(links_between(parts, 1));
+    comm.each_rank([&](std::size_t k) { detail::mark_own_activity(parts[k], *channel, k); });
+    channel->start();
+    channel->finish();
+    comm.each_rank([&](std::size_t k) {
+        detail::read_activity(parts[k], *channel, k);
+        detail::sweep_interface_first(parts[k]);
+    });
     const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-        detail::mark_own_activity(parts[k]);
-        links[k].swap(parts[k].links);
-        if (driven) {
-            pushed[k].assign(walls.size(), 0.0);
-            for (const auto& c : parts[k].problem.wall_contacts) pushed[k][static_cast<std::size_t>(c.j)] = 1;
-        }
-    }
-    comm.exchange(links);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-        links[k].swap(parts[k].links);
-        detail::read_activity(parts[k]);
-        if (!parts[k].interface.empty()) detail::sweep_interface_last(parts[k]);
-    }
-    for (auto& part : parts) part.wall_active.clear();
-    if (!driven) return;
-    const auto size = static_cast<std::size_t>(comm.size());
-    const std::span<const double> all = comm.all_gather(pushed);
     for (auto& part : parts) {
-        part.wall_active.assign(walls.size() * size, 0);
-        for (std::size_t r = 0; r < size; ++r)
-            for (std::size_t w = 0; w < walls.size(); ++w)
-                part.wall_active[w * size + r] = walls[w].driven && all[r * walls.size() + w] != 0;
+        part.wall_active.assign(driven ? walls.size() : 0, 0);
+        part.wall_touched = part.wall_active;
+        part.problem.wall_multiplicity.assign(walls.size(), 1);
+        for (const auto& c : part.problem.wall_contacts)
+            if (walls[static_cast<std::size_t>(c.j)].driven) part.wall_active[static_cast<std::size_t>(c.j)] = 1;
     }
+    if (!driven) return;
+    const std::span<const double> touching = reduce(comm, walls.size(), [&parts](std::size_t k) {
+        return Buffer(parts[k].wall_active.begin(), parts[k].wall_active.end());
+    });
+    for (auto& part : parts)
+        for (std::size_t w = 0; w < walls.size(); ++w) {
+            part.wall_touched[w] = touching[w] > 0;
+            part.problem.wall_multiplicity[w] = std::max(1, static_cast<int>(touching[w]));
+        }
 }
 
 // Sets bodies and walls of each problem: V_free and split inverse masses. Mass, inertia and external impulse are all
@@ -140,13 +140,9 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             }
         }
         problem.walls.resize(walls.size());
-        problem.wall_multiplicity.assign(walls.size(), 1);
         for (std::size_t w = 0; w < walls.size(); ++w) {
             problem.walls[w].prescribed = walls[w].velocity;
-            const auto ranks = static_cast<std::ptrdiff_t>(part.wall_active.size() / walls.size());
-            const auto begin = part.wall_active.begin() + static_cast<std::ptrdiff_t>(w) * ranks;
-            const int m = std::max(1, static_cast<int>(std::count(begin, begin + ranks, 1)));
-            problem.wall_multiplicity[w] = m;
+            const int m = problem.wall_multiplicity[w];
             problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
             problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
@@ -157,32 +153,28 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
 // and after a factorised gluing copies agree to round-off only.
 template <class M>
 void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    std::vector<Links> links(parts.size());
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-        Subdomain<M>& part = parts[k];
-        for (std::size_t l = 0; l < part.links.size(); ++l) {
-            Link& link = part.links[l];
-            link.send.clear();
-            for (int g : part.linked[l]) {
-                const auto& v = part.problem.bodies[static_cast<std::size_t>(g)].v;
-                link.send.insert(link.send.end(), v.data(), v.data() + M::dof);
+    const auto channel = comm.open(links_between(parts, M::dof));
+    comm.each_rank([&](std::size_t k) {
+        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+            auto out = channel->send(k, l).begin();
+            for (int g : parts[k].linked[l]) {
+                const auto& v = parts[k].problem.bodies[static_cast<std::size_t>(g)].v;
+                out = std::copy(v.data(), v.data() + M::dof, out);
             }
-            link.recv.resize(link.send.size());
         }
-        links[k].swap(part.links);
-    }
-    comm.exchange(links);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    });
+    channel->start();
+    channel->finish();
+    comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
-        links[k].swap(part.links);
-        for (std::size_t l = 0; l < part.links.size(); ++l)
+        for (std::size_t l = 0; l < part.peers.size(); ++l)
             for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
                 const auto g = static_cast<std::size_t>(part.linked[l][s]);
-                if (detail::first_active(part, g) == part.links[l].peer)
+                if (detail::first_active(part, g) == part.peers[l])
                     part.problem.bodies[g].v =
-                        Eigen::Map<const typename M::Velocity>(part.links[l].recv.data() + s * M::dof);
+                        Eigen::Map<const typename M::Velocity>(channel->recv(k, l).data() + s * M::dof);
             }
-    }
+    });
 }
 
 }  // namespace nscdd

@@ -40,19 +40,134 @@ class Stopwatch {
 template <class M>
 using StepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communicator&, PhaseSeconds&)>;
 
-// The residual of the whole scene, the same bits on every rank.
+namespace detail {
+
+// Alg. 1: a sweep on every subdomain, interface contacts first; while their grains' velocities are under way the rest.
 template <class M>
-ResidualParts scene_residual(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    std::vector<Buffer> mine(parts.size());
-    comm.each_rank([&parts, &mine](std::size_t p) {
-        const auto packed = parts[p].sweeper.residual(parts[p].problem).pack();
-        mine[p].assign(packed.begin(), packed.end());
-    });
-    const std::span<const double> all = comm.all_gather(mine);
-    ResidualParts total;
-    for (std::size_t p = 0; p < all.size(); p += ResidualParts::size) total.add(ResidualParts::unpack(&all[p]));
-    return total;
-}
+class SweptTogether {
+  public:
+    SweptTogether(std::vector<Subdomain<M>>& parts, Communicator& comm, CommunicationScheme<M>& scheme,
+                  const SolveOptions& options, PhaseSeconds& seconds)
+        : parts_(parts),
+          comm_(comm),
+          scheme_(scheme),
+          options_(options),
+          seconds_(seconds),
+          watch_(comm),
+          walls_(parts[0].wall_active.size()),
+          sums_(parts.size(), Buffer(Anderson::largest_window + 1 + walls_)) {
+        comm_.each_rank([this](std::size_t k) {  // before gluing: V_free follows from what the impulses alone have made
+            Subdomain<M>& part = parts_[k];
+            prepare_contacts(part.problem, options_.relaxation);
+            part.sweeper.load(part.problem, options_.relaxation,
+                              {part.interface_contacts, part.interface_wall_contacts});
+        });
+        watch_.lap(seconds_.sweep);
+        scheme_.setup(parts_, comm_);
+        glue();  // the warm start's impulses met split masses
+    }
+
+    const double* iterate(const Anderson* anderson) {
+        const std::function<void(std::size_t)> begin = [this, anderson](std::size_t k) { begin_sweep(k, anderson); };
+        const std::function<void(std::size_t)> end = [this, anderson](std::size_t k) { end_sweep(k, anderson); };
+        comm_.each_rank(begin);
+        watch_.lap(seconds_.sweep);
+        scheme_.start();
+        watch_.lap(seconds_.interface);
+        comm_.each_rank(end);
+        for (std::size_t k = 0; k < parts_.size(); ++k)
+            comm_.charge(static_cast<int>(k), options_.sweeps * static_cast<double>(parts_[k].problem.contact_count()));
+        watch_.lap(seconds_.sweep);
+        scheme_.finish(parts_, comm_);
+        const double* sums = reduce_sums(anderson ? static_cast<std::size_t>(anderson->products()) : 0);
+        watch_.lap(seconds_.interface);
+        return sums;
+    }
+
+    // The same bits on every rank.
+    ResidualParts residual() {
+        const auto parts = nscdd::reduce(comm_, ResidualParts::added, [this](std::size_t k) {
+            const auto packed = parts_[k].sweeper.residual(parts_[k].problem).pack();
+            return Buffer(packed.begin(), packed.end());
+        });
+        watch_.lap(seconds_.sweep);
+        return ResidualParts::unpack(parts.data());
+    }
+
+    void restore_velocities() {
+        comm_.each_rank([this](std::size_t k) { parts_[k].sweeper.restore_velocities(parts_[k].problem); });
+        watch_.lap(seconds_.sweep);
+        glue();
+    }
+
+    double least_radius() const { return parts_[0].problem.least_radius; }
+
+    void store() {
+        comm_.each_rank([this](std::size_t k) { parts_[k].sweeper.store(parts_[k].problem); });
+    }
+
+  private:
+    using Pass = typename Sweeper<M>::Pass;
+
+    // All sweeps of the iteration but the last one's second pass. The accelerated sweep is the first one.
+    void begin_sweep(std::size_t k, const Anderson* anderson) {
+        ContactProblem<M>& problem = parts_[k].problem;
+        Sweeper<M>& sweeper = parts_[k].sweeper;
+        const Pass pass = options_.sweeps > 1 ? Pass::all : Pass::first;
+        if (anderson) {
+            sweeper.accelerate(problem, options_.window);
+            products_[k] = {};
+            sweeper.sweep(problem, *anderson, products_[k], pass);
+        } else {
+            sweeper.sweep(problem, pass);
+        }
+        for (int s = 1; s < options_.sweeps; ++s)
+            sweeper.sweep(problem, s + 1 < options_.sweeps ? Pass::all : Pass::first);
+        scheme_.pack(parts_[k], k);
+    }
+
+    void end_sweep(std::size_t k, const Anderson* anderson) {
+        if (anderson && options_.sweeps == 1)
+            parts_[k].sweeper.sweep(parts_[k].problem, *anderson, products_[k], Pass::rest);
+        else
+            parts_[k].sweeper.sweep(parts_[k].problem, Pass::rest);
+    }
+
+    void glue() {
+        nscdd::glue(scheme_, parts_, comm_);
+        reduce_sums(0);
+        watch_.lap(seconds_.interface);
+    }
+
+    // Sums the products, and glues driven walls: each takes the mean of the copies that touch it. Returns the products.
+    const double* reduce_sums(std::size_t products) {
+        if (products + walls_ == 0) return nullptr;
+        for (std::size_t k = 0; k < parts_.size(); ++k) {
+            sums_[k].resize(products + walls_);
+            std::copy_n(products_[k].begin(), products, sums_[k].begin());
+            for (std::size_t w = 0; w < walls_; ++w)
+                sums_[k][products + w] = parts_[k].wall_active[w] ? parts_[k].problem.walls[w].speed : 0;
+        }
+        const std::span<const double> total = comm_.reduce(sums_, products + walls_);
+        for (Subdomain<M>& part : parts_)
+            for (std::size_t w = 0; w < walls_; ++w)
+                if (part.wall_touched[w])
+                    part.problem.walls[w].speed = total[products + w] / part.problem.wall_copies(w);
+        return total.data();
+    }
+
+    std::vector<Subdomain<M>>& parts_;
+    Communicator& comm_;
+    CommunicationScheme<M>& scheme_;
+    const SolveOptions& options_;
+    PhaseSeconds& seconds_;
+    Stopwatch watch_;
+    std::size_t walls_;  // 0 where none is driven
+    std::vector<Buffer> sums_;
+    std::vector<Anderson::Products> products_{sums_.size()};
+};
+
+}  // namespace detail
 
 // In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
 // all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
@@ -60,76 +175,9 @@ template <class M>
 SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, CommunicationScheme<M>& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds) {
     check_options(options);
-    Stopwatch watch(comm);
-    Anderson anderson(options.window);
-    Buffer product(anderson.products());
-    std::vector<Buffer> products(parts.size(), product);
-    const std::function<void(std::size_t)> load = [&](std::size_t p) {
-        prepare_contacts(parts[p].problem, options.relaxation);
-        parts[p].sweeper.load(parts[p].problem, options.relaxation);
-    };
-    SolveReport report;
-    bool accelerated = false;
-    const std::function<void(std::size_t)> iterate = [&](std::size_t p) {
-        ContactProblem<M>& problem = parts[p].problem;
-        Sweeper<M>& sweeper = parts[p].sweeper;
-        if (accelerated) {
-            sweeper.accelerate(problem, options.window);
-            std::copy_n(sweeper.sweep(problem, anderson).begin(), product.size(), products[p].begin());
-        } else {
-            sweeper.sweep(problem);
-        }
-        for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
-        sweeper.store(problem, parts[p].interface);
-    };
-    const std::function<void(std::size_t)> take_glued = [&](std::size_t p) {
-        parts[p].sweeper.load(parts[p].problem, parts[p].interface);
-    };
-    const std::function<void(std::size_t)> restore_velocities = [&](std::size_t p) {
-        parts[p].sweeper.restore_velocities(parts[p].problem);
-        parts[p].sweeper.store(parts[p].problem, parts[p].interface);
-    };
-    comm.each_rank(load);  // before gluing: V_free follows from what the impulses alone have made of the copies
-    watch.lap(seconds.sweep);
-    scheme.setup(parts, comm);
-    scheme.glue(parts, comm);  // the warm start's impulses met split masses: let the copies agree
-    comm.each_rank(take_glued);
-    watch.lap(seconds.interface);
-    ResidualParts residual;
-    bool over = false;
-    while (!over) {
-        accelerated = pays_to_accelerate(options, report, residual.contacts);
-        const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) {
-            comm.each_rank(iterate);
-            for (std::size_t p = 0; p < parts.size(); ++p)
-                comm.charge(static_cast<int>(p),
-                            options.sweeps * static_cast<double>(parts[p].problem.contact_count()));
-            watch.lap(seconds.sweep);
-            scheme.glue(parts, comm);
-            comm.each_rank(take_glued);
-            if (accelerated) {
-                sum_in_rank_order(comm.all_gather(products), product);
-                anderson.update(product.data());
-            }
-            watch.lap(seconds.interface);
-        }
-        report.iterations += count;
-        residual = scene_residual(parts, comm);
-        over = finished(residual, options, parts.front().problem.least_radius, report);
-        if (over && anderson.parted()) {
-            comm.each_rank(restore_velocities);
-            watch.lap(seconds.sweep);
-            scheme.glue(parts, comm);
-            comm.each_rank(take_glued);
-            watch.lap(seconds.interface);
-            anderson.forget();
-            residual = scene_residual(parts, comm);
-            over = finished(residual, options, parts.front().problem.least_radius, report);
-        }
-        watch.lap(seconds.sweep);
-    }
-    comm.each_rank([&parts](std::size_t p) { parts[p].sweeper.store(parts[p].problem); });
+    detail::SweptTogether<M> system(parts, comm, scheme, options, seconds);
+    const SolveReport report = iterate(system, options);
+    system.store();
     return report;
 }
 

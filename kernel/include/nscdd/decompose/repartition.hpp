@@ -80,12 +80,6 @@ struct Wire {  // records as doubles
     }
 };
 
-using Outboxes = std::vector<std::vector<Buffer>>;  // [hosted rank][destination]
-
-inline Outboxes outboxes(std::size_t hosted, int size) {
-    return Outboxes(hosted, std::vector<Buffer>(static_cast<std::size_t>(size)));
-}
-
 }  // namespace detail
 
 // Hands the impulses to the candidates they belong to; others are ignored.
@@ -141,18 +135,17 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
     };
     constexpr int nobody = std::numeric_limits<int>::max();  // sorts behind all ranks
     std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
-    Outboxes to_home = outboxes(parts.size(), comm.size());
+    std::vector<Outbox> to_home(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (uses[k][g] == Use::here_only) continue;
             const Grain<M>& grain = parts[k].grains[g];
             const int home = partition.owner(grain.position);
             if (home == parts[k].rank) listed[k].push_back({grain.id, nobody});
-            if (uses[k][g] == Use::here) put({grain.id, parts[k].rank}, to_home[k][static_cast<std::size_t>(home)]);
+            if (uses[k][g] == Use::here) put({grain.id, parts[k].rank}, to_home[k][home]);
         }
     const std::vector<Buffer> at_home = comm.route(to_home);
 
-    Outboxes answers = outboxes(parts.size(), comm.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::vector<Holding>& list = listed[k];
         read(at_home[k], list);
@@ -162,7 +155,7 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
             const auto next = last + 1;
             if (first == last) (last++)->rank = parts[k].rank;
             for (auto to = first; to != last; ++to)
-                for (auto h = first; h != last; ++h) put(*h, answers[k][static_cast<std::size_t>(to->rank)]);
+                for (auto h = first; h != last; ++h) put(*h, answers[k][to->rank]);
             first = next;
         }
     }
@@ -171,7 +164,7 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
     return holdings;
 }
 
-// Drops grains that nobody here needs and sets sharers and links.
+// Drops grains that nobody here needs and sets sharers and peers.
 template <class M>
 void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::vector<Holding>& holdings) {
     std::vector<int> renamed(part.grains.size(), -1);
@@ -201,11 +194,11 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
     }
     for (auto& c : part.wall_pairs) c.i = renamed[static_cast<std::size_t>(c.i)];
 
-    part.links.clear();
+    part.peers.clear();
     part.linked.clear();
     for (auto& [peer, grains] : shared) {
         std::sort(grains.begin(), grains.end());
-        part.links.push_back({peer, {}, {}});
+        part.peers.push_back(peer);
         part.linked.emplace_back();
         for (const auto& entry : grains) part.linked.back().push_back(entry.second);
     }
@@ -238,21 +231,20 @@ template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius) {
     using Wire = detail::Wire<M>;
-    detail::Outboxes grains = detail::outboxes(parts.size(), comm.size());
-    detail::Outboxes impulses = grains;
+    std::vector<Outbox> grains(parts.size()), impulses(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const Subdomain<M>& part = parts[k];
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
             partition.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
-                                   [&](int rank) { Wire::put(grain, grains[k][static_cast<std::size_t>(rank)]); });
+                                   [&](int rank) { Wire::put(grain, grains[k][rank]); });
         }
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
                 p.j < 0 ? xi : typename M::Vec(0.5 * (xi + part.grains[static_cast<std::size_t>(c.j)].position));
-            Wire::put(p, impulses[k][static_cast<std::size_t>(partition.owner(midpoint))]);
+            Wire::put(p, impulses[k][partition.owner(midpoint)]);
         });
     }
     const std::vector<Buffer> received = comm.route(grains);

@@ -31,8 +31,8 @@ struct Subdomain {
     std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found
     std::vector<Candidate<M>> pairs, wall_pairs;
     std::vector<int> sharer_begin{0}, sharers;  // ranks with a copy of each grain, ascending, this one included
-    Links links;                                // to every rank that shares a grain
-    std::vector<std::vector<int>> linked;       // per link: the grains shared, by ascending id
+    std::vector<int> peers;                     // ranks that share a grain with this one, ascending
+    std::vector<std::vector<int>> linked;       // per peer: the grains shared, by ascending id
 
     // Set by the fine detection of each step (fine.hpp, multiplicity.hpp).
     ContactProblem<M> problem;
@@ -40,7 +40,10 @@ struct Subdomain {
     std::vector<int> source, wall_source;  // candidate of each contact
     std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
     std::vector<int> interface;            // grains with this and another active copy, by ascending id
-    std::vector<int> wall_active;  // per wall and rank (wall * size + rank) of driven walls; empty where none is
+    // Where a wall is driven, per wall; else empty: is it driven and has a contact here in this step, or anywhere?
+    std::vector<char> wall_active, wall_touched;
+    // Contacts of interface grains, at the front of the problem's lists: they are swept first.
+    std::size_t interface_contacts = 0, interface_wall_contacts = 0;
 
     std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
     std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }
@@ -55,5 +58,17 @@ struct Subdomain {
         return count > 0 ? count : 1;
     }
 };
+
+// Links of the subdomains with their peers, for so many doubles a grain that they share.
+template <class M>
+std::vector<Links> links_between(const std::vector<Subdomain<M>>& parts, std::size_t doubles) {
+    std::vector<Links> links(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+            const std::size_t size = parts[k].linked[l].size() * doubles;
+            links[k].push_back({parts[k].peers[l], size, size});
+        }
+    return links;
+}
 
 }  // namespace nscdd

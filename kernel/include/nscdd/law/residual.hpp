@@ -61,7 +61,7 @@ struct ResidualParts {
     // A change of velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
     double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
 
-    static constexpr std::size_t size = 11;
+    static constexpr std::size_t size = 11, added = 9;  // numbers; those of them that are sums, the first
     std::array<double, size> pack() const {
         return {change, energy,        next_energy,    round_off,   contacts, work,
                 made,   turned.energy, turned.quartic, penetration, miss};

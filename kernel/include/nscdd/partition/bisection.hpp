@@ -135,31 +135,28 @@ class Bisector {
 
     // To the box of a piece's points, along whose longest side it is cut. Pieces without points keep theirs.
     void shrink_to_points() {
-        constexpr double none = std::numeric_limits<double>::infinity();
+        constexpr double none = -std::numeric_limits<double>::infinity();
         constexpr std::size_t size = 2 * M::dim;
         std::vector<Buffer> mine(points_.size(), Buffer(pieces_.size() * size, none));
         visit_points([&](std::size_t k, std::size_t piece, const Vec& x) {
             for (std::size_t d = 0; d < M::dim; ++d) {
-                double& low = mine[k][piece * size + d];
-                double& high = mine[k][piece * size + M::dim + d];  // with sign turned
-                low = std::min(low, x[static_cast<int>(d)]);
-                high = std::min(high, -x[static_cast<int>(d)]);
+                double& low = mine[k][piece * size + d];  // with sign turned
+                double& high = mine[k][piece * size + M::dim + d];
+                low = std::max(low, -x[static_cast<int>(d)]);
+                high = std::max(high, x[static_cast<int>(d)]);
             }
         });
-        const std::span<const double> all = comm_.all_gather(mine);
-        Buffer least(pieces_.size() * size, none);
-        for (std::size_t p = 0; p < all.size(); ++p)
-            least[p % least.size()] = std::min(least[p % least.size()], all[p]);
+        const std::span<const double> most = comm_.reduce(mine, 0);
         for (std::size_t p = 0; p < pieces_.size(); ++p) {
             Piece& piece = pieces_[p];
-            const double* box = &least[p * size];
-            if (box[0] < none) {
-                piece.low = Eigen::Map<const Vec>(box);
-                piece.high = -Eigen::Map<const Vec>(box + M::dim);
+            const double* box = &most[p * size];
+            if (box[0] > none) {
+                piece.low = -Eigen::Map<const Vec>(box);
+                piece.high = Eigen::Map<const Vec>(box + M::dim);
             }
             (piece.high - piece.low).maxCoeff(&piece.axis);
             piece.from = piece.low[piece.axis];
-            piece.to = std::nextafter(piece.high[piece.axis], none);
+            piece.to = std::nextafter(piece.high[piece.axis], -none);
         }
     }
 
@@ -173,8 +170,7 @@ class Bisector {
             const int at = x < piece.from ? 0 : x < piece.to ? 1 + piece.slice(x) : slices + 1;
             ++mine[k][p * size + static_cast<std::size_t>(at)];
         });
-        Buffer counts(pieces_.size() * size);
-        sum_in_rank_order(comm_.all_gather(mine), counts);
+        const std::span<const double> counts = comm_.reduce(mine, pieces_.size() * size);
         for (std::size_t p = 0; p < pieces_.size(); ++p) {
             Piece& piece = pieces_[p];
             const auto count = counts.begin() + static_cast<std::ptrdiff_t>(p * size);

@@ -211,7 +211,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     const CellTable<M> number(cells, box.low, edge, numbered, static_cast<int>(count));  // owner: the cell itself
 
     // cell, the other cell or -1, contacts
-    std::vector<std::vector<Buffer>> out(parts.size(), std::vector<Buffer>(static_cast<std::size_t>(comm.size())));
+    std::vector<Outbox> out(parts.size()), table(parts.size());
     const bool candidates = any_candidates(parts, comm);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::map<std::pair<int, int>, double> counted;
@@ -228,7 +228,6 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
             out[k][0].insert(out[k][0].end(), {double(pair.first), double(pair.second), contacts});
     }
     const std::vector<Buffer> in = comm.route(out);
-    std::vector<Buffer> all, mine(parts.size(), Buffer(count));
     if (comm.ranks()[0] == 0) {
         CellGraph graph;
         graph.contacts.assign(count, 0);
@@ -240,11 +239,11 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
         std::vector<int> owner = graph.part(comm.size());
         fill_owners(cells, owner);
         owner.resize(count, -1);
-        all.assign(static_cast<std::size_t>(comm.size()), Buffer(owner.begin(), owner.end()));
+        for (int rank = 0; rank < comm.size(); ++rank) table[0][rank].assign(owner.begin(), owner.end());
     }
-    comm.scatter(all, mine);
-    if (mine[0][0] < 0) throw std::runtime_error("METIS finds no partition into " + std::to_string(comm.size()));
-    return CellTable<M>(cells, box.low, edge, std::vector<int>(mine[0].begin(), mine[0].end()), comm.size());
+    const std::vector<Buffer> told = comm.route(table);
+    if (told[0][0] < 0) throw std::runtime_error("METIS finds no partition into " + std::to_string(comm.size()));
+    return CellTable<M>(cells, box.low, edge, std::vector<int>(told[0].begin(), told[0].end()), comm.size());
 }
 
 }  // namespace detail

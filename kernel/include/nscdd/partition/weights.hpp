@@ -28,22 +28,15 @@ double candidate_count(const Subdomain<M>& part) {
 // Whether any process has a candidate. Collective.
 template <class M>
 bool any_candidates(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    std::vector<Buffer> mine;
-    for (const auto& part : parts) mine.push_back({candidate_count(part)});
-    return std::ranges::any_of(comm.all_gather(mine), [](double count) { return count > 0; });
+    return reduce(comm, 0, [&parts](std::size_t k) { return Buffer{candidate_count(parts[k])}; })[0] > 0;
 }
 
 // Busiest rank over mean; 1 where there is nothing to do. Collective.
 template <class M>
 double measure_imbalance(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    std::vector<Buffer> mine;
-    for (const auto& part : parts) mine.push_back({candidate_count(part)});
-    double most = 0, sum = 0;
-    for (const double count : comm.all_gather(mine)) {
-        most = std::max(most, count);
-        sum += count;
-    }
-    return sum > 0 ? most * comm.size() / sum : 1;
+    const auto count = [&parts](std::size_t k) { return Buffer(2, candidate_count(parts[k])); };
+    const std::span<const double> all = reduce(comm, 1, count);
+    return all[0] > 0 ? all[1] * comm.size() / all[0] : 1;
 }
 
 }  // namespace nscdd

@@ -40,6 +40,7 @@ struct BatchGroup {
     AlignedDoubles data;           // of each batch: the fields
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
     std::size_t count = 0;         // batches
+    std::size_t first = 0;         // of them with the contacts that are swept first
     bool driven = false;           // with walls of which any is
 
     static constexpr std::size_t lanes = Packet::width;

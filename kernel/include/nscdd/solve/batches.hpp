@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "nscdd/core/abi.hpp"
@@ -16,14 +17,13 @@ struct Batches {
 
     std::vector<int> contact;  // `lanes` indices a batch; -1 pads
 
-    // Greedy within a window that moves along the order given, so that this order hardly changes.
+    // Appends batches. Greedy within a window that moves along the order given, so that this order hardly changes.
     //   order                 the contacts, by index
     //   most                  contacts of a batch, at most `lanes`; the lanes left over are padded
     //   together(first, c)    may c be in a batch whose first contact is `first`?
     //   touched(c, visit)     calls visit(body) for each body, numbered below `bodies`, that c changes
-    void deal(const std::vector<int>& order, int lanes, std::size_t bodies, int window, int most, auto&& together,
+    void deal(std::span<const int> order, int lanes, std::size_t bodies, int window, int most, auto&& together,
               auto&& touched) {
-        contact.clear();
         taken_.assign(bodies, -apart);
         window_.clear();
         std::size_t head = 0;

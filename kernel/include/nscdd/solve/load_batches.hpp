@@ -7,34 +7,34 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The order in which load_batches() deals contacts: as they come, but where walls are driven each comes once in a
-// batch, in turn with the others.
+// The order in which load_batches() deals contacts begin to end: as they come, but where walls are driven each comes
+// once in a batch, in turn with the others.
 template <bool wall, class M>
-void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::vector<int>& turns) {
-    turns.resize(contacts.size());
-    std::iota(turns.begin(), turns.end(), 0);
+void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t begin,
+                std::size_t end, std::vector<int>& turns) {
+    turns.resize(end - begin);
+    std::iota(turns.begin(), turns.end(), static_cast<int>(begin));
     if (wall && problem.driven_walls()) {
-        std::vector<int> before(contacts.size()), seen(problem.walls.size(), 0);  // of the same wall
-        for (std::size_t c = 0; c < contacts.size(); ++c) before[c] = seen[static_cast<std::size_t>(contacts[c].j)]++;
-        std::stable_sort(turns.begin(), turns.end(), [&before](int a, int b) {
-            return before[static_cast<std::size_t>(a)] < before[static_cast<std::size_t>(b)];
-        });
+        std::vector<int> before(end - begin), seen(problem.walls.size(), 0);  // of the same wall
+        const auto of = [&](int c) -> int& { return before[static_cast<std::size_t>(c) - begin]; };
+        for (const int c : turns) of(c) = seen[static_cast<std::size_t>(contacts[static_cast<std::size_t>(c)].j)]++;
+        std::stable_sort(turns.begin(), turns.end(), [&of](int a, int b) { return of(a) < of(b); });
     }
 }
 
 // Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
-// `turns`: for its memory.
+// The first `first` contacts get batches of their own. `turns`: for its memory.
 template <bool wall, class M>
-bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BodyRows<M>& rows,
-                  BatchGroup<M>& group, std::vector<int>& turns) {
+bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
+                  BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& turns) {
     using Layout = BatchLayout<M>;
     constexpr std::size_t lanes = Packet::width;
     const std::size_t bodies = problem.bodies.size();
     const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
     // a batch has one coefficient of friction, and open contacts keep to themselves: see Sweeper::stays_open()
-    const auto together = [&](int first, int c) {
-        if (!wall && at(first).r.isZero(0) != at(c).r.isZero(0)) return false;
-        if constexpr (M::friction) return at(first).friction_coefficient == at(c).friction_coefficient;
+    const auto together = [&](int head, int c) {
+        if (!wall && at(head).r.isZero(0) != at(c).r.isZero(0)) return false;
+        if constexpr (M::friction) return at(head).friction_coefficient == at(c).friction_coefficient;
         return true;
     };
     group.driven = wall && problem.driven_walls();
@@ -44,8 +44,14 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
     const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
-    find_turns<wall>(problem, contacts, turns);
-    group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
+    const auto deal = [&](std::size_t begin, std::size_t end) {
+        find_turns<wall>(problem, contacts, begin, end, turns);
+        group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
+    };
+    group.batches.contact.clear();
+    deal(0, first);
+    group.first = group.batches.contact.size() / lanes;
+    deal(first, contacts.size());
 
     const std::vector<int>& order = group.batches.contact;
     group.count = order.size() / lanes;

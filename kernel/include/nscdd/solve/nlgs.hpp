@@ -4,43 +4,47 @@
 #pragma once
 
 #include "nscdd/core/validate.hpp"
-#include "nscdd/solve/options.hpp"
+#include "nscdd/solve/iteration.hpp"
 #include "nscdd/solve/sweeper.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
+
+namespace detail {
+
+template <class M>
+struct SweptAlone {
+    ContactProblem<M>& problem;
+    const SolveOptions& options;
+    Sweeper<M>& sweeper;
+    Anderson::Products products{};
+
+    const double* iterate(const Anderson* anderson) {
+        if (anderson) {
+            sweeper.accelerate(problem, options.window);
+            products = {};
+            sweeper.sweep(problem, *anderson, products);
+        } else {
+            sweeper.sweep(problem);
+        }
+        for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
+        return products.data();
+    }
+    ResidualParts residual() const { return sweeper.residual(problem); }
+    void restore_velocities() { sweeper.restore_velocities(problem); }
+    double least_radius() const { return problem.least_radius; }
+};
+
+}  // namespace detail
 
 // nlgs() of a problem that validate() has let pass, or that our own detection has filled.
 template <class M>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     check_options(options);
-    SolveReport report;
-    ResidualParts residual;
-    if (problem.contact_count() == 0) return report;
+    if (problem.contact_count() == 0) return {};
     prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation);
-    Anderson anderson(options.window);
-    bool over = false;
-    while (!over) {
-        const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
-        if (accelerated) sweeper.accelerate(problem, options.window);
-        const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) {
-            if (accelerated)
-                anderson.update(sweeper.sweep(problem, anderson).data());
-            else
-                sweeper.sweep(problem);
-            for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
-        }
-        report.iterations += count;
-        residual = sweeper.residual(problem);
-        over = finished(residual, options, problem.least_radius, report);
-        if (over && anderson.parted()) {
-            sweeper.restore_velocities(problem);
-            anderson.forget();
-            residual = sweeper.residual(problem);
-            over = finished(residual, options, problem.least_radius, report);
-        }
-    }
+    detail::SweptAlone<M> system{problem, options, sweeper};
+    const SolveReport report = iterate(system, options);
     sweeper.store(problem);
     return report;
 }

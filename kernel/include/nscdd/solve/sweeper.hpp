@@ -17,12 +17,18 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class Sweeper {
   public:
+    // What a sweep takes: all contacts, or those at the front of the problem's lists, or the rest.
+    enum class Pass { all, first, rest };
+    struct Front {
+        std::size_t contacts = 0, wall_contacts = 0;
+    };
+
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
-    // it is, and is swept contact by contact.
-    void load(const ContactProblem<M>& problem, double relaxation = 1) {
+    // it is, and is swept contact by contact, all of it in the first pass.
+    void load(const ContactProblem<M>& problem, double relaxation = 1, Front front = {}) {
         rows_.begin(problem);
-        batched_ = load_batches<false>(problem, problem.contacts, rows_, grains_, turns_);
-        batched_ &= load_batches<true>(problem, problem.wall_contacts, rows_, walls_, turns_);
+        batched_ = load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, turns_);
+        batched_ &= load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, turns_);
         rows_.load(problem);
         wall_share_.assign(problem.walls.size(), 1.0);
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
@@ -52,29 +58,30 @@ class Sweeper {
 
     int window() const { return window_; }  // 0: not accelerated
 
-    // One pass over all contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
-    void sweep(ContactProblem<M>& problem) {
-        if (!batched_) return nscdd::sweep(problem);
-        find_open();
-        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, Unaccelerated{}); });
-        sweep_group<Rows<Layout::row>>(problem, grains_, Unaccelerated{});
+    // One pass over the contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
+    void sweep(ContactProblem<M>& problem, Pass pass = Pass::all) {
+        if (!batched_) {
+            if (pass != Pass::rest) nscdd::sweep(problem);
+            return;
+        }
+        if (pass != Pass::rest) find_open();
+        sweep_groups(problem, pass, Unaccelerated{});
     }
 
-    // The same from the combination of iterates that `anderson` says. Returns the products that it asks for, of this
+    // The same from the combination of iterates that `anderson` says. Adds to the products that it asks for, of this
     // subdomain.
-    Anderson::Products sweep(ContactProblem<M>& problem, const Anderson& anderson) {
-        combine_velocities(problem, anderson);
-        Anderson::Products products{};
+    void sweep(ContactProblem<M>& problem, const Anderson& anderson, Anderson::Products& products,
+               Pass pass = Pass::all) {
+        if (pass != Pass::rest) combine_velocities(problem, anderson);
         if (!batched_) {
-            nscdd::sweep(problem, OneByOne<M>{anderson, metric_.data(), past_.data(), products});
-            return products;
+            if (pass != Pass::rest)
+                nscdd::sweep(problem, OneByOne<M>{anderson, metric_.data(), past_.data(), products});
+            return;
         }
-        find_open();
+        if (pass != Pass::rest) find_open();
         BatchByBatch<M> batches{anderson, {}};
-        with_walls([&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, batches); });
-        sweep_group<Rows<Layout::row>>(problem, grains_, batches);
-        for (std::size_t p = 0; p < anderson.products(); ++p) products[p] = sum(batches.products[p]);
-        return products;
+        sweep_groups(problem, pass, batches);
+        for (std::size_t p = 0; p < anderson.products(); ++p) products[p] += sum(batches.products[p]);
     }
 
     // As residual_parts(problem), of the velocities and impulses held here.
@@ -104,16 +111,17 @@ class Sweeper {
         store_impulses(walls_, problem.wall_contacts);
     }
 
-    // Velocities of some bodies, to be glued, into the problem and from there.
-    void store(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
-        if (!batched_) return;
-        for (int g : bodies)
-            problem.bodies[static_cast<std::size_t>(g)].v = rows_.velocity(static_cast<std::size_t>(g));
+    // Of one body, to be glued. `problem` is that of load().
+    typename M::Velocity velocity(const ContactProblem<M>& problem, int body) const {
+        const auto b = static_cast<std::size_t>(body);
+        return batched_ ? rows_.velocity(b) : problem.bodies[b].v;
     }
-    void load(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
-        if (!batched_) return;
-        for (int g : bodies)
-            rows_.set_velocity(static_cast<std::size_t>(g), problem.bodies[static_cast<std::size_t>(g)].v);
+    void set_velocity(ContactProblem<M>& problem, int body, const typename M::Velocity& v) {
+        const auto b = static_cast<std::size_t>(body);
+        if (batched_)
+            rows_.set_velocity(b, v);
+        else
+            problem.bodies[b].v = v;
     }
 
     bool batched() const { return batched_; }
@@ -226,11 +234,20 @@ class Sweeper {
         }
     }
 
+    // Walls first: 1 % fewer iterations than last.
+    void sweep_groups(ContactProblem<M>& problem, Pass pass, auto&& acceleration) {
+        with_walls(
+            [&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, pass, acceleration); });
+        sweep_group<Rows<Layout::row>>(problem, grains_, pass, acceleration);
+    }
+
     template <class Other>
-    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, auto&& acceleration) {
+    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, Pass pass, auto&& acceleration) {
         const Packet stretch(stretch_);
-        const std::size_t fetched = group.streams() ? group.count : 0;
-        for (std::size_t k = 0; k < group.count; ++k) {
+        const std::size_t begin = pass == Pass::rest ? group.first : 0,
+                          end = pass == Pass::first ? group.first : group.count;
+        const std::size_t fetched = group.streams() ? end : 0;
+        for (std::size_t k = begin; k < end; ++k) {
             if (k + ahead < fetched) {
                 group.prefetch(k + ahead);
                 acceleration.prefetch(group, k + ahead);

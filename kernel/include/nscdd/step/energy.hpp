@@ -1,8 +1,6 @@
 // The energy balance of one step: what gravity, walls and contacts did to the kinetic energy. Collective.
 #pragma once
 
-#include <array>
-
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/subdomain.hpp"
 
@@ -26,9 +24,9 @@ struct StepEnergy {
 template <class M>
 StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                        const typename M::Vec& gravity, double h) {
-    std::vector<Buffer> mine;
     ContactProblem<M> mean;
-    for (const Subdomain<M>& part : parts) {
+    const std::span<const double> sum = reduce(comm, 6, [&](std::size_t k) {
+        const Subdomain<M>& part = parts[k];
         StepEnergy e;
         mean.bodies = part.problem.bodies;
         mean.walls = part.problem.walls;
@@ -60,10 +58,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             add(c, WithWall{});
             e.walls += impulse_vector<M>(c.r, c.normal).dot(walls[static_cast<std::size_t>(c.j)].velocity);
         }
-        mine.push_back({e.before, e.kinetic, e.external, e.walls, e.normal, e.friction});
-    }
-    std::array<double, 6> sum;
-    sum_in_rank_order(comm.all_gather(mine), sum);
+        return Buffer{e.before, e.kinetic, e.external, e.walls, e.normal, e.friction};
+    });
     StepEnergy total{sum[0], sum[1], sum[2], sum[3], sum[4], sum[5]};
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (!walls[w].driven) continue;

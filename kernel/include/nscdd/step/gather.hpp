@@ -33,7 +33,7 @@ struct GatheredContact {
 template <class M>
 std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();
-    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (!parts[k].primary(g)) continue;
@@ -57,7 +57,7 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation) {
 template <class M>
 RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();
-    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
             if (parts[k].primary(g)) {
@@ -86,7 +86,7 @@ template <class M>
 std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation) {
     constexpr std::size_t size = 5 + 2 * M::dim;
     const auto& parts = simulation.parts();
-    auto out = detail::outboxes(parts.size(), simulation.comm().size());
+    std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
         const auto put = [&](const Contact<M>& c, int j, double gap) {

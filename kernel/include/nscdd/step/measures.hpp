@@ -1,8 +1,6 @@
 // What a state weighs: sums over the scene, for checks and reports. Collective.
 #pragma once
 
-#include <array>
-
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -32,8 +30,8 @@ Measures<M> measure(const Simulation<M>& simulation) {
     constexpr int dim = M::dim, turns = Measures<M>::turns;
     constexpr std::size_t size = 1 + dim + turns + dim * dim + 4;
     const double h = simulation.settings().h;
-    std::vector<Buffer> sums, overlaps;
-    for (const auto& part : simulation.parts()) {
+    const std::span<const double> all = reduce(simulation.comm(), size, [&](std::size_t part_index) {
+        const Subdomain<M>& part = simulation.parts()[part_index];
         Measures<M> m;
         m.angular_momentum.setZero();
         std::vector<int> carried(part.grains.size(), 0);
@@ -78,25 +76,22 @@ Measures<M> measure(const Simulation<M>& simulation) {
         // part
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
-        Buffer& out = sums.emplace_back(Buffer{m.kinetic_energy});
+        Buffer out{m.kinetic_energy};
         out.insert(out.end(), m.momentum.data(), m.momentum.data() + dim);
         out.insert(out.end(), m.angular_momentum.data(), m.angular_momentum.data() + turns);
         out.insert(out.end(), m.virial.data(), m.virial.data() + dim * dim);
-        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched});
-        overlaps.push_back({m.largest_overlap});
-    }
-    std::array<double, size> sum;
-    sum_in_rank_order(simulation.comm().all_gather(sums), sum);
+        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched, m.largest_overlap});
+        return out;
+    });
     Measures<M> total;
-    const double* in = sum.data();
+    const double* in = all.data();
     total.kinetic_energy = *in++;
     total.momentum = Eigen::Map<const typename M::Vec>(in);
     total.angular_momentum = Eigen::Map<const Eigen::Matrix<double, turns, 1>>(in + dim);
     total.virial = Eigen::Map<const Eigen::Matrix<double, dim, dim>>(in + dim + turns);
     in += dim + turns + dim * dim;
     total.contacts = in[0], total.wall_contacts = in[1], total.grains_volume = in[2], total.touched = in[3];
-    for (double overlap : simulation.comm().all_gather(overlaps))
-        total.largest_overlap = std::max(total.largest_overlap, overlap);
+    total.largest_overlap = all[size];
     return total;
 }
 

@@ -83,6 +83,7 @@ class Simulation {
     // become what no scene can have.
     StepReport step(const StepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
+        if (parts_.empty()) throw std::logic_error("Simulation::step: nothing is left of a simulation that was moved");
         check_walls<M>(settings_.walls, settings_.materials);
         Stopwatch watch(comm_);
         StepReport report;
@@ -159,24 +160,19 @@ class Simulation {
     // Unlike std::max it keeps a NaN.
     static double larger(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
 
-    // Largest values over the scene, with one all-gather. Throws std::runtime_error when they are not finite.
+    // Largest values over the scene, by one reduction. Throws std::runtime_error when they are not finite.
     Survey survey(Velocities which, double lookahead = 0) {
-        std::vector<Buffer> mine;
-        for (const auto& part : parts_) {
+        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+            const Subdomain<M>& part = parts_[k];
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 const typename M::Vec v = velocity(part, g, which);
                 s.speed = larger(s.speed, v.norm());
                 s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
-            mine.push_back({s.moved, s.speed});
-        }
-        const std::span<const double> all = comm_.all_gather(mine);
-        Survey total;
-        for (std::size_t p = 0; p < all.size(); p += 2) {
-            total.moved = larger(total.moved, all[p]);
-            total.speed = larger(total.speed, all[p + 1]);
-        }
+            return Buffer{s.moved, s.speed};
+        });
+        Survey total{all[0], all[1]};
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             const double speed = normal_speed(w, which);
@@ -191,23 +187,19 @@ class Simulation {
     }
 
     void count_grains() {
-        constexpr double none = std::numeric_limits<double>::infinity();
-        std::vector<Buffer> mine;
-        for (const auto& part : parts_) {
-            Buffer& out = mine.emplace_back(Buffer{double(part.grains.size()), none, none});
-            for (const auto& g : part.grains) {
-                out[1] = std::min(out[1], g.radius);
-                out[2] = std::min(out[2], -g.radius);
+        constexpr double none = -std::numeric_limits<double>::infinity();
+        const std::span<const double> all = reduce(comm_, 1, [this](std::size_t k) {
+            Buffer out{double(parts_[k].grains.size()), none, none};
+            for (const auto& g : parts_[k].grains) {
+                out[1] = std::max(out[1], -g.radius);
+                out[2] = std::max(out[2], g.radius);
             }
-        }
-        const std::span<const double> all = comm_.all_gather(mine);
-        least_radius_ = none;
-        for (std::size_t p = 0; p < all.size(); p += 3) {
-            grains_ += static_cast<std::size_t>(all[p]);
-            least_radius_ = std::min(least_radius_, all[p + 1]);
-            largest_radius_ = std::max(largest_radius_, -all[p + 2]);
-        }
-        if (grains_ == 0) throw std::invalid_argument("the scene has no grains");
+            return out;
+        });
+        if (all[0] == 0) throw std::invalid_argument("the scene has no grains");
+        grains_ = static_cast<std::size_t>(all[0]);
+        least_radius_ = -all[1];
+        largest_radius_ = all[2];
         for (auto& part : parts_) {
             part.problem.h = settings_.h;
             part.problem.least_radius = least_radius_;
@@ -216,30 +208,22 @@ class Simulation {
 
     // Box of all grains, and the largest of their speeds.
     std::pair<Box<M>, double> find_extent() {
-        constexpr std::size_t size = 2 * M::dim + 1;
-        std::vector<Buffer> mine;
-        for (const auto& part : parts_) {
+        using Vector = Eigen::Map<const typename M::Vec>;
+        const std::span<const double> all = reduce(comm_, 0, [this](std::size_t k) {
             typename M::Vec low = M::Vec::Constant(std::numeric_limits<double>::max()), high = -low;
             double speed = 0;
-            for (const auto& g : part.grains) {
+            for (const auto& g : parts_[k].grains) {
                 low = low.cwiseMin(g.position);
                 high = high.cwiseMax(g.position);
                 speed = std::max(speed, g.velocity.template head<M::dim>().norm());
             }
-            Buffer& out = mine.emplace_back(low.data(), low.data() + M::dim);
+            low = -low;
+            Buffer out(low.data(), low.data() + M::dim);
             out.insert(out.end(), high.data(), high.data() + M::dim);
             out.push_back(speed);
-        }
-        using Vector = Eigen::Map<const typename M::Vec>;
-        const std::span<const double> all = comm_.all_gather(mine);
-        Box<M> box{Vector(&all[0]), Vector(&all[M::dim])};
-        double speed = 0;
-        for (std::size_t p = 0; p < all.size(); p += size) {
-            box.low = box.low.cwiseMin(Vector(&all[p]));
-            box.high = box.high.cwiseMax(Vector(&all[p + M::dim]));
-            speed = std::max(speed, all[p + size - 1]);
-        }
-        return {box, speed};
+            return out;
+        });
+        return {{-Vector(&all[0]), Vector(&all[M::dim])}, all[2 * M::dim]};
     }
 
     // The partition for the next rough detection, and how uneven it is once that is made.
@@ -288,11 +272,11 @@ class Simulation {
         rough_offset_ = last.offsets;
         std::vector<Buffer> positions;  // as they are now: id, x
         const auto detect_roughly = [&] {
-            auto out = detail::outboxes(parts_.size(), comm_.size());
+            std::vector<Outbox> out(parts_.size());
             for (std::size_t g = 0; g < now.size(); ++g) {
                 const Grain<M>& grain = parts_[0].grains[g];
                 partition_->visit_owners(grain.position, detail::reach(grain, skin_, largest_radius_), [&](int rank) {
-                    Buffer& to = out[0][static_cast<std::size_t>(rank)];
+                    Buffer& to = out[0][rank];
                     to.push_back(grain.id);
                     detail::Wire<M>::put(now[g], to);
                 });
@@ -316,22 +300,22 @@ class Simulation {
 
     // Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
-        std::vector<Buffer> mine(parts_.size());
+        std::vector<Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
-            const Overlap worst =
-                detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
-            mine[k] = {double(parts_[k].problem.contact_count()), worst.ratio, double(worst.i), double(worst.j)};
+            worst[k] = detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
         });
-        Overlap worst;
-        report.contacts = 0;
-        const std::span<const double> all = comm_.all_gather(mine);
-        for (std::size_t p = 0; p < all.size(); p += 4) {
-            report.contacts += all[p];
-            if (all[p + 1] > worst.ratio)
-                worst = {all[p + 1], static_cast<int>(all[p + 2]), static_cast<int>(all[p + 3])};
+        const std::span<const double> all = reduce(comm_, 1, [&](std::size_t k) {
+            return Buffer{double(parts_[k].problem.contact_count()), worst[k].ratio};
+        });
+        report.contacts = all[0];
+        if (all[1] > settings_.largest_overlap) {
+            Overlap deepest;
+            for (const Buffer& o : gathered([&](std::size_t k) {
+                     return Buffer{worst[k].ratio, double(worst[k].i), double(worst[k].j)};
+                 }))
+                if (o[0] > deepest.ratio) deepest = {o[0], static_cast<int>(o[1]), static_cast<int>(o[2])};
+            throw std::runtime_error(refusal(steps_ + 1, deepest, settings_.largest_overlap));
         }
-        if (worst.ratio > settings_.largest_overlap)
-            throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
         agree_on_multiplicities<M>(parts_, comm_, settings_.walls);
     }
 
@@ -346,8 +330,8 @@ class Simulation {
     }
 
     void count_scene(StepReport& report) {
-        std::vector<Buffer> mine;
-        for (const auto& part : parts_) {
+        const std::span<const double> all = reduce(comm_, 2, [this](std::size_t k) {
+            const Subdomain<M>& part = parts_[k];
             double interface = 0, energy = 0;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 if (!part.primary(g)) continue;
@@ -356,14 +340,13 @@ class Simulation {
                 interface += part.problem.multiplicity[g] > 1;
                 energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();
             }
-            mine.push_back({interface, energy});
-        }
-        std::array<double, 2> sum;
-        sum_in_rank_order(comm_.all_gather(mine), sum);
+            return Buffer{interface, energy};
+        });
+        double energy = all[1];
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-            sum[1] += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
-        report.interface_grains = sum[0];
-        report.free_norm = std::sqrt(sum[1]);
+            energy += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
+        report.interface_grains = all[0];
+        report.free_norm = std::sqrt(energy);
     }
 
     static void keep_impulses(Subdomain<M>& part) {
@@ -378,21 +361,34 @@ class Simulation {
         const double time = (1 - settings_.theta) * settings_.h;
         const Survey start = survey(Velocities::known, time);
         if (2 * start.moved > skin_) rough(2.2 * time * start.speed);
-        std::vector<Buffer> mine;
-        for (const auto& part : parts_) {
-            const Passage p = find_early_passage<M>(part, settings_.walls, settings_.materials, settings_.h,
-                                                    settings_.theta, settings_.largest_overlap);
-            mine.push_back({p.h, double(p.i), double(p.j)});
-        }
-        refuse_passage(comm_.all_gather(mine), 0, 3);
+        std::vector<Passage> passages;
+        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+            passages.push_back(find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
+                                                     settings_.theta, settings_.largest_overlap));
+            return Buffer{double(passages[k].found())};
+        });
+        if (all[0] > 0) refuse_passage(passages);
     }
 
-    // Of every rank `stride` numbers, from `first` on those of a Passage.
-    void refuse_passage(std::span<const double> all, std::size_t first, std::size_t stride) const {
+    // What task(k) returns for each hosted rank, of all ranks: asked for once something is wrong.
+    std::vector<Buffer> gathered(auto&& task) const {
+        std::vector<Buffer> mine, all;
+        for (std::size_t k = 0; k < parts_.size(); ++k) mine.push_back(task(k));
+        const std::span<const double> rows = comm_.all_gather(mine);
+        for (std::size_t p = 0; p < rows.size(); p += mine[0].size())
+            all.emplace_back(rows.begin() + static_cast<std::ptrdiff_t>(p),
+                             rows.begin() + static_cast<std::ptrdiff_t>(p + mine[0].size()));
+        return all;
+    }
+
+    // passages[k]: of the k-th hosted rank; one of all ranks is found.
+    [[noreturn]] void refuse_passage(const std::vector<Passage>& passages) const {
         Passage worst;
-        for (std::size_t p = first; p < all.size(); p += stride)
-            worst.note({all[p], static_cast<int>(all[p + 1]), static_cast<int>(all[p + 2])});
-        if (worst.found()) throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
+        for (const Buffer& p : gathered([&](std::size_t k) {
+                 return Buffer{passages[k].h, double(passages[k].i), double(passages[k].j)};
+             }))
+            worst.note({p[0], static_cast<int>(p[1]), static_cast<int>(p[2])});
+        throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
     }
 
     // Could the velocities found close a pair that was no contact? Then look again, wider, and say no.
@@ -405,16 +401,15 @@ class Simulation {
             rough(2.2 * settings_.h * after.speed);
             return false;
         }
-        std::vector<Buffer> mine;
-        for (auto& part : parts_) {
-            const auto [missed, p] = find_unseen<M>(part, settings_.walls, settings_.materials, settings_.h,
-                                                    after.speed, settings_.largest_overlap);
-            mine.push_back({double(missed), p.h, double(p.i), double(p.j)});
-        }
-        const std::span<const double> all = comm_.all_gather(mine);
-        for (std::size_t p = 0; p < all.size(); p += 4)
-            if (all[p] != 0) return false;
-        refuse_passage(all, 1, 4);
+        std::vector<Passage> passages;
+        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+            const Unseen unseen = find_unseen<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
+                                                 after.speed, settings_.largest_overlap);
+            passages.push_back(unseen.passage);
+            return Buffer{double(unseen.missed), double(unseen.passage.found())};
+        });
+        if (all[0] > 0) return false;
+        if (all[1] > 0) refuse_passage(passages);
         return true;
     }
 
