@@ -1,7 +1,8 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DNM=... -DWORK=... "-DSYSTEM=dir;..." -P foreign.cmake
 #
-# The kernel under compiler options that are not ours: -ffast-math is refused; C++23 with strict warnings, optimised for this
-# machine, gives none; units for two instruction sets in one program share nothing of the kernel. SYSTEM: directories of Eigen.
+# What only a compiler can be asked. Under options that are not ours: -ffast-math is refused; C++23 with strict warnings,
+# optimised for this machine, gives none; units for two instruction sets in one program share nothing of the kernel. And what
+# it says of a partition that lacks something. SYSTEM: directories of Eigen.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
 set(compile ${CXX} -std=c++20 -I${INCLUDE})
@@ -19,6 +20,24 @@ foreach(option -ffast-math -Ofast -ffinite-math-only)
         message(SEND_ERROR "${option} is not refused:\n${text}")
     endif()
 endforeach()
+
+# A partition that lacks something
+file(WRITE ${WORK}/partition.cpp "#include <nscdd/partition/partition.hpp>
+using M = nscdd::Model<2, nscdd::Frictionless>;
+struct Whole {
+    int owner(const M::Vec&) const { return 0; }
+    void visit_owners(const M::Vec&, double, auto&& visit) const { visit(0); }
+#ifdef NAMED
+    const char* name() const { return \"whole\"; }
+#endif
+};
+nscdd::Partition<M> partition = Whole{};
+")
+call(text ${compile} -DNAMED -fsyntax-only ${WORK}/partition.cpp)
+execute_process(COMMAND ${compile} -fsyntax-only ${WORK}/partition.cpp RESULT_VARIABLE result ERROR_VARIABLE text)
+if(result EQUAL 0 OR NOT text MATCHES "nscdd: a partition needs `std::string name\\(\\) const`")
+    message(SEND_ERROR "a partition without a name is not refused in words:\n${text}")
+endif()
 
 # Two instruction sets: any x86-64's, and this machine's as a strict consumer compiles it. Linked in both orders: the linker
 # takes the first copy that it meets.
