@@ -15,7 +15,7 @@ using namespace nscdd::test;
 namespace {
 
 constexpr int check_every = 5;
-constexpr Solver solvers[]{nlgs_alone, {Scheme::dcs, 3}, {Scheme::dcs, 4}};
+constexpr Solver every_solver[]{nlgs_alone, {Scheme::dcs, 3}, {Scheme::dcs, 4}};
 
 template <class M>
 struct Setting {
@@ -233,7 +233,7 @@ TEMPLATE_TEST_CASE("units scaled by powers of two leave every bit of the history
     CAPTURE(driven);
     Random random(3);
     const Setting<M> setting = random_setting<M>(random, driven);
-    for (const Solver& solver : solvers) {
+    for (const Solver& solver : every_solver) {
         INFO(solver.name());
         const History<M> history = run(solver, setting, 3, 1e-6);
         CHECK(history.eta.size() > 20);
@@ -263,7 +263,7 @@ TEMPLATE_TEST_CASE("other units leave the counts", "[invariance]", EVERY_MODEL) 
     CAPTURE(driven);
     Random random(4);
     const Setting<M> setting = random_setting<M>(random, driven);
-    for (const Solver& solver : solvers) {
+    for (const Solver& solver : every_solver) {
         INFO(solver.name());
         const History<M> history = run(solver, setting, 3, 1e-6);
         for (const Units& units : all_units(1e6)) {
@@ -280,7 +280,7 @@ TEMPLATE_TEST_CASE("turned and mirrored problems are solved alike", "[invariance
     Random random(5);
     const Setting<M> setting = random_setting<M>(random, driven);
     const auto turns = all_turns<M>(random);
-    for (const Solver& solver : solvers)
+    for (const Solver& solver : every_solver)
         second_step<M>(solver, setting, [&](const std::vector<Subdomain<M>>& given, Communicator& comm) {
             std::vector<Subdomain<M>> straight = given;
             const Solved<M> expected = solve(solver, straight, comm);
@@ -326,7 +326,7 @@ TEMPLATE_TEST_CASE("a scene elsewhere goes the same way", "[invariance]", EVERY_
     typename M::Vec power = M::Vec::Constant(0x1p10);
     power[0] = -0x1p12;
     const auto any = typename M::Vec(1000 * random_unit<M>(random));
-    for (const Solver& solver : solvers) {
+    for (const Solver& solver : every_solver) {
         INFO(solver.name());
         const bool same = run(solver, shifted(power), 1, 1e-7).eta == run(solver, setting, 1, 1e-7).eta;
         CHECK(same);
@@ -354,7 +354,7 @@ TEMPLATE_TEST_CASE("the order of the grains, and gaps between their ids, do not 
     Setting<M> shuffled = setting;
     std::shuffle(shuffled.grains.begin(), shuffled.grains.end(), random);
     for (auto& g : shuffled.grains) g.id = 3 * g.id + 5;
-    for (const Solver& solver : solvers) {
+    for (const Solver& solver : every_solver) {
         INFO(solver.name());
         const History<M> a = run(solver, setting, 3, 1e-6), b = run(solver, shuffled, 3, 1e-6);
         CHECK(a.eta == b.eta);

@@ -179,16 +179,16 @@ class Mpi final : public Communicator {
             requests_.resize(2 * links.size(), MPI_REQUEST_NULL);
             statuses_.resize(requests_.size());
             send_.resize(1), recv_.resize(1);
-            const int tag = comm.next_channel_tag();
+            const int own_tag = comm.next_channel_tag();
             double* at = memory_.data();
             for (std::size_t l = 0; l < links.size(); ++l) {
                 const auto& [peer, send, recv] = links[l];
                 recv_[0].emplace_back(at, recv);
-                check(MPI_Recv_init(at, narrow(recv + 1), MPI_DOUBLE, peer, tag, comm.comm_.handle, &requests_[l]),
+                check(MPI_Recv_init(at, narrow(recv + 1), MPI_DOUBLE, peer, own_tag, comm.comm_.handle, &requests_[l]),
                       "open");
                 at += recv + 1;
                 send_[0].emplace_back(at, send);
-                check(MPI_Send_init(at, narrow(send + 1), MPI_DOUBLE, peer, tag, comm.comm_.handle,
+                check(MPI_Send_init(at, narrow(send + 1), MPI_DOUBLE, peer, own_tag, comm.comm_.handle,
                                     &requests_[links.size() + l]),
                       "open");
                 at += send + 1;
