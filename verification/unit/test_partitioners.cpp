@@ -72,18 +72,23 @@ Partition<M> make(const Partitioner<M>& partitioner, const std::vector<Subdomain
 
 template <class M>
 void check_owners(const Partition<M>& partition, int ranks, Random& random) {
-    for (int k = 0; k < 3000; ++k) {
+    int twice = 0, missed = 0, none = 0;  // visits of one rank, owners that were not visited, ranks that are none
+    for (int k = 0; k < 1000; ++k) {
         const typename M::Vec x =
             M::Vec::Constant(edge / 2) + random_vector<typename M::Vec>(random, 0.8 * edge);  // outside as well
         const double reach = uniform(random, 0, 0.5);
         std::set<int> visited;
-        partition.visit_owners(x, reach, [&](int rank) { CHECK(visited.insert(rank).second); });
-        CHECK(visited.count(partition.owner(x)) == 1);
+        partition.visit_owners(x, reach, [&](int rank) {
+            twice += !visited.insert(rank).second;
+            none += rank < 0 || rank >= ranks;
+        });
+        missed += visited.count(partition.owner(x)) == 0;
         for (int n = 0; n < 10; ++n)
-            CHECK(visited.count(partition.owner(x + random_vector<typename M::Vec>(random, reach))) == 1);
-        CHECK(*visited.begin() >= 0);
-        CHECK(*visited.rbegin() < ranks);
+            missed += visited.count(partition.owner(x + random_vector<typename M::Vec>(random, reach))) == 0;
     }
+    CHECK(twice == 0);
+    CHECK(missed == 0);
+    CHECK(none == 0);
 }
 
 }  // namespace

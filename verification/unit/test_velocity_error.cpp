@@ -6,7 +6,7 @@ using namespace nscdd::test;
 
 namespace {
 
-constexpr double g = 10, h = 1e-3;
+constexpr double gravity = 10, h = 1e-3;
 
 // Balls on top of each other at rest on a floor, the uppermost `ratio` times as heavy as the others.
 template <class M>
@@ -21,7 +21,7 @@ template <class M>
 SimulationSettings<M> on_a_floor(double friction = 0) {
     SimulationSettings<M> settings;
     settings.h = h;
-    settings.gravity = -g * M::Vec::UnitY();
+    settings.gravity = -gravity * M::Vec::UnitY();
     settings.materials.set(0, 0, {friction, 0});
     Wall<M> floor;
     floor.normal = M::Vec::UnitY();
@@ -142,7 +142,7 @@ TEST_CASE("with theta = 1/2 the work of gravity is the potential energy lost", "
     for (auto& grain : grains) grain.position[0] += 0.1 * grain.id;  // falls over
     const auto potential = [](const auto& gathered) {
         double sum = 0;
-        for (const auto& grain : gathered) sum += grain.grain.mass * g * grain.grain.position[1];
+        for (const auto& grain : gathered) sum += grain.grain.mass * gravity * grain.grain.position[1];
         return sum;
     };
     Simulation<M> simulation(comm, settings, grains);
