@@ -71,7 +71,7 @@ TEMPLATE_TEST_CASE("column of N under its weight: contact k carries (N-k) m g h"
     }
 }
 
-TEST_CASE("a mass upon another: impulses of their weights, whichever is on top", "[analytic]") {
+TEST_CASE("a mass upon another: impulses of their weights, whichever is on top", "[analytic][long]") {
     using M = Spheres;
     const double ratio = GENERATE(1.0, 1e2, 1e4);
     const bool heavy_on_top = GENERATE(false, true);
@@ -209,7 +209,7 @@ TEMPLATE_TEST_CASE("cradle of five by the simultaneous Newton law", "[analytic]"
     }
 }
 
-TEST_CASE("a bouncing ball comes to rest after sqrt(2 h0/g)(1+e)/(1-e)", "[analytic]") {
+TEST_CASE("a bouncing ball comes to rest after sqrt(2 h0/g)(1+e)/(1-e)", "[analytic][long]") {
     using M = Disks;
     constexpr double e = 0.5, height = 1;
     const double expected = std::sqrt(2 * height / g) * (1 + e) / (1 - e);

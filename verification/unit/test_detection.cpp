@@ -46,7 +46,7 @@ SimulationSettings<M> without_restitution(double h) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a bullet that flies 50 of its radii a step does not tunnel", "[detection]", Disks,
+TEMPLATE_TEST_CASE("a bullet that flies 50 of its radii a step does not tunnel", "[detection][long]", Disks,
                    FrictionSpheres) {
     using M = TestType;
     auto settings = without_restitution<M>(0.1);
@@ -92,7 +92,8 @@ TEMPLATE_TEST_CASE("no wall is passed, however fast and oblique the shot", "[det
     }
 }
 
-TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection]", Disks, FrictionDisks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection][long]", Disks, FrictionDisks,
+                   FrictionSpheres) {
     using M = TestType;
     for (unsigned seed = 0; seed < 2; ++seed)
         for (const Solver& solver : few_and_many) {
@@ -118,7 +119,7 @@ TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection]", D
 // Two heavy disks close in on a small one and shoot it out much faster than anything moved before. What it then meets
 // was left out by the fine detection, or even by the rough one, and a grain lies in the other subdomain, where the copy
 // of the small one has no contact and so no part in the iteration.
-TEST_CASE("a grain thrown across subdomains within a step is not missed", "[detection]") {
+TEST_CASE("a grain thrown across subdomains within a step is not missed", "[detection][long]") {
     using M = Disks;
     struct Throw {
         double offset, gap, speed;

@@ -179,7 +179,7 @@ TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[pa
     }
 }
 
-TEMPLATE_TEST_CASE("any partition on any number of ranks gives the reference's answer", "[partition]", Disks,
+TEMPLATE_TEST_CASE("any partition on any number of ranks gives the reference's answer", "[partition][long]", Disks,
                    FrictionSpheres) {
     using M = TestType;
     const int side = M::dim == 2 ? 7 : 4;
