@@ -12,20 +12,20 @@ using namespace nscdd::test;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-constexpr double weight = 10, step = 1e-3;  // of a body [N]; of time [s]
+constexpr double weight = 10, time_step = 1e-3;  // of a body [N]; of time [s]
 
 // Three disks or spheres of radius 1/2 and mass 1 on top of each other on wall 0, each with V_free. Nothing is filled
 // that need not be.
 template <class M>
 ContactProblem<M> column() {
     ContactProblem<M> problem;
-    problem.h = step;
+    problem.h = time_step;
     problem.bodies.resize(3);
     problem.walls.resize(2);
     for (auto& body : problem.bodies) {
         body.inv_mass = 1;
         if constexpr (M::friction) body.inv_inertia = M::dim == 2 ? 8 : 10;
-        body.v[1] = -weight * step;
+        body.v[1] = -weight * time_step;
     }
     Contact<M> contact;
     contact.normal = M::Vec::UnitY();
@@ -53,8 +53,8 @@ double normal_impulse(const Contact<M>& c) {
 template <class M>
 void check_column(const ContactProblem<M>& problem) {
     for (std::size_t k = 0; k < 2; ++k)
-        CHECK(normal_impulse<M>(problem.contacts[k]) == Approx((2.0 - double(k)) * weight * step).epsilon(1e-8));
-    CHECK(normal_impulse<M>(problem.wall_contacts[0]) == Approx(3 * weight * step).epsilon(1e-8));
+        CHECK(normal_impulse<M>(problem.contacts[k]) == Approx((2.0 - double(k)) * weight * time_step).epsilon(1e-8));
+    CHECK(normal_impulse<M>(problem.wall_contacts[0]) == Approx(3 * weight * time_step).epsilon(1e-8));
 }
 
 // What call() is refused with.
@@ -155,7 +155,7 @@ TEST_CASE("a body that cannot move is as good as a wall", "[misuse]") {
         for (const int window : {0, 2}) {
             auto copy = problem;
             CHECK(nlgs(copy, {.tolerance = 1e-12, .window = window}).converged);
-            CHECK(copy.contacts[0].r[1] == Approx(2 * weight * step).epsilon(1e-8));
+            CHECK(copy.contacts[0].r[1] == Approx(2 * weight * time_step).epsilon(1e-8));
             CHECK(copy.bodies[0].v.isZero(0));
             CHECK(std::abs(copy.bodies[1].v[1]) <= 1e-12);
         }

@@ -80,7 +80,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const double inv_wt = M::friction ? 1.0 / w.tangential : 0.0;
         const typename M::Impulse next = contact_law<M>(c, v, 1.0 / w.normal, inv_wt), dr = next - c.r;
         // sum of x_n^2 over normal parts and |x_t|^2 over tangential ones, each times its weight
-        const auto weighed = [&c](const typename M::Impulse& x, double normal, double tangential) {
+        const auto weighed = [&](const typename M::Impulse& x, double normal, double tangential) {
             if constexpr (M::friction) {
                 const double xn = x.dot(c.normal);
                 return normal * xn * xn + tangential * (x - xn * c.normal).squaredNorm();
