@@ -40,7 +40,7 @@ struct Subdomain {
     std::vector<int> source, wall_source;  // candidate of each contact
     std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
     std::vector<int> interface;            // grains with this and another active copy, by ascending id
-    // Where a wall is driven, per wall; else empty: is it driven and has a contact here in this step, or anywhere?
+    // Per wall, 1 for driven walls that have a contact here in this step, and anywhere. Empty where no wall is driven.
     std::vector<char> wall_active, wall_touched;
     // Contacts of interface grains, at the front of the problem's lists: they are swept first.
     std::size_t interface_contacts = 0, interface_wall_contacts = 0;
