@@ -44,7 +44,7 @@ void second_step(Solver solver, SimulationSettings<M> settings, const std::vecto
 
 // One sweep in two passes, contact by contact: walls' contacts before others in each.
 template <class M>
-void sweep_twice(ContactProblem<M>& problem, const typename Sweeper<M>::Front& front) {
+void sweep_in_passes(ContactProblem<M>& problem, const typename Sweeper<M>::Front& front, bool rest_first) {
     using List = std::vector<Contact<M>>;
     const auto pass = [&](List& contacts, std::size_t begin, std::size_t end, auto kind) {
         List part(contacts.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -52,10 +52,15 @@ void sweep_twice(ContactProblem<M>& problem, const typename Sweeper<M>::Front& f
         sweep_contacts(problem, part, kind, Unaccelerated{});
         std::copy(part.begin(), part.end(), contacts.begin() + static_cast<std::ptrdiff_t>(begin));
     };
-    pass(problem.wall_contacts, 0, front.wall_contacts, WithWall{});
-    pass(problem.contacts, 0, front.contacts, BetweenGrains{});
-    pass(problem.wall_contacts, front.wall_contacts, problem.wall_contacts.size(), WithWall{});
-    pass(problem.contacts, front.contacts, problem.contacts.size(), BetweenGrains{});
+    for (const bool rest : {rest_first, !rest_first}) {
+        const auto all = [rest](std::size_t front_size, const List& contacts) {
+            return rest ? std::pair(front_size, contacts.size()) : std::pair(std::size_t{0}, front_size);
+        };
+        const auto [wall_begin, wall_end] = all(front.wall_contacts, problem.wall_contacts);
+        const auto [begin, end] = all(front.contacts, problem.contacts);
+        pass(problem.wall_contacts, wall_begin, wall_end, WithWall{});
+        pass(problem.contacts, begin, end, BetweenGrains{});
+    }
 }
 
 // Shares of the contacts that are swept in a first pass: none, or so many in a hundred.
@@ -76,9 +81,12 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
             sweeper.sweep(fast);
             continue;
         }
-        sweep_twice(scalar, front);
-        sweeper.sweep(fast, Sweeper<M>::Pass::first);
-        sweeper.sweep(fast, Sweeper<M>::Pass::rest);
+        const bool rest_first = s % 2 == 0;
+        sweep_in_passes(scalar, front, rest_first);
+        using Pass = typename Sweeper<M>::Pass;
+        sweeper.begin(fast);
+        sweeper.pass(fast, rest_first ? Pass::rest : Pass::first);
+        sweeper.pass(fast, rest_first ? Pass::first : Pass::rest);
     }
     const ResidualParts ours = sweeper.residual(fast), theirs = residual_parts(scalar);
     sweeper.store(fast);

@@ -89,8 +89,8 @@ class Communicator {
     // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call. For what
     // is asked seldom: it grows with the ranks.
     virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
-    // mine[k], all of one length: returns, valid until the next call, the sums over all ranks of the first `added`
-    // entries and the largest of the others, NaN if there is one. In the order of the tree (reduce_in_tree).
+    // mine[k], all of one length: returns, valid until the next reduction, the sums over all ranks of the first `added`
+    // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree).
     virtual std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
 
     virtual double now() const = 0;                    // [s], the clock of this machine, real or simulated

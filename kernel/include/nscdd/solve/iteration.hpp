@@ -10,14 +10,15 @@ namespace nscdd::inline NSCDD_ABI {
 
 // What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
 // (nscdd_solve.hpp).
-//   iterate(a)             one iteration; accelerated by *a unless null, and then with the products that it asks for,
-//                          summed over all contacts
+//   iterate(a, tested)     one iteration, before a test or not; accelerated by *a unless null, and then with the
+//   products
+//                          that it asks for, summed over all contacts
 //   residual()             of the whole scene
 //   restore_velocities()   V = V_free + M^-1 H r of the impulses held
 //   least_radius()         of the scene [m], 0: unknown
 template <class S>
 concept Iterated = requires(S& system, const Anderson* anderson) {
-    { system.iterate(anderson) } -> std::convertible_to<const double*>;
+    { system.iterate(anderson, true) } -> std::convertible_to<const double*>;
     { system.residual() } -> std::same_as<ResidualParts>;
     system.restore_velocities();
     { system.least_radius() } -> std::convertible_to<double>;
@@ -33,7 +34,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) {
-            const double* products = system.iterate(accelerated ? &anderson : nullptr);
+            const double* products = system.iterate(accelerated ? &anderson : nullptr, k + 1 == count);
             if (accelerated) anderson.update(products);
         }
         report.iterations += count;

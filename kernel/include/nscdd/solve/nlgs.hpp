@@ -18,7 +18,7 @@ struct SweptAlone {
     Sweeper<M>& sweeper;
     Anderson::Products products{};
 
-    const double* iterate(const Anderson* anderson) {
+    const double* iterate(const Anderson* anderson, bool /*tested*/) {
         if (anderson) {
             sweeper.accelerate(problem, options.window);
             products = {};

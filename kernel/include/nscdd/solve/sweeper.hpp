@@ -58,30 +58,37 @@ class Sweeper {
 
     int window() const { return window_; }  // 0: not accelerated
 
-    // One pass over the contacts. `problem` is that of load(), of which the walls' speeds are used and changed.
-    void sweep(ContactProblem<M>& problem, Pass pass = Pass::all) {
-        if (!batched_) {
-            if (pass != Pass::rest) nscdd::sweep(problem);
-            return;
-        }
-        if (pass != Pass::rest) find_open();
-        sweep_groups(problem, pass, Unaccelerated{});
+    // One sweep over the contacts. `problem` is that of load(), of which the walls' speeds are used and changed. With
+    // an Anderson it starts from the combination of iterates that `anderson` says, and adds to the products that it
+    // asks for, of this subdomain.
+    void sweep(ContactProblem<M>& problem) {
+        begin(problem);
+        pass(problem, Pass::all);
+    }
+    void sweep(ContactProblem<M>& problem, const Anderson& anderson, Anderson::Products& products) {
+        begin(problem, &anderson);
+        pass(problem, Pass::all, &anderson, &products);
     }
 
-    // The same from the combination of iterates that `anderson` says. Adds to the products that it asks for, of this
-    // subdomain.
-    void sweep(ContactProblem<M>& problem, const Anderson& anderson, Anderson::Products& products,
-               Pass pass = Pass::all) {
-        if (pass != Pass::rest) combine_velocities(problem, anderson);
+    // A sweep in two passes, in either order, is begun once.
+    void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
+        if (anderson) combine_velocities(problem, *anderson);
+        if (batched_) find_open();
+    }
+    void pass(ContactProblem<M>& problem, Pass which, const Anderson* anderson = nullptr,
+              Anderson::Products* products = nullptr) {
         if (!batched_) {
-            if (pass != Pass::rest)
-                nscdd::sweep(problem, OneByOne<M>{anderson, metric_.data(), past_.data(), products});
+            if (which == Pass::rest) return;
+            if (anderson)
+                nscdd::sweep(problem, OneByOne<M>{*anderson, metric_.data(), past_.data(), *products});
+            else
+                nscdd::sweep(problem);
             return;
         }
-        if (pass != Pass::rest) find_open();
-        BatchByBatch<M> batches{anderson, {}};
-        sweep_groups(problem, pass, batches);
-        for (std::size_t p = 0; p < anderson.products(); ++p) products[p] += sum(batches.products[p]);
+        if (!anderson) return sweep_groups(problem, which, Unaccelerated{});
+        BatchByBatch<M> batches{*anderson, {}};
+        sweep_groups(problem, which, batches);
+        for (std::size_t p = 0; p < anderson->products(); ++p) (*products)[p] += sum(batches.products[p]);
     }
 
     // As residual_parts(problem), of the velocities and impulses held here.
