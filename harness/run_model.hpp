@@ -301,7 +301,7 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
          {"threads", request.threads},
          {"scheme", request.scheme},
          {"interface", interface},
-         {"partition", sequential(request.scheme) ? "none" : simulation.partition().name()},
+         {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
          {"transport", request.over_mpi             ? "mpi"
                        : sequential(request.scheme) ? "sequential"
                                                     : "in-process"},

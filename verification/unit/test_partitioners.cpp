@@ -224,10 +224,11 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
     InProcess comm(4);
     Simulation<M> simulation(comm, settings, grains);
     const auto solve = by_nscdd<Dcs<M>>(SolveOptions{});
-    std::vector<Buffer> made{simulation.partition().numbers()};
+    std::vector<Buffer> made{simulation.broad_phase().partition().numbers()};
     for (int step = 0; step < 30; ++step) {
         simulation.step(solve);
-        if (simulation.partition().numbers() != made.back()) made.push_back(simulation.partition().numbers());
+        if (simulation.broad_phase().partition().numbers() != made.back())
+            made.push_back(simulation.broad_phase().partition().numbers());
     }
     CHECK(made.size() >= 2);
     CHECK(made.size() <= 6);  // of 30 rough detections

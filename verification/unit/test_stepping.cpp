@@ -45,7 +45,7 @@ void goes_on_exactly(const Scene<M>& scene, const StepSolver<M>& solve, int rank
     for (int step = 1; step <= 41; ++step) {
         whole.step(solve);
         if (step == 4 || step == 11) at.push_back(store(whole));
-        if (step == 4 || step == 11) phases += whole.steps_since_rough();
+        if (step == 4 || step == 11) phases += whole.broad_phase().steps_since();
     }
     CHECK(phases > 1);
     const Buffer expected = numbers_of(whole);
@@ -103,7 +103,7 @@ TEST_CASE("a stored simulation goes on with other subdomains, and with the phase
     Stored<M> stored = store(whole);
     REQUIRE(stored.scene.settings.partition.kind == "grid");
     Simulation<M> rest(four, stored.scene.settings, stored.scene.grains, stored.scene.impulses, &stored.rough);
-    CHECK(rest.steps_since_rough() == whole.steps_since_rough());
+    CHECK(rest.broad_phase().steps_since() == whole.broad_phase().steps_since());
     for (int step = 0; step < 3; ++step) {
         whole.step(solve);
         rest.step(solve);

@@ -70,13 +70,14 @@ RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
         for (std::size_t p = 0; p < in[0].size(); p += 1 + M::dim)
             by_id.emplace_back(in[0][p], Eigen::Map<const typename M::Vec>(in[0].data() + p + 1));
     std::sort(by_id.begin(), by_id.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    const BroadPhase<M>& broad = simulation.broad_phase();
     RoughDetection<M> rough{.kind = simulation.settings().partition.kind,
-                            .partition = simulation.partition().numbers(),
-                            .imbalance = simulation.imbalance_when_made(),
-                            .skin = simulation.skin(),
-                            .steps_since = simulation.steps_since_rough(),
+                            .partition = broad.partition().numbers(),
+                            .imbalance = broad.imbalance_when_made(),
+                            .skin = broad.skin(),
+                            .steps_since = broad.steps_since(),
                             .positions = {},
-                            .offsets = simulation.rough_offsets()};
+                            .offsets = broad.offsets()};
     for (const auto& grain : by_id) rough.positions.push_back(grain.second);
     return rough;
 }

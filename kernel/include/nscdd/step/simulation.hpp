@@ -9,18 +9,15 @@
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 
 #include "nscdd/decompose/directory.hpp"
 #include "nscdd/decompose/multiplicity.hpp"
 #include "nscdd/decompose/nscdd_solve.hpp"
-#include "nscdd/decompose/repartition.hpp"
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
-#include "nscdd/partition/weights.hpp"
+#include "nscdd/step/broad_phase.hpp"
 #include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/settings.hpp"
@@ -69,9 +66,9 @@ class Simulation {
         count_grains();
         Stopwatch watch(comm_);
         if (last)
-            repeat(*last);
+            broad_.repeat(parts_, comm_, settings_, radii_, *last);
         else
-            rough(0);
+            detect_roughly(0);
         std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
         handed[0].assign(impulses.begin(), impulses.end());
         hand_out_impulses(parts_, comm_, handed);
@@ -92,10 +89,10 @@ class Simulation {
         drift((1 - settings_.theta) * settings_.h);
         watch.lap(seconds_.advance);
         const Survey before = survey(Velocities::known);
-        if (++since_rough_ > settings_.rough_every || 2 * before.moved > skin_) rough(0);
+        if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
         int iterations = 0;
         for (;; ++report.attempts) {
-            detect(std::max(2 * settings_.h * before.speed, 2e-3 * least_radius_), report);
+            detect(std::max(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
             watch.lap(seconds_.detect);
             start_iteration(report);
             watch.lap(seconds_.advance);
@@ -125,13 +122,9 @@ class Simulation {
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }
     const PhaseSeconds& seconds() const { return seconds_; }
     std::size_t grain_count() const { return grains_; }  // of the whole scene
-    double least_radius() const { return least_radius_; }
+    double least_radius() const { return radii_.least; }
     int steps() const { return steps_; }
-    double skin() const { return skin_; }                                       // of the last rough detection
-    int steps_since_rough() const { return since_rough_; }                      // and the steps made since
-    const std::vector<double>& rough_offsets() const { return rough_offset_; }  // of the walls, when it was made
-    const Partition<M>& partition() const { return *partition_; }               // of the last rough detection
-    double imbalance_when_made() const { return imbalance_when_made_; }         // of the partition (Partitioner)
+    const BroadPhase<M>& broad_phase() const { return broad_; }
 
   private:
     struct Survey {
@@ -177,7 +170,7 @@ class Simulation {
             const Wall<M>& wall = settings_.walls[w];
             const double speed = normal_speed(w, which);
             total.speed = larger(total.speed, std::abs(speed));
-            total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - rough_offset_[w]));
+            total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
         }
         total.speed += settings_.h * settings_.gravity.norm();
         if (!std::isfinite(total.moved + total.speed))
@@ -198,105 +191,14 @@ class Simulation {
         });
         if (all[0] == 0) throw std::invalid_argument("the scene has no grains");
         grains_ = static_cast<std::size_t>(all[0]);
-        least_radius_ = -all[1];
-        largest_radius_ = all[2];
+        radii_ = {-all[1], all[2]};
         for (auto& part : parts_) {
             part.problem.h = settings_.h;
-            part.problem.least_radius = least_radius_;
+            part.problem.least_radius = radii_.least;
         }
     }
 
-    // Box of all grains, and the largest of their speeds.
-    std::pair<Box<M>, double> find_extent() {
-        using Vector = Eigen::Map<const typename M::Vec>;
-        const std::span<const double> all = reduce(comm_, 0, [this](std::size_t k) {
-            typename M::Vec low = M::Vec::Constant(std::numeric_limits<double>::max()), high = -low;
-            double speed = 0;
-            for (const auto& g : parts_[k].grains) {
-                low = low.cwiseMin(g.position);
-                high = high.cwiseMax(g.position);
-                speed = std::max(speed, g.velocity.template head<M::dim>().norm());
-            }
-            low = -low;
-            Buffer out(low.data(), low.data() + M::dim);
-            out.insert(out.end(), high.data(), high.data() + M::dim);
-            out.push_back(speed);
-            return out;
-        });
-        return {{-Vector(&all[0]), Vector(&all[M::dim])}, all[2 * M::dim]};
-    }
-
-    // The partition for the next rough detection, and how uneven it is once that is made.
-    void renew_partition(const Box<M>& box, auto&& detect_roughly) {
-        const double allowed = settings_.partition.imbalance;
-        const bool first = !partition_;
-        const bool renew =
-            first || allowed <= 1 || measure_imbalance(parts_, comm_) > std::max(allowed, 1.1 * imbalance_when_made_);
-        if (renew)
-            partition_ = settings_.partition.make({parts_, comm_, box, first ? Buffer{} : partition_->numbers()});
-        detect_roughly();
-        // the first one is made before there are candidates: it does not count as well made
-        if (renew && allowed > 1) imbalance_when_made_ = first ? 1 : measure_imbalance(parts_, comm_);
-    }
-
-    // Rough detection with a skin that the next steps should not use up, and at least `needed`.
-    void rough(double needed) {
-        auto [box, speed] = find_extent();
-        speed = std::max(speed, settings_.h * settings_.gravity.norm());
-        for (const auto& wall : settings_.walls) speed = std::max(speed, std::abs(wall.normal_speed()));
-        const double step_reach = settings_.h * speed;
-        const double wanted =
-            std::clamp(2.2 * settings_.rough_every * step_reach, 0.05 * least_radius_, 0.5 * least_radius_);
-        skin_ = std::max({wanted, 4.4 * step_reach, needed});
-        renew_partition(
-            box, [this] { repartition<M>(parts_, comm_, *partition_, settings_.walls, skin_, largest_radius_); });
-        rough_offset_.clear();
-        for (const auto& wall : settings_.walls) rough_offset_.push_back(wall.offset);
-        since_rough_ = 0;
-    }
-
-    // The rough detection that another simulation made.
-    void repeat(const RoughDetection<M>& last) {
-        std::vector<Wall<M>> walls = settings_.walls;
-        for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
-        std::vector<typename M::Vec> now;
-        for (std::size_t g = 0; g < parts_[0].grains.size(); ++g) {
-            now.push_back(parts_[0].grains[g].position);
-            parts_[0].grains[g].position = last.positions[g];
-        }
-        const Partitioner<M>& partitioner = settings_.partition;
-        if (last.kind == partitioner.kind && partitioner.restore)
-            partition_ = partitioner.restore(last.partition, comm_.size());
-        skin_ = last.skin;
-        since_rough_ = last.steps_since;
-        rough_offset_ = last.offsets;
-        std::vector<Buffer> positions;  // as they are now: id, x
-        const auto detect_roughly = [&] {
-            std::vector<Outbox> out(parts_.size());
-            for (std::size_t g = 0; g < now.size(); ++g) {
-                const Grain<M>& grain = parts_[0].grains[g];
-                partition_->visit_owners(grain.position, detail::reach(grain, skin_, largest_radius_), [&](int rank) {
-                    Buffer& to = out[0][rank];
-                    to.push_back(grain.id);
-                    detail::Wire<M>::put(now[g], to);
-                });
-            }
-            positions = comm_.route(out);
-            repartition<M>(parts_, comm_, *partition_, walls, skin_, largest_radius_);
-        };
-        if (partition_) {
-            imbalance_when_made_ = last.imbalance;
-            detect_roughly();
-        } else {
-            renew_partition(find_extent().first, detect_roughly);
-        }
-        for (std::size_t k = 0; k < parts_.size(); ++k) {
-            std::unordered_map<int, const double*> by_id;
-            for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
-                by_id[static_cast<int>(positions[k][p])] = &positions[k][p + 1];
-            for (auto& g : parts_[k].grains) g.position = Eigen::Map<const typename M::Vec>(by_id.at(g.id));
-        }
-    }
+    void detect_roughly(double needed) { broad_.renew(parts_, comm_, settings_, radii_, needed); }
 
     // Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
@@ -360,7 +262,7 @@ class Simulation {
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
         const Survey start = survey(Velocities::known, time);
-        if (2 * start.moved > skin_) rough(2.2 * time * start.speed);
+        if (2 * start.moved > broad_.skin()) detect_roughly(2.2 * time * start.speed);
         std::vector<Passage> passages;
         const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
             passages.push_back(find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
@@ -397,8 +299,8 @@ class Simulation {
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
         const Survey after = survey(Velocities::solved, settings_.h);
-        if (2 * after.moved > skin_) {
-            rough(2.2 * settings_.h * after.speed);
+        if (2 * after.moved > broad_.skin()) {
+            detect_roughly(2.2 * settings_.h * after.speed);
             return false;
         }
         std::vector<Passage> passages;
@@ -427,12 +329,10 @@ class Simulation {
     Communicator& comm_;
     SimulationSettings<M> settings_;
     std::vector<Subdomain<M>> parts_;
-    std::optional<Partition<M>> partition_;
-    double imbalance_when_made_ = 1;
-    std::vector<double> rough_offset_;
-    double least_radius_ = 0, largest_radius_ = 0, skin_ = 0;
+    BroadPhase<M> broad_;
+    Radii radii_;
     std::size_t grains_ = 0;
-    int since_rough_ = 0, steps_ = 0;
+    int steps_ = 0;
     PhaseSeconds seconds_;
 };
 
