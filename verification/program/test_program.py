@@ -139,18 +139,22 @@ class Program(ProgramTest):
 
 class Iterations(ProgramTest):
     def test_eight_subdomains_need_few_more_iterations_than_one(self):
-        """4,000 spheres: at most 1.3 times those of NLGS when warm, as the mean over the run."""
+        """4,000 spheres: at most 1.3 times those of NLGS when warm, as the sum over the run, by the paper's method and
+        accelerated. Fewer grains or steps tell little: counts of five steps of 300 spheres differ by a quarter from one
+        instruction set to another."""
         packing = self.folder / "spheres.h5"
         self.succeeds("pack", ROOT / "cases/packings/isotropic.toml", "-o", packing, "--quiet")
-        total = {}
-        for scheme, count in (("nlgs", 1), ("dcs", 8)):
-            out = self.folder / f"{scheme}.json"
-            self.succeeds("run", ROOT / "cases/reduced/isotropic.toml", "--packing", packing, "--scheme", scheme,
-                          "--subdomains", count, "--check-every", 1, "--json", out, "--quiet")
-            total[scheme] = sum(json.loads(out.read_text())["iterations"])
-        print(f"iterations over 50 steps: NLGS {total['nlgs']}, NSCDD at 8 subdomains {total['dcs']}")
-        self.assertGreater(total["nlgs"], 1000)
-        self.assertLessEqual(total["dcs"], 1.3 * total["nlgs"])
+        for method, every in (("paper", 1), ("auto", 10)):
+            total = {}
+            for scheme, count in (("nlgs", 1), ("dcs", 8)):
+                out = self.folder / f"{scheme}.json"
+                self.succeeds("run", ROOT / "cases/reduced/isotropic.toml", "--packing", packing, "--scheme", scheme,
+                              "--subdomains", count, "--method", method, "--check-every", every, "--json", out, "--quiet")
+                total[scheme] = sum(json.loads(out.read_text())["iterations"])
+            print(f"iterations over 50 steps, {method}: NLGS {total['nlgs']}, NSCDD at 8 subdomains {total['dcs']}")
+            with self.subTest(method):
+                self.assertGreater(total["nlgs"], 1000)
+                self.assertLessEqual(total["dcs"], 1.3 * total["nlgs"])
 
 
 if __name__ == "__main__":
