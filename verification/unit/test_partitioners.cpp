@@ -2,8 +2,7 @@
 #include <set>
 
 #include "../small_scenes.hpp"
-#include "nscdd/partition/metis.hpp"
-#include "random_scenes.hpp"
+#include "any_partition.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;
@@ -12,24 +11,6 @@ using namespace nscdd::test;
 namespace {
 
 constexpr double edge = 8;
-
-// All that a partition needs: rank by the distance from the middle. Its shells are not convex, and one is around
-// another.
-template <class M>
-struct Shells {
-    int ranks;
-
-    int owner(const typename M::Vec& x) const { return shell(distance(x)); }
-    void visit_owners(const typename M::Vec& x, double reach, auto&& visit) const {
-        const double wide = std::sqrt(double(M::dim)) * reach;
-        for (int rank = shell(distance(x) - wide); rank <= shell(distance(x) + wide); ++rank) visit(rank);
-    }
-    std::string name() const { return "shells"; }
-
-  private:
-    static double distance(const typename M::Vec& x) { return (x - M::Vec::Constant(edge / 2)).norm(); }
-    int shell(double distance) const { return std::clamp(static_cast<int>(distance / edge * ranks), 0, ranks - 1); }
-};
 
 template <class M>
 struct Unnamed {
@@ -40,12 +21,6 @@ struct Empty {};
 static_assert(PartitionOf<Grid<Disks>, Disks> && PartitionOf<Shells<Disks>, Disks>);
 static_assert(PartitionOf<Bisection<Spheres>, Spheres> && PartitionOf<CellTable<Spheres>, Spheres>);
 static_assert(!PartitionOf<Unnamed<Disks>, Disks> && !PartitionOf<Empty, Disks>);
-
-template <class M>
-std::vector<Partitioner<M>> partitioners(double imbalance = 1.1) {
-    const auto shells = [](const PartitionInput<M>& scene) { return Shells<M>{scene.comm.size()}; };
-    return {by_grid<M>(), by_bisection<M>(imbalance), by_metis<M>(imbalance), {.kind = "shells", .make = shells}};
-}
 
 // Grains that fill a corner of the box.
 template <class M>
@@ -97,7 +72,7 @@ TEMPLATE_TEST_CASE("each partition has one owner for every point, and visits tho
                    Spheres) {
     using M = TestType;
     for (const int ranks : {1, 2, 3, 7, 8})
-        for (const auto& partitioner : partitioners<M>()) {
+        for (const auto& partitioner : partitioners<M>(edge)) {
             INFO(partitioner.kind << ", ranks: " << ranks);
             Random random(31);
             InProcess comm(ranks);
@@ -122,7 +97,7 @@ TEMPLATE_TEST_CASE("numbers that are no partition give none", "[partition]", Dis
     Random random(32);
     InProcess comm(ranks);
     const auto parts = on_rank_0<M>(pile<M>(random), ranks);
-    for (const auto& partitioner : partitioners<M>()) {
+    for (const auto& partitioner : partitioners<M>(edge)) {
         if (!partitioner.restore) continue;
         INFO(partitioner.kind);
         const Buffer numbers = make(partitioner, parts, comm).numbers();
@@ -177,35 +152,6 @@ TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[pa
         CHECK_NOTHROW(make(by_bisection<M>(), on_rank_0<M>({grains[0]}, ranks), comm));
         CHECK_NOTHROW(make(by_metis<M>(), on_rank_0<M>({grains[0]}, ranks), comm));
     }
-}
-
-TEMPLATE_TEST_CASE("any partition on any number of ranks gives the reference's answer", "[partition][long]", Disks,
-                   FrictionSpheres) {
-    using M = TestType;
-    const int side = M::dim == 2 ? 7 : 4;
-    const bool driven = GENERATE(false, true);
-    CAPTURE(driven);
-    std::vector<Grain<M>> expected;
-    const auto run = [&](const Solver& solver, const Partitioner<M>& partitioner) {
-        Random random(34);
-        auto settings = lattice_settings<M>(side, driven);
-        settings.partition = partitioner;
-        Run<M> stepped(solver, settings, shaken_lattice<M>(random, side));
-        stepped.options = SolveOptions{.tolerance = 1e-8}.accelerated();
-        for (int step = 0; step < 5; ++step) stepped.step();
-        return stepped.grains();
-    };
-    expected = run(nlgs_alone, by_grid<M>());
-    for (const int ranks : {2, 3, 4, 7, 8})
-        for (const auto& partitioner : partitioners<M>(1.0)) {
-            INFO(partitioner.kind << ", ranks: " << ranks);
-            const auto found = run({Scheme::dcs, ranks}, partitioner);
-            REQUIRE(found.size() == expected.size());
-            double worst = 0;
-            for (std::size_t g = 0; g < found.size(); ++g)
-                worst = std::max(worst, (found[g].velocity - expected[g].velocity).norm());
-            CHECK(worst < 1e-5);
-        }
 }
 
 TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not again and again", "[partition]",

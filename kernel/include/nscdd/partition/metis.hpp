@@ -139,13 +139,13 @@ class CellGraph {
     }
 
   private:
-    // One cell after the other, until a rank has its share.
+    // One cell after the other, until a rank has its share. The last cells may have no contact, only grains of some.
     static void deal_in_turn(const std::vector<idx_t>& weight, int ranks, std::vector<idx_t>& found) {
         const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
         double before = 0;
         for (std::size_t v = 0; v < weight.size(); ++v) {
             const double middle = before + 0.5 * static_cast<double>(weight[v]);
-            found[v] = all > 0 ? static_cast<idx_t>(middle / all * ranks) : 0;
+            found[v] = all > 0 ? std::min(static_cast<idx_t>(middle / all * ranks), static_cast<idx_t>(ranks - 1)) : 0;
             before += static_cast<double>(weight[v]);
         }
     }
