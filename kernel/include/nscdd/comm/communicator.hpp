@@ -13,6 +13,7 @@
 // rank, and sums are taken in an order of the ranks, never by order of arrival: they are the same on every machine.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <memory>
@@ -67,6 +68,21 @@ struct CommSeconds {
     double transfer = 0;
 };
 
+// What work is charged by, with the unit in which it is counted.
+enum class Work {
+    sweep,        // contacts swept
+    accelerated,  // contacts swept from a combination of iterates
+    residual,     // contacts tested
+    pack,         // copies of grains put into messages
+    glue,         // copies of grains made to agree, in closed form
+    factorised    // the same by a factorised operator
+};
+constexpr std::array<const char*, 6> work_names{"sweep", "accelerated", "residual", "pack", "glue", "factorised"};
+
+// Told of work that is done on a rank: so many units, on data of so many bytes that the rank goes through again and
+// again, which says from which cache they come. A simulated machine spends the time that this would take.
+using Charged = std::function<void(Work kind, double count, double bytes)>;
+
 // Calls are coarse (one per superstep), so that a virtual call costs nothing and a solver is compiled once for all
 // machines. Throws: each implementation says what.
 class Communicator {
@@ -93,12 +109,18 @@ class Communicator {
     // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree).
     virtual std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
 
-    virtual double now() const = 0;                    // [s], the clock of this machine, real or simulated
-    virtual void charge(int rank, double cost) = 0;    // hosted rank index did work worth `cost` contact updates
-    virtual std::span<const double> work() const = 0;  // charged so far, per hosted rank
+    virtual double now() const = 0;  // [s], the clock of this machine, real or simulated
+    // Hosted rank index has done so much of a kind; within each_rank() of itself alone. Bytes: see Charged.
+    virtual void charge(int rank, Work kind, double count, double bytes) = 0;
+    virtual std::span<const double> work() const = 0;  // contacts swept so far, per hosted rank
     virtual Traffic traffic() const = 0;
     virtual CommSeconds seconds() const = 0;
 };
+
+// Of what work() counts.
+constexpr double contacts_swept(Work kind, double count) {
+    return kind == Work::sweep || kind == Work::accelerated ? count : 0;
+}
 
 // The tree of reduce(): with p the largest power of two that is not above the number of ranks, rank r >= p first adds
 // its numbers to those of r - p; then neighbours add theirs to each other's, pairs of neighbours, and so on. Both of a

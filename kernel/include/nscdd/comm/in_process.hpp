@@ -90,7 +90,9 @@ class InProcess final : public Communicator {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     }
     // Throws std::out_of_range for a rank that is not hosted.
-    void charge(int rank, double cost) override { work_.at(static_cast<std::size_t>(rank)) += cost; }
+    void charge(int rank, Work kind, double count, double) override {
+        work_.at(static_cast<std::size_t>(rank)) += contacts_swept(kind, count);
+    }
     std::span<const double> work() const override { return work_; }
     Traffic traffic() const override { return traffic_; }
     CommSeconds seconds() const override { return {}; }

@@ -30,8 +30,9 @@ namespace nscdd::inline NSCDD_ABI {
 // transfer.
 class Mpi final : public Communicator {
   public:
-    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
-    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD) : comm_(comm) {
+    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`
+    // is told of all that is charged, where somebody wants to know.
+    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}) : comm_(comm), charged_(std::move(charged)) {
         check(MPI_Comm_rank(comm_.handle, &rank_), "MPI_Comm_rank");
         check(MPI_Comm_size(comm_.handle, &size_), "MPI_Comm_size");
         synchronise_clock();
@@ -158,9 +159,10 @@ class Mpi final : public Communicator {
     // The clock of rank 0 [s], as well as this process knows it.
     double now() const override { return MPI_Wtime() + offset_; }
     // Throws std::out_of_range unless rank, an index into ranks(), is 0.
-    void charge(int rank, double cost) override {
+    void charge(int rank, Work kind, double count, double bytes) override {
         if (rank != 0) throw std::out_of_range("charge: no hosted rank " + std::to_string(rank));
-        work_ += cost;
+        work_ += contacts_swept(kind, count);
+        if (charged_) charged_(kind, count, bytes);
     }
     std::span<const double> work() const override { return {&work_, 1}; }
     Traffic traffic() const override { return traffic_; }
@@ -353,6 +355,7 @@ class Mpi final : public Communicator {
     int routes_ = 0, channels_ = 0;
 
     double work_ = 0;
+    Charged charged_;
     Traffic traffic_;
     CommSeconds seconds_;
 };

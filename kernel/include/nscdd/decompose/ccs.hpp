@@ -41,19 +41,24 @@ class Ccs final : public CommunicationScheme<M> {
         if (root_) set_up_root(told[0], up[0]);
     }
 
-    void pack(const Subdomain<M>& part, std::size_t k) override {
+    std::size_t pack(const Subdomain<M>& part, std::size_t k) override {
         if (linked_[k]) detail::read_interface(part, up_->send(k, 0).data());
+        return part.interface.size();
     }
 
     void start() override { up_->start(); }
 
     void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         up_->finish();
-        if (root_) gluing_(copies_);
+        if (root_) {
+            gluing_(copies_);
+            charge(comm, parts[0], 0, Gluing::work, copies_.from.size());
+        }
         down_->start();
         down_->finish();
-        comm.each_rank([this, &parts](std::size_t k) {
+        comm.each_rank([this, &parts, &comm](std::size_t k) {
             if (linked_[k]) detail::write_interface(parts[k], down_->recv(k, 0).data());
+            charge(comm, parts[k], k, Work::pack, parts[k].interface.size());  // the way back from a message
         });
     }
 

@@ -27,22 +27,26 @@ class Dcs final : public CommunicationScheme<M> {
         comm.each_rank([&](std::size_t k) { place_copies(parts[k], k); });
     }
 
-    void pack(const Subdomain<M>& part, std::size_t k) override {
+    std::size_t pack(const Subdomain<M>& part, std::size_t k) override {
         Front& front = fronts_[k];
         detail::read_interface(part, front.own.data());
+        std::size_t packed = 0;
         for (std::size_t l = 0; l < front.traded.size(); ++l) {
             double* out = channel_->send(k, l).data();
             for (const std::size_t s : front.traded[l]) out = std::copy_n(front.own.data() + s * dof, dof, out);
+            packed += front.traded[l].size();
         }
+        return packed;
     }
 
     void start() override { channel_->start(); }
 
     void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         channel_->finish();
-        comm.each_rank([this, &parts](std::size_t k) {
+        comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);
             detail::write_interface(parts[k], fronts_[k].own.data());
+            charge(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
         });
     }
 

@@ -39,6 +39,7 @@ struct Copies {
 // Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
 struct ClosedForm {
     static constexpr const char* name = "closed-form";
+    static constexpr Work work = Work::glue;
     void setup(const Copies&) {}
     void operator()(const Copies& copies) {
         const auto dof = static_cast<std::size_t>(copies.dof);
@@ -92,6 +93,7 @@ template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
 class Factorised {
   public:
     static constexpr const char* name = "factorised";
+    static constexpr Work work = Work::factorised;
 
     void setup(const Copies& copies) {
         velocity_.resize(copies.count() * copies.dof);

@@ -76,14 +76,12 @@ class SweptTogether {
             begin_sweep(k, anderson);
             if (interface_last) pass(k, Pass::rest, anderson);
             pass(k, Pass::first, anderson);
-            scheme_.pack(parts_[k], k);
+            charge(comm_, parts_[k], k, Work::pack, scheme_.pack(parts_[k], k));
         });
         watch_.lap(seconds_.sweep);
         scheme_.start();
         watch_.lap(seconds_.interface);
         if (!interface_last) comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest, anderson); });
-        for (std::size_t k = 0; k < parts_.size(); ++k)
-            comm_.charge(static_cast<int>(k), options_.sweeps * static_cast<double>(parts_[k].problem.contact_count()));
         watch_.lap(seconds_.sweep);
         const double* sums = reduce_sums(anderson ? anderson->products() : 0);
         scheme_.finish(parts_, comm_);
@@ -95,6 +93,7 @@ class SweptTogether {
     ResidualParts residual() {
         const auto parts = nscdd::reduce(comm_, ResidualParts::added, [this](std::size_t k) {
             const auto packed = parts_[k].sweeper.residual(parts_[k].problem).pack();
+            charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
             return Buffer(packed.begin(), packed.end());
         });
         watch_.lap(seconds_.sweep);
@@ -127,12 +126,17 @@ class SweptTogether {
                 sweeper.sweep(problem, *anderson, products_[k]);
             else
                 sweeper.sweep(problem);
+            charge(comm_, parts_[k], k, anderson && s == 1 ? Work::accelerated : Work::sweep, problem.contact_count());
         }
         sweeper.begin(problem, accelerated_pass(anderson));
     }
 
     void pass(std::size_t k, Pass which, const Anderson* anderson) {
+        const Subdomain<M>& part = parts_[k];
+        const std::size_t first = part.interface_contacts + part.interface_wall_contacts;
         parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k]);
+        charge(comm_, part, k, accelerated_pass(anderson) ? Work::accelerated : Work::sweep,
+               which == Pass::first ? first : part.problem.contact_count() - first);
     }
 
     const Anderson* accelerated_pass(const Anderson* anderson) const {

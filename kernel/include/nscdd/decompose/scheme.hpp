@@ -18,18 +18,24 @@ class CommunicationScheme {
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
     virtual void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
-    // The velocities of the k-th hosted rank's interface grains into its messages; not collective.
-    virtual void pack(const Subdomain<M>& part, std::size_t k) = 0;
+    // The velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not collective.
+    virtual std::size_t pack(const Subdomain<M>& part, std::size_t k) = 0;
     // Sends them. Until finish() the interface grains are left alone, others may be swept.
     virtual void start() = 0;
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
     virtual void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
 };
 
+// Work on what the k-th hosted rank's sweeper holds.
+template <class M>
+void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work kind, std::size_t count) {
+    comm.charge(static_cast<int>(k), kind, static_cast<double>(count), static_cast<double>(part.sweeper.bytes()));
+}
+
 // All at once, where nothing is swept meanwhile. Collective.
 template <class M>
 void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    comm.each_rank([&](std::size_t k) { scheme.pack(parts[k], k); });
+    comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
     scheme.start();
     scheme.finish(parts, comm);
 }

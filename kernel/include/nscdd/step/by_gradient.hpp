@@ -13,7 +13,7 @@ StepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
         if (comm.size() != 1) throw std::logic_error("projected gradients run on one rank");
         Stopwatch watch(comm);
         const SolveReport report = projected_gradient(parts[0].problem, options, descent);
-        comm.charge(0, double(report.iterations) * double(parts[0].problem.contact_count()));
+        comm.charge(0, Work::sweep, double(report.iterations) * double(parts[0].problem.contact_count()), 0);
         watch.lap(seconds.sweep);
         return report;
     };

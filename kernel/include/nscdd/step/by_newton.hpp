@@ -13,7 +13,7 @@ StepSolver<M> by_newton(const NewtonOptions& options) {
         if (comm.size() != 1) throw std::logic_error("the Newton methods run on one rank");
         Stopwatch watch(comm);
         const NewtonReport report = newton_solve<Factorisation>(parts[0].problem, options);
-        comm.charge(0, double(report.iterations) * double(parts[0].problem.contact_count()));
+        comm.charge(0, Work::sweep, double(report.iterations) * double(parts[0].problem.contact_count()), 0);
         watch.lap(seconds.sweep);
         return report;
     };

@@ -1,6 +1,8 @@
 // Steps solved by the paper's method, NSCDD, and by the sequential NLGS that it is compared with.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "nscdd/step/simulation.hpp"
@@ -14,7 +16,13 @@ StepSolver<M> by_nlgs(const SolveOptions& options) {
         if (comm.size() != 1) throw std::logic_error("sequential NLGS runs on one rank");
         Stopwatch watch(comm);
         const SolveReport report = nlgs_of_valid(parts[0].problem, options, parts[0].sweeper);
-        comm.charge(0, double(report.iterations) * options.sweeps * double(parts[0].problem.contact_count()));
+        const double contacts = double(parts[0].problem.contact_count()), bytes = double(parts[0].sweeper.bytes()),
+                     iterations = report.iterations, tests = std::ceil(iterations / options.check_every);
+        // acceleration begins with the first test
+        const double plain = options.window > 0 ? std::min(iterations, double(options.check_every)) : iterations;
+        comm.charge(0, Work::sweep, (plain + iterations * (options.sweeps - 1)) * contacts, bytes);
+        comm.charge(0, Work::accelerated, (iterations - plain) * contacts, bytes);
+        comm.charge(0, Work::residual, tests * contacts, bytes);
         watch.lap(seconds.sweep);
         return report;
     };
