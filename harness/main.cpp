@@ -1,16 +1,19 @@
-// The program `nscdd`: pack, run, compare, report, and exchange of contact problems as FCLIB.
+// The program `nscdd`: pack, run, compare, report, exchange of contact problems as FCLIB, and simulated machines.
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
+#include "calibrate.hpp"
 #include "compare.hpp"
 #include "export_fclib.hpp"
 #include "nscdd/solve/anderson.hpp"
 #include "number_option.hpp"
 #include "pack.hpp"
 #include "run.hpp"
+#include "scale.hpp"
 #include "solve_fclib.hpp"
+#include "window.hpp"
 
 namespace {
 
@@ -38,6 +41,9 @@ int main(int argc, char** argv) {
   nscdd report results --out page
   nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5
   nscdd solve-fclib step10.hdf5 --tolerance 1e-6
+  nscdd calibrate cases/reduced/triaxial.toml --packing spheres.h5 -o costs.json
+  nscdd scale cases/reduced/triaxial.toml --packing spheres.h5 --ranks 1,2,4,8 --platform cases/platforms/node48.xml
+      --costs costs.json --json scale.json
 
 Files to write are checked before the first step: they are regular files or new ones, in folders that can be written, and
 neither an input nor another output. All of a command's files are written before the first takes its place: the old ones
@@ -150,6 +156,12 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     auto* export_fclib_command = add_export_fclib(app, export_fclib);
     nscdd::SolveFclibArguments solve_fclib;
     auto* solve_fclib_command = add_solve_fclib(app, solve_fclib);
+    nscdd::WindowArguments window;
+    auto* window_command = add_window(app, window);
+    nscdd::CalibrateArguments calibrate;
+    auto* calibrate_command = add_calibrate(app, calibrate);
+    nscdd::ScaleArguments scale;
+    auto* scale_command = add_scale(app, scale);
 
     try {
         app.parse(argc, argv);
@@ -164,6 +176,9 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
         if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
         if (*report_command) return report(results, page);
+        if (*window_command) return nscdd::window(window, provenance);
+        if (*calibrate_command) return nscdd::calibrate(calibrate, provenance);
+        if (*scale_command) return nscdd::scale(scale, provenance);
     } catch (const std::bad_alloc&) {
         fmt::print(stderr, "nscdd: out of memory\n");
     } catch (const std::exception& error) {

@@ -1,75 +1,21 @@
 #include "run.hpp"
 
 #include <fmt/format.h>
-#include <mpi.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
 #include "same_scene.hpp"
+#include "session.hpp"
 
 namespace nscdd {
 
 namespace {
-
-// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
-// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
-// Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
-// or all stop.
-class Session {
-  public:
-    explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
-        if (!with_mpi_) return;
-        MPI_Init(nullptr, nullptr);
-        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
-        MPI_Comm_size(MPI_COMM_WORLD, &size_);
-    }
-    ~Session() {
-        if (with_mpi_) MPI_Finalize();
-    }
-    Session(const Session&) = delete;
-    Session& operator=(const Session&) = delete;
-
-    int rank() const { return rank_; }
-    int size() const { return size_; }
-
-    // False when any rank threw; the first of them says why, in one line.
-    bool together(auto&& part) const {
-        std::string problem;
-        try {
-            part();
-        } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
-            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
-            if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
-            return false;
-        } catch (const std::exception& error) {
-            problem = error.what();
-        }
-        const int mine = problem.empty() ? size_ : rank_;
-        int first = mine;
-        if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
-        return first == size_;
-    }
-
-  private:
-    bool with_mpi_;
-    int rank_ = 0, size_ = 1;
-};
-
-// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
-// batch script has it too, and srun starts MPI programs by PMI or PMIx.
-bool launched() {
-    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
-        if (std::getenv(name)) return true;
-    return false;
-}
 
 std::vector<int> read_grid(const std::string& text) {
     std::vector<int> cells;
@@ -222,6 +168,9 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     RunResult result;
     if (!session.together([&] {
             request = prepare_run(arguments, provenance, session.size(), over_mpi);
+            if (simulated && !request.json.empty())
+                throw InputError(
+                    "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");
             if (session.rank() == 0) check_run_outputs(arguments, request);
         }))
         return 1;

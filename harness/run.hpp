@@ -1,6 +1,7 @@
 // `nscdd run`: one scene, stepped by NLGS, Newton or NSCDD, with its results as JSON and HDF5.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -14,6 +15,20 @@
 #include "state.hpp"
 
 namespace nscdd {
+
+using WorkDone = std::array<double, work_names.size()>;  // by Work
+
+// Time some iterations of the next step, after some others, and make no step (window.hpp).
+struct WindowRequest {
+    int skip = 0, iterations = 0, repeat = 1;
+    std::function<WorkDone()> done;  // so far by this rank
+};
+
+// Measure what the next step's work costs, and make no step (calibrate.hpp).
+struct CalibrationRequest {
+    double least_seconds = 0;  // of a measurement
+    int cores = 1;             // that may be busy at once
+};
 
 struct RunRequest {
     Scene scene;      // with what the command line changed
@@ -31,6 +46,8 @@ struct RunRequest {
     std::string json, state;  // files to write, may be empty
     Provenance provenance;
     std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
+    std::optional<WindowRequest> window;
+    std::optional<CalibrationRequest> calibration;
 };
 
 // The problem of the last step in local form, whole masses.

@@ -6,9 +6,11 @@
 #include <map>
 
 #include "build_scene.hpp"
+#include "calibrate_model.hpp"
 #include "local_form.hpp"
 #include "progress.hpp"
 #include "suitesparse.hpp"
+#include "window_model.hpp"
 
 namespace nscdd {
 
@@ -63,10 +65,13 @@ Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) 
 }
 
 template <class M>
+std::string model_name() {
+    return std::to_string(M::dim) + (M::friction ? "D Coulomb" : "D frictionless");
+}
+template <class M>
 std::string model_name(std::span<const Wall<M>> walls) {
     const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
-    return std::to_string(M::dim) + (M::friction ? "D Coulomb, " : "D frictionless, ") +
-           (driven ? "driven walls" : "kinematic walls");
+    return model_name<M>() + (driven ? ", driven walls" : ", kinematic walls");
 }
 
 // Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
@@ -262,6 +267,23 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
                              built.rough ? &*built.rough : nullptr);
     const double grains = static_cast<double>(simulation.grain_count());
     built = {};
+    if (request.window || request.calibration) {
+        push_walls<M>(scene, simulation.walls());
+        result.json = request.provenance;
+        result.json.update(
+            {{"scene", scene.name},
+             {"model", model_name<M>()},
+             {"grains", grains},
+             {"scheme", request.scheme},
+             {"interface", interface},
+             {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
+             {"window", options.window},
+             {"ranks", comm.size()}});
+        const auto solver = [&](const SolveOptions& o) { return choose_solver<M>(request, o).solve; };
+        result.json.update(request.window ? time_window(simulation, *request.window, options, solver)
+                                          : calibrate_work(simulation, *request.calibration, options));
+        return result;
+    }
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
     for (int step = 1; step <= scene.step.count; ++step) {
         push_walls<M>(scene, simulation.walls());

@@ -1,0 +1,79 @@
+#include "calibrate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "costs.hpp"
+#include "nscdd/comm/in_process.hpp"
+#include "number_option.hpp"
+#include "replace_file.hpp"
+
+namespace nscdd {
+
+CLI::App* add_calibrate(CLI::App& app, CalibrateArguments& arguments) {
+    CLI::App* command = app.add_subcommand(
+        "calibrate", "Measure what work costs on this core, by kind and size, for simulated machines (nscdd scale)");
+    RunArguments& run = arguments.run;
+    command->add_option("scene", run.scene, "Scene (TOML)")->required();
+    command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
+    command->add_option("--from", run.from, "Go on from a state that `nscdd run --state` wrote: of its next step");
+    command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
+    command
+        ->add_option("--subdomains", arguments.subdomains,
+                     "How many subdomains the scene is divided into, for the sizes that one rank would have; as many "
+                     "cores are busy as this machine has and there are subdomains")
+        ->delimiter(',')
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--seconds", arguments.seconds, "Of a measurement, the best of five of which counts")
+        ->check(positive_number())
+        ->capture_default_str();
+    command->add_option("-o,--output", arguments.output, "JSON file to write")->required();
+    command->add_flag("--quiet", run.quiet, "No progress, no summary");
+    return command;
+}
+
+int calibrate(const CalibrateArguments& arguments, const Provenance& provenance) {
+    Costs costs;
+    nlohmann::json json = provenance;
+    RunArguments run = arguments.run;
+    run.scheme = "dcs";
+    for (const int subdomains : arguments.subdomains) {
+        run.subdomains = subdomains;
+        RunRequest request = prepare_run(run, provenance, 1, false);
+        check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
+        request.calibration = CalibrationRequest{arguments.seconds, provenance.machine.cores};
+        InProcess comm(subdomains);
+        const nlohmann::json measured = choose_model(request.scene)(request, comm).json;
+        costs.model = measured["model"];
+        json["scene"] = measured["scene"];
+        json["grains"] = measured["grains"];
+        std::string told;
+        for (const nlohmann::json& cost : measured["costs"]) {
+            const std::string work = cost["work"];
+            const auto kind = static_cast<std::size_t>(std::ranges::find(work_names, work) - work_names.begin());
+            costs.units[kind].push_back({cost["bytes"], cost["ns"]});
+            told += fmt::format("  {} {:.2f}", work, cost["ns"].get<double>());
+        }
+        if (!run.quiet)
+            fmt::print(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains,
+                       measured["contacts"].get<double>(), told);
+    }
+    for (std::size_t k = 0; k < work_names.size(); ++k) {
+        if (costs.units[k].empty())
+            throw InputError(fmt::format(
+                "--subdomains: no grain is shared by two, so that the cost of {} is not measured", work_names[k]));
+        std::ranges::sort(costs.units[k], {}, &CostPoint::bytes);
+        const auto same = std::ranges::unique(costs.units[k], {}, &CostPoint::bytes);
+        costs.units[k].erase(same.begin(), same.end());
+    }
+    json["schema"] = "nscdd.costs/1";
+    json["seconds"] = arguments.seconds;
+    json.update(nlohmann::json(costs));
+    write_json(arguments.output, json);
+    if (!run.quiet) fmt::print("{}: costs of {}, {}\n", arguments.output, provenance.machine.cpu, costs.model);
+    return 0;
+}
+
+}  // namespace nscdd

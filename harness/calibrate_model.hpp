@@ -1,0 +1,143 @@
+// What the work of one model's step costs on this core, see calibrate.hpp. Included by run_model.hpp only.
+#pragma once
+
+#include <chrono>
+#include <limits>
+#include <thread>
+
+#include "nscdd/nscdd.hpp"
+#include "run.hpp"
+#include "suitesparse.hpp"
+#include "window_model.hpp"
+
+namespace nscdd::run_detail {
+
+// Seconds of one call: the best of five stretches, each of at least so many seconds. The best, for what else goes on on
+// the machine only adds.
+double seconds_of(double least, auto&& call) {
+    using Clock = std::chrono::steady_clock;
+    double best = std::numeric_limits<double>::infinity();
+    call();  // brings the data into the caches
+    for (int stretch = 0; stretch < 5; ++stretch) {
+        const auto began = Clock::now();
+        double took = 0;
+        for (int calls = 1; took < least; ++calls) {
+            call();
+            took = std::chrono::duration<double>(Clock::now() - began).count();
+            best = took < least ? best : std::min(best, took / calls);
+        }
+    }
+    return best;
+}
+
+struct MeasuredCost {
+    Work kind;
+    double bytes, ns;
+};
+
+// Seconds of task(k) for the middle one of the subdomains, while other cores do the same for others, as many as there
+// are: ranks that share a memory slow each other down.
+double seconds_among(std::size_t subdomains, const CalibrationRequest& request, auto&& task) {
+    const std::size_t mine = subdomains / 2, busy = std::min(subdomains, static_cast<std::size_t>(request.cores));
+    std::vector<std::jthread> others;
+    for (std::size_t c = 1; c < busy; ++c)
+        others.emplace_back([&task, k = (mine + c) % subdomains](const std::stop_token& stop) {
+            while (!stop.stop_requested()) task(k);
+        });
+    return seconds_of(request.least_seconds, [&] { task(mine); });
+}
+
+// Sweeps and tests of one subdomain a core, again and again, so that each comes from the cache that it would have.
+template <class M>
+void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest& request, const SolveOptions& options,
+                      std::vector<MeasuredCost>& costs) {
+    using Pass = typename Sweeper<M>::Pass;
+    const Subdomain<M>& told = parts[parts.size() / 2];
+    const auto load = [&] {
+        for (auto& part : parts)
+            part.sweeper.load(part.problem, options.relaxation,
+                              {part.interface_contacts, part.interface_wall_contacts});
+    };
+    const auto measure = [&](Work kind, auto&& task) {
+        const double seconds = seconds_among(parts.size(), request, [&](std::size_t k) { task(parts[k], k); });
+        costs.push_back({kind, double(told.sweeper.bytes()), 1e9 * seconds / double(told.problem.contact_count())});
+    };
+    load();
+    measure(Work::sweep, [](Subdomain<M>& part, std::size_t) {
+        part.sweeper.begin(part.problem);
+        for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
+    });
+    std::vector<double> tested(parts.size());  // used below, lest the tests be optimised away
+    measure(Work::residual,
+            [&](Subdomain<M>& part, std::size_t k) { tested[k] += part.sweeper.residual(part.problem).contacts; });
+    if (tested[parts.size() / 2] == 0) throw std::logic_error("no contact was tested");
+    load();
+    const int window = SolveOptions{}.accelerated().window;
+    std::vector<Anderson> anderson(parts.size(), Anderson(window));
+    for (auto& part : parts) part.sweeper.accelerate(part.problem, window);
+    measure(Work::accelerated, [&](Subdomain<M>& part, std::size_t k) {
+        Anderson::Products products{};
+        part.sweeper.begin(part.problem, &anderson[k]);
+        for (const Pass pass : {Pass::first, Pass::rest})
+            part.sweeper.pass(part.problem, pass, &anderson[k], &products);
+        anderson[k].update(products.data());
+    });
+}
+
+// Packing and gluing of all subdomains in turn. Gluing has the copy of the messages in it that a process makes of its
+// own.
+template <class Scheme, class M = typename Scheme::Model>
+void calibrate_gluing(std::vector<Subdomain<M>>& parts, Communicator& comm, double least, Work glue,
+                      std::vector<MeasuredCost>& costs) {
+    Scheme scheme;
+    scheme.setup(parts, comm);
+    double copies = 0, bytes = 0;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        bytes += double(parts[k].sweeper.bytes()) / double(parts.size());
+        for (const int g : parts[k].interface) copies += parts[k].multiplicity(static_cast<std::size_t>(g));
+    }
+    double packed = 0;
+    const auto pack = [&] {
+        packed = 0;
+        for (std::size_t k = 0; k < parts.size(); ++k) packed += double(scheme.pack(parts[k], k));
+    };
+    pack();
+    if (packed == 0) return;  // no grain is shared
+    const double packing = seconds_of(least, pack);
+    if (glue == Work::glue) costs.push_back({Work::pack, bytes, 1e9 * packing / packed});
+    costs.push_back({glue, bytes, 1e9 / copies * seconds_of(least, [&] {
+                                      scheme.start();
+                                      scheme.finish(parts, comm);
+                                  })});
+}
+
+// In the state of the next step after some iterations.
+template <class M>
+nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationRequest& request, SolveOptions options) {
+    options.tolerance = 0;
+    options.max_iterations = 50;
+    std::vector<MeasuredCost> costs;
+    double contacts = 0;
+    const StepSolver<M> measure = [&](std::vector<Subdomain<M>>& parts, Communicator& comm,
+                                      PhaseSeconds& seconds) -> SolveReport {
+        by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
+        for (const Subdomain<M>& part : parts) contacts += double(part.problem.contact_count()) / double(parts.size());
+        for (auto& part : parts) part.sweeper.load(part.problem);
+        calibrate_gluing<Dcs<M, ClosedForm>>(parts, comm, request.least_seconds, Work::glue, costs);
+        calibrate_gluing<Dcs<M, Cholmod>>(parts, comm, request.least_seconds, Work::factorised, costs);
+        calibrate_sweeps(parts, request, options, costs);
+        throw StepAbandoned{};
+    };
+    try {
+        simulation.step(measure);
+    } catch (const StepAbandoned&) {
+    }
+    if (costs.empty()) throw InputError("the step has no contacts, there is nothing to measure");
+    nlohmann::json json = {{"contacts", contacts}};
+    for (const MeasuredCost& cost : costs)
+        json["costs"].push_back(
+            {{"work", work_names[static_cast<std::size_t>(cost.kind)]}, {"bytes", cost.bytes}, {"ns", cost.ns}});
+    return json;
+}
+
+}  // namespace nscdd::run_detail

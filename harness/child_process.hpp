@@ -1,0 +1,13 @@
+// Another program, started and waited for.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace nscdd {
+
+// Runs words[0], found on PATH, with the other words as its arguments, and what it prints into the file `log`. Throws
+// std::runtime_error, with its last words, unless it ends with exit code 0.
+void run_program(const std::vector<std::string>& words, const std::string& log);
+
+}  // namespace nscdd

@@ -1,0 +1,75 @@
+// How a command that may run over MPI starts and ends it, and how its ranks fail together.
+#pragma once
+
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <cstdlib>
+#include <new>
+#include <string>
+
+#include "error.hpp"
+
+namespace nscdd {
+
+// Was this compiled for SimGrid's SMPI, whose ranks and clock are simulated?
+#ifdef NSCDD_SIMULATED
+inline constexpr bool simulated = true;
+#else
+inline constexpr bool simulated = false;
+#endif
+
+// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
+// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
+// Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
+// or all stop.
+class Session {
+  public:
+    explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
+        if (!with_mpi_) return;
+        MPI_Init(nullptr, nullptr);
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+        MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    }
+    ~Session() {
+        if (with_mpi_) MPI_Finalize();
+    }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    int rank() const { return rank_; }
+    int size() const { return size_; }
+
+    // False when any rank threw; the first of them says why, in one line.
+    bool together(auto&& part) const {
+        std::string problem;
+        try {
+            part();
+        } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
+            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
+            if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
+            return false;
+        } catch (const std::exception& error) {
+            problem = error.what();
+        }
+        const int mine = problem.empty() ? size_ : rank_;
+        int first = mine;
+        if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
+        return first == size_;
+    }
+
+  private:
+    bool with_mpi_;
+    int rank_ = 0, size_ = 1;
+};
+
+// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
+// batch script has it too, and srun starts MPI programs by PMI or PMIx.
+inline bool launched() {
+    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
+        if (std::getenv(name)) return true;
+    return false;
+}
+
+}  // namespace nscdd

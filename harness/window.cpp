@@ -1,0 +1,145 @@
+#include "window.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <random>
+
+#include "costs.hpp"
+#include "nscdd/comm/mpi.hpp"
+#include "number_option.hpp"
+#include "replace_file.hpp"
+#include "session.hpp"
+#ifdef NSCDD_SIMULATED
+#include <simgrid/host.h>
+#endif
+
+namespace nscdd {
+
+namespace {
+
+// The clock of a simulated machine goes on by this much; a real one does so by itself.
+void spend([[maybe_unused]] double seconds) {
+#ifdef NSCDD_SIMULATED
+    smpi_execute_flops(seconds * sg_host_get_speed(sg_host_self()));
+#endif
+}
+
+// Counts the work of this rank, and on a simulated machine takes the time that it costs.
+class Meter {
+  public:
+    Meter(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
+        if (simulated) costs_ = read_costs(arguments.costs);
+        std::seed_seq seed{arguments.seed, static_cast<unsigned>(rank)};
+        random_.seed(seed);
+    }
+    void operator()(Work kind, double count, double bytes) {
+        done_[static_cast<std::size_t>(kind)] += count;
+        if (!simulated || count == 0) return;
+        // lognormal, of mean 1: work never takes less than no time
+        const double factor = noise_ > 0 ? std::exp(noise_ * normal_(random_) - noise_ * noise_ / 2) : 1;
+        spend(slower_ * factor * costs_.seconds(kind, count, bytes));
+    }
+    const WorkDone& done() const { return done_; }
+    const Costs& costs() const { return costs_; }
+
+  private:
+    double slower_, noise_;
+    Costs costs_;
+    std::mt19937_64 random_;
+    std::normal_distribution<double> normal_;
+    WorkDone done_{};
+};
+
+}  // namespace
+
+CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
+    CLI::App* command =
+        app.add_subcommand("window", "Time of an iteration: a window of one step's iterations, without set-up");
+    RunArguments& run = arguments.run;
+    run.scheme = "dcs";
+    command->add_option("scene", run.scene, "Scene (TOML)")->required();
+    command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
+    command->add_option("--from", run.from,
+                        "Go on from a state that `nscdd run --state` wrote: its next step is timed");
+    command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
+    command->add_option("--scheme", run.scheme, "nlgs on one rank; ccs, dcs on one subdomain a rank")
+        ->check(CLI::IsMember({"nlgs", "ccs", "dcs"}))
+        ->capture_default_str();
+    command->add_option("--interface", run.interface, "As of `nscdd run`")
+        ->check(CLI::IsMember({"closed-form", "factorised"}));
+    command->add_option("--partition", run.partition, "As of `nscdd run`")
+        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
+        ->capture_default_str();
+    command->add_option("--grid", run.grid, "As of `nscdd run`");
+    command->add_option("--method", run.method, "As of `nscdd run`")->check(CLI::IsMember({"auto", "paper"}));
+    command->add_option("--skip", arguments.skip, "Iterations before the window")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--iterations", arguments.iterations, "Iterations of the window")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--repeat", run.repeat, "Times that the window is measured; the median is told")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    command->add_option("--json", run.json, "Result to write");
+    command->add_flag("--quiet", run.quiet, "No summary");
+    if (simulated) {
+        command->add_option("--costs", arguments.costs, "What work costs: a file that `nscdd calibrate` wrote")
+            ->required();
+        command->add_option("--slower", arguments.slower, "Times as slow as the core that was calibrated")
+            ->check(positive_number())
+            ->capture_default_str();
+        command
+            ->add_option("--noise", arguments.noise,
+                         "Standard deviation of the time of every piece of work over its mean, lognormal")
+            ->check(CLI::Range(0.0, 10.0))
+            ->capture_default_str();
+        command->add_option("--seed", arguments.seed, "Of the noise")->capture_default_str();
+    }
+    return command;
+}
+
+int window(const WindowArguments& arguments, const Provenance& provenance) {
+    Session session(true);
+    std::optional<Meter> meter;
+    RunRequest request;
+    RunResult result;
+    if (!session.together([&] {
+            request = prepare_run(arguments.run, provenance, session.size(), true);
+            request.window = WindowRequest{arguments.skip, arguments.iterations, arguments.run.repeat, {}};
+            meter.emplace(arguments, session.rank());
+            if (session.rank() == 0)
+                check_outputs({{"--json", arguments.run.json}}, inputs_of(arguments.run, request.scene));
+        }))
+        return 1;
+    request.window->done = [&meter] { return meter->done(); };
+    if (!session.together([&] {
+            Mpi comm(MPI_COMM_WORLD, std::ref(*meter));
+            result = choose_model(request.scene)(request, comm);
+            const std::string model = result.json["model"];
+            if (simulated && meter->costs().model != model)
+                throw InputError(fmt::format("{}: costs of a {} scene, {} is {}", arguments.costs, meter->costs().model,
+                                             request.scene.file, model));
+        }))
+        return 1;
+    return session.together([&] {
+        if (session.rank() != 0) return;
+        nlohmann::json& json = result.json;
+        json["simulated"] = simulated;
+        if (simulated)
+            json["injected"] = {{"costs", arguments.costs},
+                                {"slower", arguments.slower},
+                                {"noise", arguments.noise},
+                                {"seed", arguments.seed}};
+        if (!arguments.run.json.empty()) write_json(arguments.run.json, json);
+        if (!arguments.run.quiet)
+            fmt::print("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme,
+                       session.size(), session.size() == 1 ? "" : "s", simulated ? ", simulated" : "",
+                       1e6 * json["seconds_per_iteration"].get<double>());
+    })
+               ? 0
+               : 1;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,25 @@
+// `nscdd window`: the time of some iterations of one step, on real ranks or on simulated ones (`nscdd_simulated`).
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "run.hpp"
+
+namespace nscdd {
+
+struct WindowArguments {
+    RunArguments run;
+    int skip = 20, iterations = 100;
+    // Of a simulated machine:
+    std::string costs;             // file
+    double slower = 1, noise = 0;  // times as slow a core; standard deviation over the mean of every charge
+    unsigned seed = 1;
+};
+
+CLI::App* add_window(CLI::App& app, WindowArguments& arguments);
+
+// Collective over all MPI ranks. Returns the exit code.
+int window(const WindowArguments& arguments, const Provenance& provenance);
+
+}  // namespace nscdd

@@ -1,0 +1,96 @@
+// The window of one model's step, see window.hpp. Included by run_model.hpp only.
+#pragma once
+
+#include <algorithm>
+
+#include "nscdd/nscdd.hpp"
+#include "run.hpp"
+
+namespace nscdd::run_detail {
+
+// Thrown by a step solver that wants no more of the step.
+struct StepAbandoned {};
+
+// What a rank has spent and done so far, in this order:
+inline constexpr std::array window_names{"seconds", "sweep", "interface", "wait", "transfer", "messages", "bytes"};
+
+inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
+    const CommSeconds inside = comm.seconds();
+    const Traffic traffic = comm.traffic();
+    Buffer row{comm.now(),      seconds.sweep,    seconds.interface, inside.wait,
+               inside.transfer, traffic.messages, traffic.bytes};
+    row.insert(row.end(), done.begin(), done.end());
+    return row;
+}
+
+// Of each column of rows, one a rank.
+inline nlohmann::json over_ranks(std::span<const double> rows, std::size_t columns, std::size_t column) {
+    double least = rows[column], sum = 0, largest = least;
+    for (std::size_t at = column; at < rows.size(); at += columns) {
+        least = std::min(least, rows[at]);
+        largest = std::max(largest, rows[at]);
+        sum += rows[at];
+    }
+    return {{"least", least}, {"mean", sum * double(columns) / double(rows.size())}, {"largest", largest}};
+}
+
+// Solves the next step twice from one start, with `skip` iterations and with so many more: the difference is the
+// window's, without set-up. `solver(options)` gives what solves.
+template <class M>
+nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
+                           auto&& solver) {
+    Communicator& comm = simulation.comm();
+    options.tolerance = 0;  // both solves end at their cap
+    std::vector<Buffer> repeats;
+    double contacts = 0;
+    const StepSolver<M> time = [&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) -> SolveReport {
+        const std::vector<Subdomain<M>> start = parts;
+        contacts = reduce(comm, 1, [&](std::size_t k) { return Buffer{double(parts[k].problem.contact_count())}; })[0];
+        const auto spent = [&](int iterations) {
+            options.max_iterations = iterations;
+            const StepSolver<M> solve = solver(options);
+            parts = start;
+            PhaseSeconds seconds;
+            comm.reduce(std::vector<Buffer>(1), 0);  // all begin together
+            Buffer row = read_meters(comm, seconds, window.done());
+            const SolveReport report = solve(parts, comm, seconds);
+            const Buffer after = read_meters(comm, seconds, window.done());
+            if (report.iterations != iterations)
+                throw InputError("nothing is left to iterate on after " + std::to_string(report.iterations) +
+                                 " iterations, choose a shorter window");
+            for (std::size_t c = 0; c < row.size(); ++c) row[c] = after[c] - row[c];
+            return row;
+        };
+        for (int r = 0; r < window.repeat; ++r) {
+            const Buffer shorter = spent(window.skip), longer = spent(window.skip + window.iterations);
+            Buffer& row = repeats.emplace_back(longer);
+            for (std::size_t c = 0; c < row.size(); ++c) row[c] = (longer[c] - shorter[c]) / window.iterations;
+        }
+        throw StepAbandoned{};
+    };
+    try {
+        simulation.step(time);
+    } catch (const StepAbandoned&) {
+    }
+    if (repeats.empty()) throw InputError("the step has no contacts, there is nothing to time");
+
+    // by the slowest rank's time, the same order on all ranks
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t r = 0; r < repeats.size(); ++r) order.emplace_back(comm.reduce({Buffer{repeats[r][0]}}, 0)[0], r);
+    std::ranges::sort(order);
+    const Buffer& median = repeats[order[(order.size() - 1) / 2].second];
+    const std::span<const double> rows = comm.all_gather(std::vector<Buffer>{median});
+    nlohmann::json json = {{"contacts", contacts},
+                           {"skip", window.skip},
+                           {"iterations", window.iterations},
+                           {"repeats", window.repeat},
+                           {"seconds_per_iteration", order[(order.size() - 1) / 2].first}};
+    for (const auto& [seconds, r] : order) json["all_repeats"].push_back(seconds);
+    for (std::size_t c = 1; c < window_names.size(); ++c)
+        json["per_iteration"][window_names[c]] = over_ranks(rows, median.size(), c);
+    for (std::size_t w = 0; w < work_names.size(); ++w)
+        json["work_per_iteration"][work_names[w]] = over_ranks(rows, median.size(), window_names.size() + w);
+    return json;
+}
+
+}  // namespace nscdd::run_detail
