@@ -9,6 +9,7 @@
 #include "calibrate_model.hpp"
 #include "local_form.hpp"
 #include "progress.hpp"
+#include "run_costs.hpp"
 #include "suitesparse.hpp"
 #include "window_model.hpp"
 
@@ -79,42 +80,6 @@ inline double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// Per-process figures, summed or averaged over processes. Each process speaks through its first rank.
-template <class M>
-nlohmann::json costs(const Simulation<M>& simulation, double total, double solver_cpu, const Traffic& solving,
-                     double iterations) {
-    Communicator& comm = simulation.comm();
-    const CommSeconds mpi = comm.seconds();
-    const PhaseSeconds& own = simulation.seconds();
-    std::vector<Buffer> works;
-    for (const double charged : comm.work()) works.push_back({charged});
-    const std::span<const double> all = comm.all_gather(works);
-    const std::vector<double> work(all.begin(), all.end());
-    const std::span<const double> sum = reduce(comm, 11, [&](std::size_t k) {
-        return k > 0 ? Buffer(12) : Buffer{1,           total,        own.detect,       own.sweep,     own.interface,
-                                           mpi.wait,    mpi.transfer, solving.messages, solving.bytes, solver_cpu,
-                                           own.advance, total};
-    });
-    const double longest = sum[11];
-    const double processes = sum[0];
-    const double per = iterations > 0 ? 1 / iterations : 0;
-    return {{"work_per_rank", work},
-            {"seconds",
-             {{"total", longest},
-              {"detect", sum[2] / processes},
-              {"sweep", sum[3] / processes},
-              {"interface", sum[4] / processes},
-              {"advance", sum[10] / processes},
-              {"mpi_wait", sum[5] / processes},
-              {"mpi_transfer", sum[6] / processes},
-              {"solver_cpu", sum[9] / processes}}},
-            {"mpi_fraction", sum[1] > 0 ? (sum[5] + sum[6]) / sum[1] : 0},
-            {"messages", sum[7]},
-            {"bytes", sum[8]},
-            {"messages_per_iteration", sum[7] * per},
-            {"bytes_per_iteration", sum[8] * per}};
 }
 
 template <class M>

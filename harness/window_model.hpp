@@ -5,6 +5,7 @@
 
 #include "nscdd/nscdd.hpp"
 #include "run.hpp"
+#include "run_costs.hpp"
 
 namespace nscdd::run_detail {
 
@@ -17,21 +18,10 @@ inline constexpr std::array window_names{"seconds", "sweep", "interface", "wait"
 inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
     const CommSeconds inside = comm.seconds();
     const Traffic traffic = comm.traffic();
-    Buffer row{comm.now(),      seconds.sweep,    seconds.interface, inside.wait,
-               inside.transfer, traffic.messages, traffic.bytes};
+    Buffer row{comm.now(),      seconds.sweep.own, seconds.interface.own, inside.wait,
+               inside.transfer, traffic.messages,  traffic.bytes};
     row.insert(row.end(), done.begin(), done.end());
     return row;
-}
-
-// Of each column of rows, one a rank.
-inline nlohmann::json over_ranks(std::span<const double> rows, std::size_t columns, std::size_t column) {
-    double least = rows[column], sum = 0, largest = least;
-    for (std::size_t at = column; at < rows.size(); at += columns) {
-        least = std::min(least, rows[at]);
-        largest = std::max(largest, rows[at]);
-        sum += rows[at];
-    }
-    return {{"least", least}, {"mean", sum * double(columns) / double(rows.size())}, {"largest", largest}};
 }
 
 // Solves the next step twice from one start, with `skip` iterations and with so many more: the difference is the

@@ -3,38 +3,11 @@
 
 #include <functional>
 
-#include "nscdd/comm/communicator.hpp"
+#include "nscdd/decompose/phases.hpp"
 #include "nscdd/decompose/scheme.hpp"
 #include "nscdd/solve/nlgs.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
-
-// Where the time of a process goes [s], what it spends inside the communicator left out. The phases of Alg. 1:
-struct PhaseSeconds {
-    double detect = 0;                // contact detection, new decomposition of the domain, multiplicities
-    double sweep = 0, interface = 0;  // the iteration
-    double advance = 0;               // initial velocities and impulses, motion of the grains
-};
-
-// Adds the time since the last lap to a phase.
-class Stopwatch {
-  public:
-    explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
-    void lap(double& phase) {
-        const double now = reading();
-        phase += now - last_;
-        last_ = now;
-    }
-    void skip() { last_ = reading(); }
-
-  private:
-    double reading() const {
-        const CommSeconds inside = comm_.seconds();
-        return comm_.now() - inside.wait - inside.transfer;
-    }
-    const Communicator& comm_;
-    double last_;
-};
 
 // What a step is solved by: by_nlgs(), by_nscdd(), or the caller's own.
 template <class M>

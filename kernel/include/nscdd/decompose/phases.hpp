@@ -1,0 +1,41 @@
+// Where the time of a process goes, by phases of Alg. 1.
+#pragma once
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// [s]: outside the communicator, and inside it as in CommSeconds.
+struct PhaseTime {
+    double own = 0, wait = 0, transfer = 0;
+};
+
+struct PhaseSeconds {
+    PhaseTime detect;            // contact detection, new decomposition of the domain, multiplicities
+    PhaseTime sweep, interface;  // the iteration; with sweeps the test of convergence
+    PhaseTime advance;           // initial velocities and impulses, motion of the grains
+};
+
+// Adds the time since the last lap to a phase.
+class Stopwatch {
+  public:
+    explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
+    void lap(PhaseTime& phase) {
+        const PhaseTime now = reading();
+        phase.own += now.own - last_.own;
+        phase.wait += now.wait - last_.wait;
+        phase.transfer += now.transfer - last_.transfer;
+        last_ = now;
+    }
+    void skip() { last_ = reading(); }
+
+  private:
+    PhaseTime reading() const {
+        const CommSeconds inside = comm_.seconds();
+        return {comm_.now() - inside.wait - inside.transfer, inside.wait, inside.transfer};
+    }
+    const Communicator& comm_;
+    PhaseTime last_;
+};
+
+}  // namespace nscdd
