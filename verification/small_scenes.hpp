@@ -138,13 +138,13 @@ struct Outcome {
     }
 };
 
-// What this process passes of a scene: all where it hosts all ranks, else each so-manyth.
+// What this process passes of a scene: each rank has every so-manyth row.
 template <class T>
 std::vector<T> share(const std::vector<T>& rows, const nscdd::Communicator& comm) {
     std::vector<T> mine;
-    const auto processes = static_cast<std::size_t>(comm.size()) / comm.ranks().size();
-    for (std::size_t k = processes > 1 ? static_cast<std::size_t>(comm.ranks()[0]) : 0; k < rows.size(); k += processes)
-        mine.push_back(rows[k]);
+    const std::span<const int> ranks = comm.ranks();
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        if (std::ranges::binary_search(ranks, static_cast<int>(k) % comm.size())) mine.push_back(rows[k]);
     return mine;
 }
 

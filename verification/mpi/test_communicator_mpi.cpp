@@ -19,6 +19,7 @@ using nscdd::Buffer;
 using nscdd::InProcess;
 using nscdd::Links;
 using nscdd::Mpi;
+using nscdd::Work;
 
 static long allocations = 0;  // by C++; those inside MPI are its own affair
 
@@ -70,21 +71,29 @@ Waited waited(Mpi& comm, int late, Call call) {
 }  // namespace
 
 TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
-    Mpi comm;
-    const int size = comm.size(), rank = comm.ranks()[0];
-    InProcess reference(size);
-    for (int round = 0; round < 2; ++round) {
-        const pattern::Received over_mpi = pattern::everything(comm, round);
-        pattern::check_received(over_mpi, comm.ranks(), size, round);
+    const int processes = Mpi().size();
+    for (const int size : {0, processes + 1, 2 * processes, 3 * processes + 1}) {
+        Mpi comm(MPI_COMM_WORLD, {}, size);
+        CHECK(comm.size() == (size == 0 ? processes : size));
+        CHECK(total(double(comm.ranks().size())) == comm.size());
+        InProcess reference(comm.size());
+        for (int round = 0; round < 2; ++round) {
+            const pattern::Received over_mpi = pattern::everything(comm, round);
+            pattern::check_received(over_mpi, comm.ranks(), comm.size(), round);
 
-        const pattern::Received in_process = pattern::everything(reference, round);
-        CHECK(over_mpi.exchanged[0] == in_process.exchanged[rank]);
-        CHECK(over_mpi.routed[0] == in_process.routed[rank]);
-        CHECK(over_mpi.all_gathered == in_process.all_gathered);
-        CHECK(over_mpi.reduced == in_process.reduced);
+            const pattern::Received in_process = pattern::everything(reference, round);
+            for (std::size_t k = 0; k < comm.ranks().size(); ++k) {
+                CHECK(over_mpi.exchanged[k] == in_process.exchanged[comm.ranks()[k]]);
+                CHECK(over_mpi.routed[k] == in_process.routed[comm.ranks()[k]]);
+            }
+            CHECK(over_mpi.all_gathered == in_process.all_gathered);
+            CHECK(over_mpi.reduced == in_process.reduced);
+        }
+        CHECK(total(comm.traffic().messages) == reference.traffic().messages);
+        CHECK(total(comm.traffic().bytes) == reference.traffic().bytes);
     }
-    CHECK(total(comm.traffic().messages) == reference.traffic().messages);
-    CHECK(total(comm.traffic().bytes) == reference.traffic().bytes);
+    if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
+    MPI_Barrier(MPI_COMM_WORLD);
 }
 
 TEST_CASE("a communicator of MPI works beside others and on a part of the ranks") {

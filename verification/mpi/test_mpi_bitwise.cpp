@@ -10,9 +10,9 @@ using namespace scenes;
 namespace {
 
 template <template <class, class> class Scheme, class Gluing, class M>
-void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}) {
+void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}, int ranks = 0) {
     constexpr int steps = 5;  // with a rough detection
-    Mpi comm;
+    Mpi comm(MPI_COMM_WORLD, {}, ranks);
     using Chosen = Scheme<M, Gluing>;
     INFO(scene.name << ", " << Chosen::name << ", " << Chosen::interface_name);
     const auto ours = run(scene, comm, steps, by_nscdd<Chosen>(options));
@@ -60,6 +60,18 @@ TEST_CASE("a run over MPI is the run in process with any partition") {
         scene.settings.partition = partitioner;
         scene.settings.rough_every = 2;
         compare<Dcs, ClosedForm>(scene);
+    }
+}
+
+TEST_CASE("several subdomains a process are those in process, bit for bit") {
+    const int processes = Mpi().size();
+    for (const int ranks : {processes + 1, 2 * processes + 1}) {
+        auto scene = dense_scenes<Spheres>().front();
+        scene.settings.rough_every = 2;
+        compare<Dcs, ClosedForm>(scene, SolveOptions{.check_every = 3}.accelerated(), ranks);
+        compare<Ccs, Factorised<>>(scene, {.check_every = 3}, ranks);
+        scene.settings.partition = by_metis<Spheres>(1.0);
+        compare<Dcs, ClosedForm>(scene, {.check_every = 3}, ranks);
     }
 }
 

@@ -1,4 +1,5 @@
-// One rank per process over MPI. The only header that includes mpi.h; nothing else includes this one.
+// Over MPI, each process hosting one rank or several. The only header that includes mpi.h; nothing else includes this
+// one.
 #pragma once
 
 #include <mpi.h>
@@ -15,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "nscdd/comm/communicator.hpp"
+#include "nscdd/comm/hosted_ranks.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -28,25 +29,30 @@ namespace nscdd::inline NSCDD_ABI {
 // Wait and transfer are told apart as in late-sender analysis (Scalasca): every message carries the time at which
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
 // transfer.
+//
+// Ranks are dealt to processes in stretches. What the ranks of one process send to those of another is one message.
 class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`
-    // is told of all that is charged, where somebody wants to know.
-    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}) : comm_(comm), charged_(std::move(charged)) {
-        check(MPI_Comm_rank(comm_.handle, &rank_), "MPI_Comm_rank");
-        check(MPI_Comm_size(comm_.handle, &size_), "MPI_Comm_size");
+    // is told of all that is charged, where somebody wants to know. `size`: ranks in all, the same on every process; 0:
+    // one a process. Throws std::invalid_argument for fewer ranks than processes.
+    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0)
+        : comm_(comm),
+          hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
+          charged_(std::move(charged)) {
         synchronise_clock();
     }
 
-    int size() const override { return size_; }
-    std::span<const int> ranks() const override { return {&rank_, 1}; }
+    int size() const override { return hosted_.size(); }
+    std::span<const int> ranks() const override { return hosted_.ranks(); }
 
     // Throws std::logic_error for a peer that is no rank. finish() throws std::logic_error when a message is shorter
     // than expected, std::runtime_error when it is longer.
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
-        check_count(links.size(), 1, "open");
-        for (const Link& link : links[0]) check_peer("open", link.peer);
-        return std::make_unique<Messages>(*this, links[0]);
+        check_count(links.size(), "open");
+        for (std::size_t k = 0; k < links.size(); ++k)
+            for (const Link& link : links[k]) check_peer("open", k, link.peer);
+        return std::make_unique<Messages>(*this, links);
     }
 
     // Each message goes alone to its target, which learns of it by looking (NBX: Hoefler, Siebert, Lumsdaine, PPoPP
@@ -54,20 +60,22 @@ class Mpi final : public Communicator {
     // under way.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
-        check_count(out.size(), 1, "route");
-        std::vector<Buffer> staged;
-        staged.reserve(out[0].size());
-        std::map<int, Buffer> arrived;
+        check_count(out.size(), "route");
+        std::map<int, Buffer> staged, arrived;  // by process: target, source, length, message, of each; then a stamp
+        for (std::size_t k = 0; k < out.size(); ++k)
+            for (const auto& [target, message] : out[k]) {
+                check_peer("route", k, target);
+                if (message.empty()) continue;
+                Buffer& to = (hosted_.hosts(target) ? arrived : staged)[hosted_.process_of(target)];
+                to.insert(to.end(), {double(target), double(hosted_.ranks()[k]), double(message.size())});
+                to.insert(to.end(), message.begin(), message.end());
+                if (target != hosted_.ranks()[k]) count(message.size());
+            }
         requests_.clear();
         routes_ = 1 - routes_;  // messages of the next route do not meet this one's
-        for (const auto& [target, message] : out[0]) {
-            check_peer("route", target);
-            if (target == rank_) arrived[rank_] = message;
-            if (target == rank_ || message.empty()) continue;
-            Buffer& stamped = staged.emplace_back(message.size() + 1);
-            pack(message, entry, stamped.data());
-            count(message.size());
-            check(MPI_Issend(stamped.data(), narrow(stamped.size()), MPI_DOUBLE, target, route_tag + routes_,
+        for (auto& [process, message] : staged) {
+            message.push_back(entry);
+            check(MPI_Issend(message.data(), narrow(message.size()), MPI_DOUBLE, process, route_tag + routes_,
                              comm_.handle, &requests_.emplace_back()),
                   "route");
         }
@@ -98,31 +106,43 @@ class Mpi final : public Communicator {
                 inside = flag != 0;
             }
         }
-        std::vector<Buffer> in(1);
-        for (const auto& [source, message] : arrived) in[0].insert(in[0].end(), message.begin(), message.end());
+        std::vector<Buffer> in(hosted_.count());
+        for (const auto& [process, messages] : arrived)
+            for (auto at = messages.begin(); at != messages.end();) {
+                Buffer& to = in[hosted_.index(static_cast<int>(at[0]))];
+                const auto begin = at + 3, end = begin + static_cast<std::ptrdiff_t>(at[2]);
+                to.insert(to.end(), begin, end);
+                at = end;
+            }
         spent(entry, latest);
         return in;
     }
 
+    // Processes with fewer ranks than others send as much.
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
         const double entry = now();
-        check_count(mine.size(), 1, "all_gather");
-        const std::size_t n = mine[0].size();
-        send_.resize(n + 1);
-        recv_.resize(static_cast<std::size_t>(size_) * (n + 1));
-        pack(mine[0], entry, send_.data());
-        check(MPI_Allgather(send_.data(), narrow(n + 1), MPI_DOUBLE, recv_.data(), narrow(n + 1), MPI_DOUBLE,
-                            comm_.handle),
-              "all_gather");
+        check_count(mine.size(), "all_gather");
+        const std::size_t n = mine[0].size(), most = hosted_.most() * n + 1,
+                          size = static_cast<std::size_t>(hosted_.size());
+        send_.assign(most, entry);  // the last is the stamp
+        recv_.resize(static_cast<std::size_t>(hosted_.processes()) * most);
+        for (std::size_t k = 0; k < mine.size(); ++k) std::ranges::copy(mine[k], send_.data() + k * n);
+        check(
+            MPI_Allgather(send_.data(), narrow(most), MPI_DOUBLE, recv_.data(), narrow(most), MPI_DOUBLE, comm_.handle),
+            "all_gather");
         double latest = entry;
         gathered_.clear();
-        for (auto from = recv_.begin(); from != recv_.end(); from += static_cast<std::ptrdiff_t>(n + 1)) {
-            const auto stamp = from + static_cast<std::ptrdiff_t>(n);
-            gathered_.insert(gathered_.end(), from, stamp);
-            latest = std::max(latest, *stamp);
+        for (int p = 0; p < hosted_.processes(); ++p) {
+            const double* const from = recv_.data() + static_cast<std::size_t>(p) * most;
+            const auto rows = static_cast<std::size_t>(hosted_.first(p + 1) - hosted_.first(p));
+            gathered_.insert(gathered_.end(), from, from + rows * n);
+            latest = std::max(latest, from[most - 1]);
         }
-        if (rank_ != 0) count(n);  // up to rank 0; MPI may do otherwise, the count is that of the contract
-        for (int r = 1; rank_ == 0 && r < size_; ++r) count(static_cast<std::size_t>(size_) * n);  // and down again
+        for (const int rank : hosted_.ranks())
+            if (rank != 0)
+                count(n);  // up to rank 0; MPI may do otherwise, the count is that of the contract
+            else
+                for (std::size_t r = 1; r < size; ++r) count(size * n);  // and down again
         spent(entry, latest);
         return gathered_;
     }
@@ -130,74 +150,69 @@ class Mpi final : public Communicator {
     // By recursive doubling, log2(size) messages one after the other: MPI_Allreduce may take any order.
     std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         const double entry = now();
-        check_count(mine.size(), 1, "reduce");
+        check_count(mine.size(), "reduce");
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
-        reduced_.resize(n + 1);
-        recv_.resize(n + 1);
-        pack(mine[0], entry, reduced_.data());  // of the stamps the largest arrives
-        const int p = tree_size(size_), rest = size_ - p;
-        if (rank_ >= p) {
-            send(reduced_, rank_ - p), receive(reduced_, rank_ - p);
-            count(n);
-        } else {
-            if (rank_ < rest) receive(recv_, rank_ + p), combine_in_tree(reduced_, recv_, added);
-            for (int step = 1; step < p; step *= 2) {
-                check(
-                    MPI_Sendrecv(reduced_.data(), narrow(n + 1), MPI_DOUBLE, rank_ ^ step, reduce_tag, recv_.data(),
-                                 narrow(n + 1), MPI_DOUBLE, rank_ ^ step, reduce_tag, comm_.handle, MPI_STATUS_IGNORE),
-                    "reduce");
-                combine_in_tree(reduced_, recv_, added);
-                count(n);
-            }
-            if (rank_ < rest) send(reduced_, rank_ + p), count(n);
+        for (std::size_t k = 0; k < mine.size(); ++k) {
+            if (mine[k].size() != n) throw std::logic_error("reduce: hosted ranks have rows of different lengths");
+            rows_[k].resize(n + 1);
+            others_[k].resize(n + 1);
+            *std::ranges::copy(mine[k], rows_[k].begin()).out = entry;  // of the stamps the largest arrives
         }
-        spent(entry, reduced_[n]);
-        return std::span(reduced_).first(n);
+        const int p = tree_size(size()), rest = size() - p;
+        const auto extra = [p](int rank) { return rank >= p ? rank - p : -1; };
+        const auto with_extra = [p, rest](int rank) { return rank < rest ? rank + p : -1; };
+        const auto combine = [&](auto&& partner) {
+            for (std::size_t k = 0; k < rows_.size(); ++k)
+                if (partner(hosted_.ranks()[k]) >= 0) combine_in_tree(rows_[k], others_[k], added);
+        };
+        if (rest > 0) trade_rows(extra, with_extra), combine(with_extra);
+        for (int step = 1; step < p; step *= 2) {
+            const auto partner = [p, step](int rank) { return rank < p ? rank ^ step : -1; };
+            trade_rows(partner, partner);
+            combine(partner);
+        }
+        if (rest > 0) {
+            trade_rows(with_extra, extra);
+            for (std::size_t k = 0; k < rows_.size(); ++k)
+                if (extra(hosted_.ranks()[k]) >= 0) rows_[k].swap(others_[k]);
+        }
+        spent(entry, rows_[0][n]);
+        return std::span(rows_[0]).first(n);
     }
 
     // The clock of rank 0 [s], as well as this process knows it.
     double now() const override { return MPI_Wtime() + offset_; }
-    // Throws std::out_of_range unless rank, an index into ranks(), is 0.
+    // Throws std::out_of_range for a rank that is not hosted.
     void charge(int rank, Work kind, double count, double bytes) override {
-        if (rank != 0) throw std::out_of_range("charge: no hosted rank " + std::to_string(rank));
-        work_ += contacts_swept(kind, count);
+        work_.at(static_cast<std::size_t>(rank)) += contacts_swept(kind, count);
         if (charged_) charged_(kind, count, bytes);
     }
-    std::span<const double> work() const override { return {&work_, 1}; }
+    std::span<const double> work() const override { return work_; }
     Traffic traffic() const override { return traffic_; }
     CommSeconds seconds() const override { return seconds_; }
 
   private:
     static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, first_channel_tag = 4;
 
-    // Of persistent requests. Every message has a stamp behind it, the time at which its sender called start().
+    // Of persistent requests, one a process that is sent to and one a process that is received from. Every message has
+    // a stamp behind it, the time at which its sender called start().
     class Messages final : public Channel {
       public:
-        Messages(Mpi& comm, const Links& links) : comm_(comm) {
-            std::size_t all = 0;
-            for (const Link& link : links) all += link.send + link.recv + 2;
-            memory_.resize(all);
-            requests_.resize(2 * links.size(), MPI_REQUEST_NULL);
-            statuses_.resize(requests_.size());
-            send_.resize(1), recv_.resize(1);
+        Messages(Mpi& comm, const std::vector<Links>& links) : comm_(comm), layout_(comm.hosted_, links, send_, recv_) {
+            for (std::size_t k = 0; k < links.size(); ++k)
+                for (const Link& link : links[k])
+                    if (link.peer != comm.hosted_.ranks()[k]) messages_ += 1, doubles_ += link.send;
             const int own_tag = comm.next_channel_tag();
-            double* at = memory_.data();
-            for (std::size_t l = 0; l < links.size(); ++l) {
-                const auto& [peer, send, recv] = links[l];
-                recv_[0].emplace_back(at, recv);
-                check(MPI_Recv_init(at, narrow(recv + 1), MPI_DOUBLE, peer, own_tag, comm.comm_.handle, &requests_[l]),
+            for (const auto& [process, message] : layout_.incoming)
+                check(MPI_Recv_init(message.data(), narrow(message.size()), MPI_DOUBLE, process, own_tag,
+                                    comm.comm_.handle, &requests_.emplace_back(MPI_REQUEST_NULL)),
                       "open");
-                at += recv + 1;
-                send_[0].emplace_back(at, send);
-                check(MPI_Send_init(at, narrow(send + 1), MPI_DOUBLE, peer, own_tag, comm.comm_.handle,
-                                    &requests_[links.size() + l]),
+            for (const auto& [process, message] : layout_.outgoing)
+                check(MPI_Send_init(message.data(), narrow(message.size()), MPI_DOUBLE, process, own_tag,
+                                    comm.comm_.handle, &requests_.emplace_back(MPI_REQUEST_NULL)),
                       "open");
-                at += send + 1;
-                if (peer == comm.rank_) continue;
-                messages_ += 1;
-                doubles_ += send;
-            }
+            statuses_.resize(requests_.size());
         }
         ~Messages() override {
             int finalised = 0;
@@ -210,7 +225,7 @@ class Mpi final : public Communicator {
 
         void start() override {
             const double entry = comm_.now();
-            for (const auto& message : send_[0]) *(message.data() + message.size()) = entry;
+            for (const auto& message : layout_.outgoing) message.doubles.back() = entry;
             if (!requests_.empty()) check(MPI_Startall(narrow(requests_.size()), requests_.data()), "start");
             comm_.traffic_.messages += messages_;
             comm_.traffic_.bytes += static_cast<double>(doubles_ * sizeof(double));
@@ -226,21 +241,23 @@ class Mpi final : public Communicator {
             }
             check(code, "finish");
             double latest = entry;
-            for (std::size_t l = 0; l < recv_[0].size(); ++l) {
+            for (std::size_t m = 0; m < layout_.incoming.size(); ++m) {
+                const auto& [process, message] = layout_.incoming[m];
                 int n = 0;
-                check(MPI_Get_count(&statuses_[l], MPI_DOUBLE, &n), "finish");
-                if (n != narrow(recv_[0][l].size() + 1))
-                    throw std::logic_error("finish: the message of rank " + std::to_string(statuses_[l].MPI_SOURCE) +
-                                           " to rank " + std::to_string(comm_.rank_) + " is shorter than expected");
-                latest = std::max(latest, *(recv_[0][l].data() + recv_[0][l].size()));
+                check(MPI_Get_count(&statuses_[m], MPI_DOUBLE, &n), "finish");
+                if (n != narrow(message.size()))
+                    throw std::logic_error("finish: the message of process " + std::to_string(process) +
+                                           " to process " + std::to_string(comm_.hosted_.process()) +
+                                           " is shorter than expected");
+                latest = std::max(latest, message.back());
             }
             comm_.spent(entry, latest);
         }
 
       private:
         Mpi& comm_;
-        Buffer memory_;
-        std::vector<MPI_Request> requests_;  // of receives, then of sends
+        MessageLayout layout_;
+        std::vector<MPI_Request> requests_;  // of incoming messages, then of outgoing ones
         std::vector<MPI_Status> statuses_;
         double messages_ = 0;
         std::size_t doubles_ = 0;
@@ -250,13 +267,28 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    void send(const Buffer& buffer, int peer) {
-        check(MPI_Send(buffer.data(), narrow(buffer.size()), MPI_DOUBLE, peer, reduce_tag, comm_.handle), "reduce");
-    }
-    void receive(Buffer& buffer, int peer) {
-        check(MPI_Recv(buffer.data(), narrow(buffer.size()), MPI_DOUBLE, peer, reduce_tag, comm_.handle,
-                       MPI_STATUS_IGNORE),
-              "reduce");
+    // rows_[k] of each hosted rank to that of rank to(rank), and into others_[k] that of from(rank); -1: none. Rows
+    // from one process to another go by ascending rank on both sides.
+    void trade_rows(auto&& to, auto&& from) {
+        requests_.clear();
+        for (std::size_t k = 0; k < hosted_.count(); ++k) {
+            const int source = from(hosted_.ranks()[k]);
+            if (source >= 0 && hosted_.hosts(source)) others_[k] = rows_[hosted_.index(source)];
+            if (source < 0 || hosted_.hosts(source)) continue;
+            check(MPI_Irecv(others_[k].data(), narrow(others_[k].size()), MPI_DOUBLE, hosted_.process_of(source),
+                            reduce_tag, comm_.handle, &requests_.emplace_back()),
+                  "reduce");
+        }
+        for (std::size_t k = 0; k < hosted_.count(); ++k) {
+            const int target = to(hosted_.ranks()[k]);
+            if (target < 0) continue;
+            count(rows_[k].size() - 1);
+            if (hosted_.hosts(target)) continue;
+            check(MPI_Isend(rows_[k].data(), narrow(rows_[k].size()), MPI_DOUBLE, hosted_.process_of(target),
+                            reduce_tag, comm_.handle, &requests_.emplace_back()),
+                  "reduce");
+        }
+        check(MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "reduce");
     }
 
     // A duplicate of the caller's communicator, so that our messages never meet the caller's.
@@ -269,6 +301,12 @@ class Mpi final : public Communicator {
             if (!initialised) throw std::logic_error("Mpi: MPI is not initialised");
             check(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
             check(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+        }
+        // Of this process, or of all: what MPI_Comm_rank or MPI_Comm_size says.
+        int place(int (*ask)(MPI_Comm, int*)) const {
+            int number = 0;
+            check(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
+            return number;
         }
         Duplicate(const Duplicate&) = delete;
         Duplicate& operator=(const Duplicate&) = delete;
@@ -287,16 +325,16 @@ class Mpi final : public Communicator {
         throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
     }
 
-    static void check_count(std::size_t buffers, std::size_t ranks, const char* call) {
-        if (buffers != ranks)
+    void check_count(std::size_t buffers, const char* call) const {
+        if (buffers != hosted_.count())
             throw std::logic_error(std::string(call) + ": " + std::to_string(buffers) + " buffers for " +
-                                   std::to_string(ranks) + " ranks");
+                                   std::to_string(hosted_.count()) + " ranks");
     }
 
-    void check_peer(const char* call, int peer) const {
-        if (peer < 0 || peer >= size_)
-            throw std::logic_error(std::string(call) + ": rank " + std::to_string(rank_) + " has a message for rank " +
-                                   std::to_string(peer) + " of " + std::to_string(size_));
+    void check_peer(const char* call, std::size_t k, int peer) const {
+        if (peer < 0 || peer >= size())
+            throw std::logic_error(std::string(call) + ": rank " + std::to_string(hosted_.ranks()[k]) +
+                                   " has a message for rank " + std::to_string(peer) + " of " + std::to_string(size()));
     }
 
     // MPI counts in int.
@@ -304,8 +342,6 @@ class Mpi final : public Communicator {
         if (!std::in_range<int>(n)) throw std::length_error("Mpi: " + std::to_string(n) + " doubles in one message");
         return static_cast<int>(n);
     }
-
-    static void pack(const Buffer& payload, double stamp, double* to) { *std::ranges::copy(payload, to).out = stamp; }
 
     void count(std::size_t doubles) {
         traffic_.messages += 1;
@@ -319,21 +355,21 @@ class Mpi final : public Communicator {
         seconds_.transfer += elapsed - wait;
     }
 
-    // Clocks of different processes may differ by anything: each rank asks rank 0 for the time, and believes the
+    // Clocks of different processes may differ by anything: each asks the first for the time, and believes the
     // answer that came back soonest. Good to half a round trip; later drift is not followed.
     void synchronise_clock() {
         int *global = nullptr, found = 0;
         check(MPI_Comm_get_attr(MPI_COMM_WORLD, MPI_WTIME_IS_GLOBAL, static_cast<void*>(&global), &found), "clock");
         if (found && *global) return;
         constexpr int rounds = 20;
-        for (int r = 1; rank_ == 0 && r < size_; ++r)
+        for (int r = 1; hosted_.process() == 0 && r < hosted_.processes(); ++r)
             for (int round = 0; round < rounds; ++round) {
                 check(MPI_Recv(nullptr, 0, MPI_DOUBLE, r, tag, comm_.handle, MPI_STATUS_IGNORE), "clock");
                 const double time = MPI_Wtime();
                 check(MPI_Send(&time, 1, MPI_DOUBLE, r, tag, comm_.handle), "clock");
             }
         double shortest = std::numeric_limits<double>::infinity();
-        for (int round = 0; rank_ != 0 && round < rounds; ++round) {
+        for (int round = 0; hosted_.process() != 0 && round < rounds; ++round) {
             double time = 0;
             const double asked = MPI_Wtime();
             check(MPI_Send(nullptr, 0, MPI_DOUBLE, 0, tag, comm_.handle), "clock");
@@ -346,15 +382,17 @@ class Mpi final : public Communicator {
     }
 
     Duplicate comm_;
-    int rank_ = 0, size_ = 1;
+    HostedRanks hosted_;
     double offset_ = 0;  // to the clock of rank 0 [s]
 
     // Staging, which only grows.
-    Buffer send_, recv_, gathered_, reduced_;
+    Buffer send_, recv_, gathered_;
+    std::vector<Buffer> rows_ = std::vector<Buffer>(hosted_.count()),
+                        others_ = rows_;  // of the reduction, by hosted rank
     std::vector<MPI_Request> requests_;
     int routes_ = 0, channels_ = 0;
 
-    double work_ = 0;
+    std::vector<double> work_ = std::vector<double>(hosted_.count());
     Charged charged_;
     Traffic traffic_;
     CommSeconds seconds_;
