@@ -12,7 +12,7 @@
 
 namespace nscdd {
 
-// Was this compiled for SimGrid's SMPI, whose ranks and clock are simulated?
+// Compiled for SimGrid's SMPI: ranks and clock are simulated.
 #ifdef NSCDD_SIMULATED
 inline constexpr bool simulated = true;
 #else

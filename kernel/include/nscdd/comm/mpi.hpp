@@ -194,7 +194,6 @@ class Mpi final : public Communicator {
 
   private:
     static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, first_channel_tag = 4;
-
     // Of persistent requests, one a process that is sent to and one a process that is received from. Every message has
     // a stamp behind it, the time at which its sender called start().
     class Messages final : public Channel {
