@@ -28,8 +28,8 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>); \
     prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);    \
     prefix template Measures<M> measure(const Simulation<M>&);                                                         \
-    prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&);                                 \
-    prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&);                             \
+    prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                            \
+    prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                        \
     prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                            \
     prefix template SolveReport nscdd_solve(std::vector<Subdomain<M>>&, Communicator&, CommunicationScheme<M>&,        \
                                             const SolveOptions&, PhaseSeconds&);                                       \

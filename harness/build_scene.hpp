@@ -1,6 +1,9 @@
 // From a scene and a packing or state, as read, to what the kernel steps.
 #pragma once
 
+#include <ranges>
+
+#include "exact_sum.hpp"
 #include "nscdd/partition/bisection.hpp"
 #include "nscdd/partition/metis.hpp"
 #include "nscdd/step/simulation.hpp"
@@ -9,7 +12,7 @@
 namespace nscdd {
 
 template <class M>
-struct BuiltScene {
+struct BuiltScene {  // of grains, impulses and positions the share of one process
     std::vector<Grain<M>> grains;
     SimulationSettings<M> settings;
     std::vector<PairImpulse<M>> impulses;
@@ -32,66 +35,71 @@ Partitioner<M> choose_partition(const RunRequest& request) {
 
 namespace build_detail {
 
+// Of a packing at rest, or of a state with its motion.
 template <class M>
-std::vector<Grain<M>> scene_grains(const RunRequest& request) {
+std::vector<Grain<M>> stored_grains(const RunRequest& request) {
     const Scene& scene = request.scene;
-    std::vector<Grain<M>> grains;
-    const auto add = [&](double radius, int material, const typename M::Vec& position) -> Grain<M>& {
-        const double density = scene.materials[static_cast<std::size_t>(material)].density;
-        return grains.emplace_back(make_grain<M>(static_cast<int>(grains.size()), radius, density, position, material));
-    };
     const State& from = request.from;
-    const Packing& packing = from.packing.size() ? from.packing : request.packing;
+    const Packing& packing = request.goes_on() ? from.packing : request.packing;
+    std::vector<Grain<M>> grains;
     for (std::size_t g = 0; g < packing.size(); ++g) {
-        const bool restart = from.packing.size() > 0;
-        Grain<M>& grain = add(packing.radius[g], restart ? from.material[g] : scene.packing_material,
-                              Eigen::Map<const typename M::Vec>(packing.x.data() + g * M::dim));
-        if (!restart) continue;
+        const int material = request.goes_on() ? from.material[g] : scene.packing_material;
+        Grain<M>& grain = grains.emplace_back(
+            make_grain<M>(static_cast<int>(packing.before + g), packing.radius[g],
+                          scene.materials[static_cast<std::size_t>(material)].density,
+                          Eigen::Map<const typename M::Vec>(packing.x.data() + g * M::dim), material));
+        if (!request.goes_on()) continue;
         grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(from.velocity.data() + g * M::dim);
         if constexpr (M::friction)
             grain.velocity.template tail<M::spins>() =
                 Eigen::Map<const typename M::Spin>(from.spin.data() + g * M::spins);
     }
-    const std::size_t before =
-        from.packing.size() ? grains.size() - std::min(grains.size(), scene.grains.size()) : grains.size();
-    for (std::size_t k = 0; k < scene.grains.size(); ++k) {  // a state has them already, but for their loads
+    return grains;
+}
+
+template <class M>
+void load(Grain<M>& grain, const SceneGrain& single) {
+    grain.load.template head<M::dim>() = single.force;
+    if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
+}
+
+// The scene's own, behind those of the packing. A state has them already, but for their loads.
+template <class M>
+void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
+    const Scene& scene = request.scene;
+    const std::size_t own = scene.grains.size();
+    if (request.goes_on()) {
+        const std::size_t packed = request.from.packing.total() - own;
+        for (auto& grain : grains)
+            if (const auto id = static_cast<std::size_t>(grain.id); id >= packed)
+                load(grain, scene.grains[id - packed]);
+        return;
+    }
+    const hdf5::Rows rows = Share{request.share.part, request.share.parts}.of(own);
+    for (std::size_t k = rows.begin; k < rows.end; ++k) {
         const SceneGrain& single = scene.grains[k];
         Grain<M>& grain =
-            from.packing.size() ? grains.at(before + k) : add(single.radius, single.material, single.position);
-        grain.load.template head<M::dim>() = single.force;
-        if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
-        if (from.packing.size()) continue;
+            grains.emplace_back(make_grain<M>(static_cast<int>(request.packing.total() + k), single.radius,
+                                              scene.materials[static_cast<std::size_t>(single.material)].density,
+                                              typename M::Vec(single.position), single.material));
+        load(grain, single);
         grain.velocity.template head<M::dim>() = single.velocity;
         if constexpr (M::friction) grain.velocity.template tail<M::spins>() = single.spin;
     }
-    return grains;
 }
 
 }  // namespace build_detail
 
-// What this process passes of the scene: grains and contacts by their rows in the files.
+// The share of this process. Collective. Throws InputError, the same on every process, for what only shows once scene
+// and packing meet.
 template <class M>
-void keep_slice(BuiltScene<M>& built, int process, int processes) {
-    const auto keep = [process, processes](auto& rows) {
-        const std::size_t n = rows.size(), p = static_cast<std::size_t>(process),
-                          all = static_cast<std::size_t>(processes);
-        rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(n * (p + 1) / all), rows.end());
-        rows.erase(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(n * p / all));
-    };
-    keep(built.grains);
-    keep(built.impulses);
-    if (built.rough) keep(built.rough->positions);
-}
-
-// Throws InputError for what only shows once scene and packing meet.
-template <class M>
-BuiltScene<M> build_scene(const RunRequest& request) {
+BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const Scene& scene = request.scene;
-    BuiltScene<M> built{build_detail::scene_grains<M>(request), {}, {}, {}};
-    if (built.grains.empty())
+    BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}};
+    build_detail::add_own_grains<M>(request, built.grains);
+    if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0)
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
-    double mass = 0;
-    for (const auto& g : built.grains) mass += g.mass;
+    const double mass = sum_in_any_order(comm, std::views::transform(built.grains, &Grain<M>::mass));
 
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
@@ -114,11 +122,11 @@ BuiltScene<M> build_scene(const RunRequest& request) {
             wall.mass = source.mass.value_or(mass);
             wall.force = source.force;
         }
-        if (from.packing.size()) {
+        if (request.goes_on()) {
             wall.offset = from.walls.offset[w];
             if (wall.driven) wall.speed = from.walls.normal_speed[w];
         } else {
-            wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.packing.box)));
+            wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.box)));
         }
     }
     for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
@@ -129,7 +137,7 @@ BuiltScene<M> build_scene(const RunRequest& request) {
             built.impulses.push_back(
                 {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});
     }
-    if (from.packing.size()) {
+    if (request.goes_on()) {
         RoughDetection<M>& rough = built.rough.emplace();
         rough.kind = from.rough.kind;
         rough.partition = from.rough.partition;

@@ -41,11 +41,12 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
     run.scheme = "dcs";
     for (const int subdomains : arguments.subdomains) {
         run.subdomains = subdomains;
-        RunRequest request = prepare_run(run, provenance, 1, false);
+        RunRequest request = prepare_run(run, provenance, {}, false);
         check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
         request.calibration = CalibrationRequest{arguments.seconds, provenance.machine.cores};
         InProcess comm(subdomains);
-        const nlohmann::json measured = choose_model(request.scene)(request, comm).json;
+        FileSet none;
+        const nlohmann::json measured = choose_model(request.scene)(request, comm, none).json;
         costs.model = measured["model"];
         json["scene"] = measured["scene"];
         json["grains"] = measured["grains"];

@@ -41,20 +41,21 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     run.adopt = arguments.adopt;
     run.steps = arguments.step;
     run.quiet = arguments.quiet;
-    RunRequest request = prepare_run(run, provenance, 1, false);
+    RunRequest request = prepare_run(run, provenance, {}, false);
     check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
                                           .check_every = request.scene.solver.check_every,
                                           .max_iterations = arguments.max_iterations}
                                  .accelerated();
     InProcess comm(1);
-    const RunResult result = choose_model(request.scene)(request, comm);
+    FileSet none;
+    const RunResult result = choose_model(request.scene)(request, comm, none);
     const auto& [problem, solution, report] = result.exported.value();
     if (problem.friction.size() == 0)
         throw InputError(
             fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.scene, arguments.step));
     write_fclib(arguments.output, problem, solution,
-                {.title = fmt::format("{}, step {}", request.scene.name, result.state.step),
+                {.title = fmt::format("{}, step {}", request.scene.name, result.last_step),
                  .description = fmt::format("Moreau-Jean, h = {}; r are impulses, u velocities at the end of the step "
                                             "with g+/h, or e times those before, in q_N. /solution: {}, natural map "
                                             "{:.3g}, eta {:.3g}. nscdd {}: {}",

@@ -196,10 +196,10 @@ void write_fclib_solution(FileSet& files, const std::string& path, const std::st
                           const FclibSolution& solution) {
     const hdf5::Reader from(source);
     const std::string group = from.has("fclib_local") ? "fclib_local" : "fclib_global";
-    hdf5::Writer file(path);
+    hdf5::Writer file(files, path);
     file.copy(from, group);
     add_solution(file, group + "/info", solution);
-    file.save(files);
+    file.save();
 }
 
 }  // namespace nscdd

@@ -1,9 +1,12 @@
-// A thin layer over the HDF5 C library: whole datasets and attributes, with errors that name file and dataset.
+// A thin layer over the HDF5 C library: datasets, whole or by rows, and attributes, with errors that name file and
+// dataset.
 #pragma once
 
 #include <hdf5.h>
 
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,12 +20,17 @@ using Shape = std::vector<hsize_t>;
 
 std::string to_string(const Shape& shape);  // "(5000, 3)"
 
+// Of a dataset, `end` not among them; all that there are unless told otherwise.
+struct Rows {
+    hsize_t begin = 0, end = std::numeric_limits<hsize_t>::max();
+};
+
 // Owns an HDF5 identifier and closes it with the function that fits its kind.
 class Handle {
   public:
     using Close = herr_t (*)(hid_t);
 
-    Handle(hid_t id, Close close) : id_(id), close_(close) {}
+    Handle(hid_t id, Close how) : id_(id), close_(how) {}
     Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
     Handle& operator=(Handle&&) = delete;
     ~Handle() {
@@ -31,6 +39,7 @@ class Handle {
 
     operator hid_t() const { return id_; }
     bool valid() const { return id_ >= 0; }
+    herr_t close() { return id_ >= 0 ? close_(std::exchange(id_, H5I_INVALID_HID)) : 0; }
 
   private:
     hid_t id_;
@@ -48,11 +57,11 @@ class Reader {
     // Extents of a dataset. Throws InputError when there is no such dataset.
     Shape shape(const std::string& dataset) const;
 
-    // Values in C order, T = double (from any real or integer type; must be finite) or int (from integers).
-    // Throws InputError when the dataset is missing, unreadable, of another type or shape, or stored in another file:
-    // external storage, virtual datasets.
+    // Values of some rows in C order, T = double (from any real or integer type; must be finite) or int (from
+    // integers). `expected`: the shape of the whole dataset. Throws InputError when the dataset is missing, unreadable,
+    // of another type or shape, or stored in another file: external storage, virtual datasets.
     template <class T>
-    std::vector<T> read(const std::string& dataset, const Shape& expected) const;
+    std::vector<T> read(const std::string& dataset, const Shape& expected, Rows rows = {}) const;
 
     // A list of texts of fixed length. Throws InputError as `read` does.
     std::vector<std::string> texts(const std::string& dataset, hsize_t expected) const;
@@ -76,17 +85,25 @@ class Reader {
     Handle file_;
 };
 
-// Builds the file in memory, so that a full disk is met by one plain write (see replace_file) and not half-way
-// through the library.
+// Writes beside the place of the file, which it takes when the set is committed.
 class Writer {
   public:
-    // `path` is where `save` puts the file; nothing is written before.
+    // Throws OutputError. The first is of a set of its own, which save() commits.
     explicit Writer(std::string path);
+    Writer(FileSet& files, std::string path);
+    Writer(const Writer&) = delete;
+    Writer& operator=(const Writer&) = delete;
 
     // Values in C order, T = double or int; datasets from 64 KiB are chunked and deflated. "group/name" makes the
     // group.
     template <class T>
     void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
+
+    // The same in pieces: so many rows, each time those behind what has been appended.
+    template <class T>
+    void declare(const std::string& dataset, const Shape& shape);
+    template <class T>
+    void append(const std::string& dataset, const std::vector<T>& values);
 
     // A list of texts, null-terminated, of one fixed length.
     void texts(const std::string& dataset, const std::vector<std::string>& values);
@@ -103,16 +120,26 @@ class Writer {
     void attribute(const std::string& name, std::int64_t value, const std::string& group = "/");
     void attribute(const std::string& name, const std::string& value, const std::string& group = "/");
 
-    // Throws OutputError; an old file is then left as it was. The first returns the checksum of the file.
-    std::string save(FileSet& files);
+    // Throws OutputError, also where a dataset lacks rows; an old file is then left as it was.
     void save();
 
   private:
+    struct Growing {
+        Handle dataset;
+        Shape shape;
+        hsize_t rows = 0;  // written
+    };
+
     OutputError error(const std::string& thing) const;
+    void check_disk() const;
     void write_attribute(const std::string& group, const std::string& name, hid_t type, const void* value);
 
     std::string path_;
+    FileSet own_;
+    int disk_error_ = 0;  // errno
+    bool commits_;
     Handle file_;
+    std::map<std::string, Growing> growing_;
 };
 
 }  // namespace nscdd::hdf5

@@ -85,7 +85,9 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->add_option("--interface", run.interface,
                      "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
         ->check(CLI::IsMember({"closed-form", "factorised"}));
-    run_command->add_option("-n,--subdomains", run.subdomains, "In-process subdomains (under mpirun: one per rank)")
+    run_command
+        ->add_option("-n,--subdomains", run.subdomains,
+                     "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
         ->check(CLI::PositiveNumber);
     run_command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
         ->check(CLI::PositiveNumber);

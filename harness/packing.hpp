@@ -1,4 +1,5 @@
-// A packing: grains in a box, without motion. What `nscdd pack` writes and every run starts from.
+// A packing: grains in a box, without motion. What `nscdd pack` writes and every run starts from. One process of many
+// has some of its rows.
 #pragma once
 
 #include <map>
@@ -9,18 +10,29 @@
 
 namespace nscdd {
 
+// Which rows of a file a process reads: of all that share it, each has a run of about as many.
+struct Share {
+    int part = 0, parts = 1;
+    hsize_t dealt = 0;  // rows that are dealt, where others than those of the file are
+
+    hdf5::Rows of(hsize_t rows) const;
+};
+
 struct Packing {
     int dim = 0;                 // 2: disks, 3: spheres
     std::vector<double> x;       // (n, dim) in C order, centres [m]
     std::vector<double> radius;  // (n) [m], > 0
     std::vector<double> box;     // (dim) [m], the sample fills [0, box]
 
+    std::size_t before = 0, after = 0;  // rows of the file that are not here
+
     std::size_t size() const { return radius.size(); }
+    std::size_t total() const { return before + size() + after; }
 };
 
 // Reads datasets x, radius and box of an HDF5 file; others, such as those of a state, are ignored.
 // Throws InputError naming file and dataset: missing, damaged, wrong type or shape, not finite, not positive, empty.
-Packing read_packing(const std::string& path);
+Packing read_packing(const std::string& path, const Share& share = {});
 
 // Writes the packing, attribute `dim`, and string attributes such as {"source", ...}, {"command", ...}.
 // Throws OutputError; an old file is then left as it was.
@@ -28,7 +40,7 @@ void write_packing(const std::string& path, const Packing& packing,
                    const std::map<std::string, std::string>& attributes = {});
 
 // The packing's part of a larger file.
-Packing read_packing(const hdf5::Reader& file);
+Packing read_packing(const hdf5::Reader& file, const Share& share);
 void write_packing(hdf5::Writer& file, const Packing& packing);
 
 }  // namespace nscdd

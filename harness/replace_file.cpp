@@ -6,6 +6,7 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -84,11 +85,15 @@ Descriptor open_part(const std::string& target, std::string& part) {
     }
 }
 
-void write_part(const Descriptor& file, const std::string& target, std::string_view bytes) {
-    if (const auto old = status(target)) {
-        const bool same_owner = ::fchown(file, old->st_uid, old->st_gid) == 0;  // root alone may give files away
-        if (::fchmod(file, old->st_mode & (same_owner ? 07777 : 0777)) != 0) refuse(errno);
-    }
+// Owner and mode of the file that is there.
+void keep_mode(const Descriptor& file, const std::string& target) {
+    const auto old = status(target);
+    if (!old) return;
+    const bool same_owner = ::fchown(file, old->st_uid, old->st_gid) == 0;  // root alone may give files away
+    if (::fchmod(file, old->st_mode & (same_owner ? 07777 : 0777)) != 0) refuse(errno);
+}
+
+void write_all(const Descriptor& file, std::string_view bytes) {
     while (!bytes.empty()) {
         const ssize_t written = ::write(file, bytes.data(), bytes.size());
         if (written < 0 && errno != EINTR) refuse(errno);
@@ -96,13 +101,25 @@ void write_part(const Descriptor& file, const std::string& target, std::string_v
     }
 }
 
-// Where a file is or will be, by which two names of it are told to be one.
-bool same_file(const std::string& a, const std::string& b) {
-    struct stat x {
-    }, y{};
-    if (::stat(a.c_str(), &x) == 0 && ::stat(b.c_str(), &y) == 0) return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
-    std::error_code ignored;
-    return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
+class Checksum {
+  public:
+    void add(std::string_view bytes) {
+        for (const unsigned char byte : bytes) hash_ = (hash_ ^ byte) * 0x100000001b3;
+    }
+    std::string text() const { return fmt::format("{:016x}", hash_); }
+
+  private:
+    std::uint64_t hash_ = 0xcbf29ce484222325;
+};
+
+void visit_blocks(const std::string& path, const auto& visit) {
+    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    for (std::string block(1 << 16, '\0');;) {
+        const ssize_t count = file < 0 ? -1 : ::read(file, block.data(), block.size());
+        if (count < 0) throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+        if (count == 0) return;
+        visit(std::string_view(block).substr(0, static_cast<std::size_t>(count)));
+    }
 }
 
 void check_output(const NamedFile& output) {
@@ -121,12 +138,22 @@ void check_output(const NamedFile& output) {
 }  // namespace
 
 void FileSet::add(const std::string& path, std::string_view bytes) {
+    make(path, [bytes](const Descriptor& file) { write_all(file, bytes); });
+}
+
+std::string FileSet::begin(const std::string& path) {
+    make(path, [](const Descriptor&) {});
+    return parts_.back().part;
+}
+
+void FileSet::make(const std::string& path, const auto& fill) {
     try {
         const std::string target = target_of(path);
         std::string part;
         Descriptor file = open_part(target, part);
         parts_.push_back({path, target, part});
-        write_part(file, target, bytes);
+        keep_mode(file, target);
+        fill(file);
         if (file.close() != 0) refuse(errno);
     } catch (const Refused& refused) {
         throw OutputError(fmt::format("{}: cannot write: {}", path, refused.why));
@@ -135,10 +162,24 @@ void FileSet::add(const std::string& path, std::string_view bytes) {
     }
 }
 
+std::string FileSet::checksum(const std::string& path) const {
+    const auto part = std::ranges::find(parts_, path, &Part::path);
+    if (part == parts_.end()) throw std::logic_error("FileSet::checksum: " + path + " is not of the set");
+    Checksum sum;
+    visit_blocks(part->part, [&sum](std::string_view block) { sum.add(block); });
+    return sum.text();
+}
+
 void FileSet::commit() {
+    const auto fail = [](const Part& part) {
+        throw OutputError(fmt::format("{}: cannot write: {}", part.path, std::strerror(errno)));
+    };
+    for (const Part& part : parts_) {
+        const Descriptor file(::open(part.part.c_str(), O_RDONLY | O_CLOEXEC));
+        if (file < 0 || ::fsync(file) != 0) fail(part);
+    }
     for (Part& part : parts_) {
-        if (std::rename(part.part.c_str(), part.target.c_str()) != 0)
-            throw OutputError(fmt::format("{}: cannot write: {}", part.path, std::strerror(errno)));
+        if (std::rename(part.part.c_str(), part.target.c_str()) != 0) fail(part);
         part.part.clear();
     }
     parts_.clear();
@@ -156,9 +197,17 @@ void replace_file(const std::string& path, std::string_view bytes) {
 }
 
 std::string checksum(std::string_view bytes) {
-    std::uint64_t hash = 0xcbf29ce484222325;
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 0x100000001b3;
-    return fmt::format("{:016x}", hash);
+    Checksum sum;
+    sum.add(bytes);
+    return sum.text();
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+    struct stat x {
+    }, y{};
+    if (::stat(a.c_str(), &x) == 0 && ::stat(b.c_str(), &y) == 0) return x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+    std::error_code ignored;
+    return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
 }
 
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
@@ -191,14 +240,9 @@ void require_regular_file(const std::string& path) {
 
 std::string read_file(const std::string& path) {
     require_regular_file(path);
-    const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     std::string bytes;
-    for (std::string block(1 << 16, '\0');;) {
-        const ssize_t count = file < 0 ? -1 : ::read(file, block.data(), block.size());
-        if (count < 0) throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
-        if (count == 0) return bytes;
-        bytes.append(block.data(), static_cast<std::size_t>(count));
-    }
+    visit_blocks(path, [&bytes](std::string_view block) { bytes.append(block); });
+    return bytes;
 }
 
 }  // namespace nscdd

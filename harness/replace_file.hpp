@@ -19,14 +19,20 @@ class FileSet {
     FileSet(const FileSet&) = delete;
     FileSet& operator=(const FileSet&) = delete;
 
-    // Both throw OutputError.
+    // Each throws OutputError.
     void add(const std::string& path, std::string_view bytes);
+    // Makes the file beside its place, empty, for the caller to write and close before commit(); returns its name.
+    std::string begin(const std::string& path);
+    std::string checksum(const std::string& path) const;  // of a file of the set as it is now
+    // What has been written is on the disk before the first file takes its place.
     void commit();
 
   private:
     struct Part {
         std::string path, target, part;
     };
+    void make(const std::string& path, const auto& fill);
+
     std::vector<Part> parts_;
 };
 
@@ -35,6 +41,9 @@ void replace_file(const std::string& path, std::string_view bytes);
 
 // Tells files apart: FNV-1a of 64 bits, as 16 hexadecimal digits.
 std::string checksum(std::string_view bytes);
+
+// Where files are or will be: whether two names are of one.
+bool same_file(const std::string& a, const std::string& b);
 
 // A file of a command and how it is named on the command line; path "" is no file. `bytes`: about what it will take.
 struct NamedFile {

@@ -34,7 +34,7 @@ std::vector<int> read_grid(const std::string& text) {
 // What a run will write takes, about: 600 bytes a grain with its contacts, 100 a step.
 void check_run_outputs(const RunArguments& arguments, const RunRequest& request) {
     const Scene& scene = request.scene;
-    const std::size_t packed = std::max(request.packing.size(), request.from.packing.size());
+    const std::size_t packed = std::max(request.packing.total(), request.from.packing.total());
     const std::uint64_t grains = packed + scene.grains.size(), steps = static_cast<std::uint64_t>(scene.step.count);
     check_outputs({{"--json", arguments.json, 100 * steps},
                    {"--state", arguments.state, 600 * grains},
@@ -66,8 +66,10 @@ double solver_cpu(const RunResult& result) { return result.json["seconds"]["solv
 
 }  // namespace
 
-RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi) {
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi) {
+    const int processes = share.parts;
     RunRequest request;
+    request.share = share;
     request.provenance = provenance;
     request.scheme = arguments.scheme;
     request.interface = arguments.interface;
@@ -75,17 +77,17 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.progress = !arguments.quiet;
     request.json = arguments.json;
     request.state = arguments.state;
-    request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
-    if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
-        throw InputError(
-            fmt::format("--subdomains {}: mpirun started {} ranks, one per subdomain", arguments.subdomains, ranks));
-    if (!over_mpi && ranks > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
+    request.subdomains = arguments.subdomains > 0 ? arguments.subdomains : over_mpi ? processes : 1;
+    if (over_mpi && request.subdomains < processes)
+        throw InputError(fmt::format("--subdomains {}: mpirun started {} processes, which need at least one each",
+                                     request.subdomains, processes));
+    if (!over_mpi && processes > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
     if (sequential(request.scheme) && request.subdomains > 1)
         throw InputError(
             fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
     request.threads = std::max(arguments.threads, 1);
     if (request.threads > 1 && over_mpi)
-        throw InputError("--threads is of one process: under mpirun each rank has one subdomain, and one thread");
+        throw InputError("--threads is of one process: under mpirun each has one thread");
     if (request.threads > request.subdomains)
         throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}", request.threads,
                                      request.subdomains == 1 ? "is" : "are", request.subdomains));
@@ -125,23 +127,28 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     if (arguments.velocity_error > 0) scene.solver.velocity_error = arguments.velocity_error;
     if (arguments.energy_made > 0) scene.solver.energy_made = arguments.energy_made;
+    if (arguments.from.empty() && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
+    if (!arguments.from.empty()) {
+        request.from = read_state(arguments.from, share);
+        request.from_file = arguments.from;
+        require_fitting_state(request.from, arguments.from, scene);
+        share.dealt = request.from.packing.total();  // the same rows, to be compared
+    }
     // a run that goes on from a state needs no packing: the scene's is compared where it is still there
-    const bool go_on = !arguments.from.empty();
     const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
-    if (!packing.empty() && (!go_on || !arguments.packing.empty() || std::filesystem::exists(packing))) {
-        request.packing = read_packing(packing);
+    if (!packing.empty() && (!request.goes_on() || !arguments.packing.empty() || std::filesystem::exists(packing))) {
+        request.packing = read_packing(packing, share);
         if (request.packing.dim != scene.dimension)
             throw InputError(
                 fmt::format("{}: {} dimensions, {} has {}", packing, request.packing.dim, scene.file, scene.dimension));
     }
-    if (!go_on && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
-    if (go_on) {
-        request.from = read_state(arguments.from);
-        request.from_file = arguments.from;
-        require_fitting_state(request.from, arguments.from, scene);
+    if (request.goes_on()) {
         if (!arguments.adopt) require_same_scene(request.from, arguments.from, scene, request.packing);
         request.packing = {};
+        request.start_step = request.from.step;
+        request.start_time = request.from.time;
     }
+    request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     return request;
 }
 
@@ -166,8 +173,9 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     Session session(over_mpi || among_ranks);
     RunRequest request;
     RunResult result;
+    FileSet files;  // rank 0 writes
     if (!session.together([&] {
-            request = prepare_run(arguments, provenance, session.size(), over_mpi);
+            request = prepare_run(arguments, provenance, {session.rank(), session.size()}, over_mpi);
             if (simulated && !request.json.empty())
                 throw InputError(
                     "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");
@@ -175,16 +183,21 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         }))
         return 1;
     if (!session.together([&] {
-            const auto once = [&request, over_mpi] {
+            const auto once = [&files, over_mpi](RunRequest& one) {
                 if (over_mpi) {
-                    Mpi comm;
-                    return choose_model(request.scene)(request, comm);
+                    Mpi comm(MPI_COMM_WORLD, {}, one.subdomains);
+                    return choose_model(one.scene)(one, comm, files);
                 }
-                InProcess comm(request.subdomains, request.threads);
-                return choose_model(request.scene)(request, comm);
+                InProcess comm(one.subdomains, one.threads);
+                return choose_model(one.scene)(one, comm, files);
             };
             std::vector<RunResult> results;
-            for (int k = 0; k < arguments.repeat; ++k) results.push_back(once());
+            for (int k = 1; k < arguments.repeat; ++k) {
+                RunRequest earlier = request;
+                earlier.state.clear();
+                results.push_back(once(earlier));
+            }
+            results.push_back(once(request));
             const auto median = results.begin() + (arguments.repeat - 1) / 2;
             std::ranges::nth_element(results, median, {}, solver_cpu);
             result = std::move(*median);
@@ -193,12 +206,11 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         return 1;
     const bool written = session.together([&] {
         if (session.rank() != 0) return;
-        FileSet files;
         if (!request.state.empty()) {
             const auto folder = std::filesystem::absolute(std::filesystem::path(".") / request.json).parent_path();
             result.json["state"] =
                 std::filesystem::proximate(std::filesystem::absolute(request.state), folder).string();
-            result.json["state_checksum"] = write_state(files, request.state, result.state);
+            result.json["state_checksum"] = files.checksum(request.state);
         }
         if (!request.json.empty()) write_json(files, request.json, result.json);
         files.commit();

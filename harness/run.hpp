@@ -10,6 +10,7 @@
 #include "fclib.hpp"
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/solve/options.hpp"
+#include "replace_file.hpp"
 #include "report_json.hpp"
 #include "scene.hpp"
 #include "state.hpp"
@@ -30,11 +31,16 @@ struct CalibrationRequest {
     int cores = 1;             // that may be busy at once
 };
 
+// Of packing and state each process has its share.
 struct RunRequest {
-    Scene scene;      // with what the command line changed
-    Packing packing;  // empty if the scene has none
-    State from;       // to go on from; empty (no grain) to start from the packing
-    std::string from_file;
+    Share share;
+    Scene scene;              // with what the command line changed
+    Packing packing;          // empty if the scene has none
+    State from;               // to go on from
+    std::string from_file;    // empty to start from the packing
+    std::vector<double> box;  // of the packing or the state; empty if there is none
+    std::int64_t start_step = 0;
+    double start_time = 0;        // [s]
     std::string scheme = "nlgs";  // nlgs, newton, spg, apgd, ccs, dcs
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
@@ -48,6 +54,8 @@ struct RunRequest {
     std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
     std::optional<WindowRequest> window;
     std::optional<CalibrationRequest> calibration;
+
+    bool goes_on() const { return !from_file.empty(); }
 };
 
 // The problem of the last step in local form, whole masses.
@@ -60,15 +68,16 @@ struct ExportedProblem {
 // What a run of any model does with its result on the process that hosts rank 0.
 struct RunResult {
     nlohmann::json json;
-    State state;
+    std::int64_t last_step = 0;
     int unconverged_steps = 0;
     std::optional<ExportedProblem> exported;
 };
 
-// Collective. One instantiation per model, in run_model.cpp.in.
-using RunFunction = RunResult (*)(const RunRequest&, Communicator&);
+// Collective. One instantiation per model, in run_model.cpp.in. Lets go of the rows of packing and state once they are
+// in the simulation. On the process that hosts rank 0 the state, where one is asked for, is written into `files`.
+using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
 template <int dim, bool friction>
-RunResult run_model(const RunRequest& request, Communicator& comm);
+RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files);
 
 // Chooses the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);
@@ -91,8 +100,9 @@ struct RunArguments {
     bool quiet = false;
 };
 
-// Reads what the arguments name, for so many MPI ranks. Throws InputError for what cannot be run.
-RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, int ranks, bool over_mpi);
+// Reads what the arguments name, of packing and state the share of this MPI rank. Throws InputError for what cannot be
+// run, each rank what it finds.
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi);
 
 // The files that a run reads.
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);

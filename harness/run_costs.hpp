@@ -1,6 +1,8 @@
 // What the ranks of a run have done and spent. Included by run_model.hpp and window_model.hpp only.
 #pragma once
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -70,6 +72,17 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
     json["seconds"]["mpi_transfer"] = transfer;
     json["mpi_fraction"] = sum(3) > 0 ? count * (wait + transfer) / sum(3) : 0;
     return json;
+}
+
+// Of the processes until now, what the run has needed.
+inline nlohmann::json peak_memory(Communicator& comm) {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const double bytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
+    const std::span<const double> all = reduce(comm, 1, [bytes](std::size_t k) {
+        return k > 0 ? Buffer(2) : Buffer{bytes, bytes};
+    });
+    return {{"total", all[0]}, {"largest", all[1]}};
 }
 
 }  // namespace nscdd::run_detail

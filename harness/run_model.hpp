@@ -5,11 +5,11 @@
 
 #include <map>
 
-#include "build_scene.hpp"
 #include "calibrate_model.hpp"
 #include "local_form.hpp"
 #include "progress.hpp"
 #include "run_costs.hpp"
+#include "simulation_state.hpp"
 #include "suitesparse.hpp"
 #include "window_model.hpp"
 
@@ -103,64 +103,29 @@ nlohmann::json final_measures(const Simulation<M>& simulation) {
     return json;
 }
 
+// Grains by their multiplicity in the last step.
 template <class M>
-State gather_state(const Simulation<M>& simulation, const RunRequest& request) {
-    State state;
-    const auto append = [](std::vector<double>& to, const auto& vector) {
-        to.insert(to.end(), vector.data(), vector.data() + vector.size());
+std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulation) {
+    const auto visit = [&simulation](std::size_t k, auto&& count) {
+        const Subdomain<M>& part = simulation.parts()[k];
+        for (std::size_t g = 0; g < part.grains.size(); ++g)
+            if (part.primary(g)) count(static_cast<std::size_t>(part.problem.multiplicity[g]));
     };
-    state.packing.dim = M::dim;
-    for (const auto& g : gather_grains(simulation)) {
-        append(state.packing.x, g.grain.position);
-        state.packing.radius.push_back(g.grain.radius);
-        append(state.velocity, typename M::Vec(g.grain.velocity.template head<M::dim>()));
-        if constexpr (M::friction)
-            append(state.spin, typename M::Spin(g.grain.velocity.template tail<M::spins>()));
-        else
-            state.spin.resize(state.spin.size() + (M::dim == 3 ? 3 : 1), 0.0);
-        state.material.push_back(g.grain.material);
-        state.subdomain.push_back(g.subdomain);
-        state.multiplicity.push_back(g.multiplicity);
-    }
-    for (const auto& c : gather_contacts(simulation)) {
-        state.contacts.i.push_back(c.i);
-        state.contacts.j.push_back(c.j);
-        state.contacts.subdomain.push_back(c.subdomain);
-        state.contacts.gap.push_back(c.gap);
-        state.contacts.normal_impulse.push_back(c.normal_impulse);
-        append(state.contacts.normal, c.normal);
-        append(state.contacts.impulse, c.impulse);
-    }
-    for (const auto& wall : simulation.walls()) {
-        state.walls.offset.push_back(wall.offset);
-        append(state.walls.normal, wall.normal);
-        append(state.walls.velocity, typename M::Vec(wall.velocity + wall.speed * wall.normal));
-        state.walls.normal_speed.push_back(wall.driven ? wall.speed : wall.normal_speed());
-    }
-    for (const auto& wall : request.scene.walls) state.walls.name.push_back(wall.name);
-    for (const auto& material : request.scene.materials) {
-        state.materials.name.push_back(material.name);
-        state.materials.density.push_back(material.density);
-    }
-    const RoughDetection<M> rough = gather_rough(simulation);
-    state.rough.kind = rough.kind;
-    state.rough.partition = rough.partition;
-    state.rough.imbalance = rough.imbalance;
-    for (const auto& x : rough.positions) append(state.rough.x, x);
-    state.rough.offset = rough.offsets;
-    state.rough.skin = rough.skin;
-    state.rough.steps_since = rough.steps_since;
-    const auto& start = request.from.packing.size() ? request.from.packing.box : request.packing.box;
-    const typename M::Vec edges = box_edges<M>(simulation.walls());
-    for (int d = 0; d < M::dim; ++d)
-        state.packing.box.push_back(edges[d] > 0 ? edges[d] : start.empty() ? 1.0 : start[static_cast<std::size_t>(d)]);
-    const double h = simulation.settings().h;
-    state.step = request.from.step + simulation.steps();
-    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
-    state.time = request.from.time == double(request.from.step) * h ? double(state.step) * h
-                                                                    : request.from.time + simulation.steps() * h;
-    state.scene = request.scene.name;
-    return state;
+    const double most = reduce(simulation.comm(), 0, [&visit](std::size_t k) {
+        Buffer largest{1};
+        visit(k, [&largest](std::size_t m) { largest[0] = std::max(largest[0], double(m)); });
+        return largest;
+    })[0];
+    const auto size = static_cast<std::size_t>(most);
+    const std::span<const double> counts = reduce(simulation.comm(), size, [&](std::size_t k) {
+        Buffer own(size);
+        visit(k, [&own](std::size_t m) { ++own[m - 1]; });
+        return own;
+    });
+    std::map<std::string, std::int64_t> found;
+    for (std::size_t m = 1; m <= size; ++m)
+        if (counts[m - 1] > 0) found[std::to_string(m)] = static_cast<std::int64_t>(counts[m - 1]);
+    return found;
 }
 
 // StepEnergy of every step, by name.
@@ -197,12 +162,13 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
 }  // namespace run_detail
 
 template <int dim, bool friction>
-RunResult run_model(const RunRequest& request, Communicator& comm) {
+RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     using namespace run_detail;
     using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
-    BuiltScene<M> built = build_scene<M>(request);
-    if (request.over_mpi) keep_slice(built, comm.ranks()[0], comm.size());
+    BuiltScene<M> built = build_scene<M>(request, comm);
+    request.packing = {};
+    request.from = {};
     const SolveOptions options = solve_options(scene.solver, request.scheme);
     const auto [solve, interface] = choose_solver<M>(request, options);
 
@@ -274,53 +240,58 @@ RunResult run_model(const RunRequest& request, Communicator& comm) {
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
     measures["turned_velocity_norm"] = turned_norm;
-    result.state = gather_state(simulation, request);
-    std::map<std::string, int> multiplicity;
-    for (int m : result.state.multiplicity) ++multiplicity[std::to_string(m)];
-    json.update(
-        {{"schema", "nscdd.run/1"},
-         {"scene", scene.name},
-         {"dimension", M::dim},
-         {"grains", simulation.grain_count()},
-         {"model", model_name<M>(simulation.walls())},
-         {"friction", M::friction},
-         {"subdomains", comm.size()},
-         {"threads", request.threads},
-         {"scheme", request.scheme},
-         {"interface", interface},
-         {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
-         {"transport", request.over_mpi             ? "mpi"
-                       : sequential(request.scheme) ? "sequential"
-                                                    : "in-process"},
-         {"ranks_measured", request.over_mpi ? comm.size() <= request.provenance.machine.cores : comm.size() == 1},
-         {"steps", scene.step.count},
-         {"start_step", request.from.step},
-         {"h", scene.step.h},
-         {"tolerance", options.tolerance},
-         {"check_every", options.check_every},
-         {"sweeps", options.sweeps},
-         {"window", options.window},
-         {"relaxation", options.relaxation},
-         {"iterations", iterations},
-         {"residual", residual},
-         {"velocity_error", velocity_error},
-         {"velocity_error_allowed", options.velocity_error},
-         {"energy_made", energy_made},
-         {"energy_made_allowed", options.energy_made},
-         {"energy", energy},
-         {"penetration", penetration},
-         {"penetration_allowed", options.penetration},
-         {"contacts", contacts},
-         {"interface_grains", interface_grains / scene.step.count},
-         {"interface_share", interface_grains / scene.step.count / grains},
-         {"multiplicity", multiplicity},
-         {"converged", result.unconverged_steps == 0},
-         {"unconverged_steps", result.unconverged_steps},
-         {"densities", densities},
-         {"wall_masses", wall_masses},
-         {"final", measures}});
+    const State head = state_head(simulation, request);
+    result.last_step = head.step;
+    if (!request.state.empty()) {
+        write_state(simulation, head, files, request.state);
+        if (comm.ranks()[0] == 0) write_xdmf(files, request.state, head, simulation.grain_count());
+    }
+    const int processes = request.over_mpi ? request.share.parts : 1;
+    json.update({{"schema", "nscdd.run/1"},
+                 {"scene", scene.name},
+                 {"dimension", M::dim},
+                 {"grains", simulation.grain_count()},
+                 {"model", model_name<M>(simulation.walls())},
+                 {"friction", M::friction},
+                 {"subdomains", comm.size()},
+                 {"threads", request.threads},
+                 {"scheme", request.scheme},
+                 {"interface", interface},
+                 {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
+                 {"transport", request.over_mpi             ? "mpi"
+                               : sequential(request.scheme) ? "sequential"
+                                                            : "in-process"},
+                 {"processes", processes},
+                 {"ranks_measured", processes == comm.size() && processes <= request.provenance.machine.cores},
+                 {"steps", scene.step.count},
+                 {"start_step", request.start_step},
+                 {"h", scene.step.h},
+                 {"tolerance", options.tolerance},
+                 {"check_every", options.check_every},
+                 {"sweeps", options.sweeps},
+                 {"window", options.window},
+                 {"relaxation", options.relaxation},
+                 {"iterations", iterations},
+                 {"residual", residual},
+                 {"velocity_error", velocity_error},
+                 {"velocity_error_allowed", options.velocity_error},
+                 {"energy_made", energy_made},
+                 {"energy_made_allowed", options.energy_made},
+                 {"energy", energy},
+                 {"penetration", penetration},
+                 {"penetration_allowed", options.penetration},
+                 {"contacts", contacts},
+                 {"interface_grains", interface_grains / scene.step.count},
+                 {"interface_share", interface_grains / scene.step.count / grains},
+                 {"peak_memory", peak_memory(comm)},
+                 {"multiplicity", multiplicities(simulation)},
+                 {"converged", result.unconverged_steps == 0},
+                 {"unconverged_steps", result.unconverged_steps},
+                 {"densities", densities},
+                 {"wall_masses", wall_masses},
+                 {"final", measures}});
     if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
-    if (!request.from_file.empty()) json["from"] = request.from_file;
+    if (request.goes_on()) json["from"] = request.from_file;
     result.json = std::move(json);
     return result;
 }

@@ -7,7 +7,7 @@
 namespace nscdd {
 namespace {
 
-// What of a state differs from the scene, in words.
+// What of a state differs from the scene, in words. A process knows those of its grains.
 class Differences {
   public:
     void compare(const std::string& thing, const auto& in_state, const auto& in_scene) {
@@ -17,7 +17,7 @@ class Differences {
                              quoted(in_state), quoted(in_scene));
     }
     int count() const { return count_; }
-    std::string text() const { return text_ + (count_ > 3 ? fmt::format("; and {} more", count_ - 3) : ""); }
+    std::string text() const { return text_ + (count_ > 3 ? "; and more" : ""); }
 
   private:
     static std::string quoted(const std::string& name) { return "'" + name + "'"; }
@@ -36,15 +36,16 @@ void require_fitting_state(const State& state, const std::string& state_file, co
     const auto refuse = [&](const std::string& has, const std::string& wants) {
         throw InputError(fmt::format("{}: {}, {} {}", state_file, has, scene.file, wants));
     };
-    const std::size_t n = state.packing.size(), w = state.walls.offset.size(), m = scene.materials.size();
+    const std::size_t n = state.packing.total(), w = state.walls.offset.size(), m = scene.materials.size();
     if (state.packing.dim != scene.dimension)
         refuse(fmt::format("{} dimensions", state.packing.dim), fmt::format("has {}", scene.dimension));
     if (w != scene.walls.size()) refuse(fmt::format("{} walls", w), fmt::format("has {}", scene.walls.size()));
     if (n < scene.grains.size())
         refuse(fmt::format("{} grains", n), fmt::format("has {} besides those of a packing", scene.grains.size()));
     const auto worst = std::max_element(state.material.begin(), state.material.end());
-    if (*worst >= static_cast<int>(m))
-        refuse(fmt::format("grain {} is of material {}", worst - state.material.begin(), *worst + 1),
+    if (worst != state.material.end() && *worst >= static_cast<int>(m))
+        refuse(fmt::format("grain {} is of material {}",
+                           state.packing.before + static_cast<std::size_t>(worst - state.material.begin()), *worst + 1),
                fmt::format("has {}", m));
 }
 
@@ -67,21 +68,22 @@ void require_same_scene(const State& state, const std::string& state_file, const
                             std::vector<double>(wall.normal.begin(), wall.normal.end()));
     }
     // the scene's own grains come behind those of the packing
-    const auto material = [&](int m) { return state.materials.name[static_cast<std::size_t>(m)]; };
-    const std::size_t n = state.packing.size(), own = scene.grains.size(), packed = n - own;
-    if (packing.size() > 0 || scene.packing_file.empty())
-        differences.compare("the number of grains", double(n), double(packing.size() + own));
-    for (std::size_t g = 0; g < std::min(packed, packing.size()); ++g) {
-        differences.compare(fmt::format("the radius of grain {}", g), state.packing.radius[g], packing.radius[g]);
-        differences.compare(fmt::format("the material of grain {}", g), material(state.material[g]),
-                            scene.materials[static_cast<std::size_t>(scene.packing_material)].name);
-    }
-    for (std::size_t k = 0; k < own; ++k) {
-        const std::size_t g = packed + k;
-        differences.compare(fmt::format("the radius of grain {}", g), state.packing.radius[g], scene.grains[k].radius);
-        differences.compare(fmt::format("the material of grain {}", g), material(state.material[g]),
-                            scene.materials[static_cast<std::size_t>(scene.grains[k].material)].name);
-    }
+    const std::size_t n = state.packing.total(), own = scene.grains.size(), packed = n - own;
+    if (packing.total() > 0 || scene.packing_file.empty())
+        differences.compare("the number of grains", double(n), double(packing.total() + own));
+    const auto compare = [&](std::size_t g, double radius, int material) {
+        const std::size_t row = g - state.packing.before;
+        differences.compare(fmt::format("the radius of grain {}", g), state.packing.radius[row], radius);
+        differences.compare(fmt::format("the material of grain {}", g),
+                            state.materials.name[static_cast<std::size_t>(state.material[row])],
+                            scene.materials[static_cast<std::size_t>(material)].name);
+    };
+    const std::size_t begin = state.packing.before, end = begin + state.packing.size();
+    for (std::size_t g = begin; g < end; ++g)
+        if (g >= packed)
+            compare(g, scene.grains[g - packed].radius, scene.grains[g - packed].material);
+        else if (g - begin < packing.size())  // the same rows of both files
+            compare(g, packing.radius[g - begin], scene.packing_material);
     if (differences.count() > 0)
         throw InputError(fmt::format("{}: is not a state of {}: {}; --adopt goes on from it all the same", state_file,
                                      scene.file, differences.text()));

@@ -14,8 +14,8 @@ void require_fitting_state(const State& state, const std::string& state_file, co
 
 // Throws InputError, one line, for a state of another scene: names what differs, with the value of the state and that
 // of the scene. Compared are the names of the scene, its materials and walls, densities, normals, and the grains'
-// number, radii and materials; `packing` is that of the scene, empty where it is not known. What a run may change when
-// it goes on is not compared: forces and motions, friction, restitution, h, the solver.
+// number, radii and materials; `packing` is that of the scene, empty where it is not known, and of the state's rows.
+// What a run may change when it goes on is not compared: forces and motions, friction, restitution, h, the solver.
 void require_same_scene(const State& state, const std::string& state_file, const Scene& scene, const Packing& packing);
 
 }  // namespace nscdd

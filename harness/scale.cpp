@@ -126,7 +126,7 @@ class Job {
         run.subdomains = ranks;
         if (ranks == 1) run.scheme = "nlgs";
         if (ranks == 1) run.interface.clear();
-        RunRequest request = prepare_run(run, provenance_, 1, false);
+        RunRequest request = prepare_run(run, provenance_, {}, false);
         check_outputs({{"--json", arguments_.output}}, inputs_of(run, request.scene));
         return request;
     }
@@ -136,9 +136,10 @@ class Job {
         if (p.contains("iterations")) return;
         const int ranks = p["ranks"];
         tell(fmt::format("{} rank{}: counting iterations", ranks, ranks == 1 ? "" : "s"));
-        const RunRequest request = prepare(ranks);
+        RunRequest request = prepare(ranks);
         InProcess comm(ranks, std::min(ranks, provenance_.machine.cores));
-        const Json result = choose_model(request.scene)(request, comm).json;
+        FileSet none;
+        const Json result = choose_model(request.scene)(request, comm, none).json;
         for (const char* key : {"iterations", "contacts", "converged", "interface_share"}) p[key] = result[key];
         save();
     }

@@ -10,11 +10,12 @@
 namespace nscdd {
 namespace {
 
-void require_range(const hdf5::Reader& file, const char* dataset, const std::vector<int>& values, int low, int high) {
+void require_range(const hdf5::Reader& file, const char* dataset, const std::vector<int>& values, hsize_t first,
+                   int low, int high) {
     const auto bad = std::find_if(values.begin(), values.end(), [=](int v) { return v < low || v > high; });
     if (bad != values.end())
-        throw file.error(dataset,
-                         fmt::format("row {} must lie in [{}, {}], found {}", bad - values.begin(), low, high, *bad));
+        throw file.error(dataset, fmt::format("row {} must lie in [{}, {}], found {}",
+                                              first + static_cast<hsize_t>(bad - values.begin()), low, high, *bad));
 }
 
 std::string xml_escape(std::string_view text) {
@@ -61,9 +62,9 @@ struct Xdmf {
     }
 };
 
-std::string xdmf_text(const std::string& h5_name, const State& state) {
+std::string xdmf_text(const std::string& h5_name, const State& state, std::size_t grains) {
     const int dim = state.packing.dim;
-    const Xdmf xdmf{xml_escape(h5_name), state.packing.size()};
+    const Xdmf xdmf{xml_escape(h5_name), grains};
     std::string attributes = Xdmf::attribute("radius", "Scalar", xdmf.item("radius", "Float", 1));
     if (dim == 3) {
         attributes += Xdmf::attribute("velocity", "Vector", xdmf.item("velocity", "Float", 3));
@@ -90,17 +91,18 @@ std::string xdmf_text(const std::string& h5_name, const State& state) {
 
 }  // namespace
 
-State read_state(const std::string& path) {
+State read_state(const std::string& path, const Share& share) {
     const hdf5::Reader file(path);
     State state;
-    state.packing = read_packing(file);
-    const hsize_t n = state.packing.size();
+    state.packing = read_packing(file, share);
+    const hsize_t n = state.packing.total();
+    const hdf5::Rows grains = share.of(n);
     const auto dim = static_cast<hsize_t>(state.packing.dim);
-    state.velocity = file.read<double>("velocity", {n, dim});
-    state.spin = file.read<double>("spin", {n, static_cast<hsize_t>(state.spins())});
-    state.material = file.read<int>("material", {n});
-    state.subdomain = file.read<int>("subdomain", {n});
-    state.multiplicity = file.read<int>("multiplicity", {n});
+    state.velocity = file.read<double>("velocity", {n, dim}, grains);
+    state.spin = file.read<double>("spin", {n, static_cast<hsize_t>(state.spins())}, grains);
+    state.material = file.read<int>("material", {n}, grains);
+    state.subdomain = file.read<int>("subdomain", {n}, grains);
+    state.multiplicity = file.read<int>("multiplicity", {n}, grains);
 
     const hdf5::Shape walls = file.shape("walls/normal");
     const hsize_t w = walls.empty() ? 0 : walls[0];
@@ -113,26 +115,27 @@ State read_state(const std::string& path) {
     const hdf5::Shape materials = file.shape("materials/density");
     const hsize_t m = materials.empty() ? 0 : materials[0];
     state.materials = {.name = file.texts("materials/name", m), .density = file.read<double>("materials/density", {m})};
-    require_range(file, "material", state.material, 0, static_cast<int>(m) - 1);
+    require_range(file, "material", state.material, grains.begin, 0, static_cast<int>(m) - 1);
 
     const hdf5::Shape contacts = file.shape("contacts/normal");
     const hsize_t c = contacts.empty() ? 0 : contacts[0];
-    state.contacts = {.i = file.read<int>("contacts/i", {c}),
-                      .j = file.read<int>("contacts/j", {c}),
-                      .impulse = file.read<double>("contacts/impulse", {c, dim}),
-                      .normal = file.read<double>("contacts/normal", {c, dim}),
-                      .gap = file.read<double>("contacts/gap", {c}),
-                      .subdomain = file.read<int>("contacts/subdomain", {c}),
-                      .normal_impulse = file.read<double>("contacts/normal_impulse", {c})};
+    const hdf5::Rows rows = Share{share.part, share.parts}.of(c);
+    state.contacts = {.i = file.read<int>("contacts/i", {c}, rows),
+                      .j = file.read<int>("contacts/j", {c}, rows),
+                      .impulse = file.read<double>("contacts/impulse", {c, dim}, rows),
+                      .normal = file.read<double>("contacts/normal", {c, dim}, rows),
+                      .gap = file.read<double>("contacts/gap", {c}, rows),
+                      .subdomain = file.read<int>("contacts/subdomain", {c}, rows),
+                      .normal_impulse = file.read<double>("contacts/normal_impulse", {c}, rows)};
     const int last = static_cast<int>(n) - 1;
-    require_range(file, "contacts/i", state.contacts.i, 0, last);
-    require_range(file, "contacts/j", state.contacts.j, -static_cast<int>(w), last);
+    require_range(file, "contacts/i", state.contacts.i, rows.begin, 0, last);
+    require_range(file, "contacts/j", state.contacts.j, rows.begin, -static_cast<int>(w), last);
 
     const hdf5::Shape numbers = file.shape("rough/partition");
     state.rough = {.kind = file.texts("rough/kind", 1)[0],
                    .partition = file.read<double>("rough/partition", {numbers.empty() ? 0 : numbers[0]}),
                    .imbalance = file.read<double>("rough/imbalance", {1})[0],
-                   .x = file.read<double>("rough/x", {n, dim}),
+                   .x = file.read<double>("rough/x", {n, dim}, grains),
                    .offset = file.read<double>("rough/offset", {w}),
                    .skin = file.read<double>("rough/skin", {1})[0],
                    .steps_since = file.read<int>("rough/steps_since", {1})[0]};
@@ -153,58 +156,76 @@ std::string xdmf_beside(const std::string& path) {
     return path.empty() ? "" : std::filesystem::path(path).replace_extension(".xdmf").string();
 }
 
-std::string write_state(FileSet& files, const std::string& path, const State& state) {
-    const std::filesystem::path h5_path(path);
-    const std::string xdmf_path = xdmf_beside(path);
-    if (xdmf_path == path)
-        throw OutputError(path + ": a state is an HDF5 file, .xdmf is the name of the one beside it");
+StateWriter::StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains,
+                         std::size_t contacts)
+    : file_(files, path) {
+    const hsize_t n = grains, c = contacts, w = head.walls.offset.size();
+    const auto dim = static_cast<hsize_t>(head.packing.dim);
+    file_.declare<double>("x", {n, dim});
+    file_.declare<double>("radius", {n});
+    file_.write("box", head.packing.box, {dim});
+    file_.attribute("dim", static_cast<std::int64_t>(head.packing.dim));
+    file_.declare<double>("velocity", {n, dim});
+    file_.declare<double>("spin", {n, static_cast<hsize_t>(head.spins())});
+    for (const char* dataset : {"material", "subdomain", "multiplicity"}) file_.declare<int>(dataset, {n});
 
-    hdf5::Writer file(path);
-    write_packing(file, state.packing);
-    const hsize_t n = state.packing.size();
-    const auto dim = static_cast<hsize_t>(state.packing.dim);
-    file.write("velocity", state.velocity, {n, dim});
-    file.write("spin", state.spin, {n, static_cast<hsize_t>(state.spins())});
-    file.write("material", state.material, {n});
-    file.write("subdomain", state.subdomain, {n});
-    file.write("multiplicity", state.multiplicity, {n});
+    file_.texts("walls/name", head.walls.name);
+    file_.write("walls/offset", head.walls.offset, {w});
+    file_.write("walls/normal", head.walls.normal, {w, dim});
+    file_.write("walls/velocity", head.walls.velocity, {w, dim});
+    file_.write("walls/normal_speed", head.walls.normal_speed, {w});
+    file_.texts("materials/name", head.materials.name);
+    file_.write("materials/density", head.materials.density, {head.materials.density.size()});
 
-    const hsize_t w = state.walls.offset.size();
-    file.texts("walls/name", state.walls.name);
-    file.write("walls/offset", state.walls.offset, {w});
-    file.write("walls/normal", state.walls.normal, {w, dim});
-    file.write("walls/velocity", state.walls.velocity, {w, dim});
-    file.write("walls/normal_speed", state.walls.normal_speed, {w});
-    file.texts("materials/name", state.materials.name);
-    file.write("materials/density", state.materials.density, {state.materials.density.size()});
+    for (const char* dataset : {"contacts/i", "contacts/j", "contacts/subdomain"}) file_.declare<int>(dataset, {c});
+    for (const char* dataset : {"contacts/impulse", "contacts/normal"}) file_.declare<double>(dataset, {c, dim});
+    for (const char* dataset : {"contacts/gap", "contacts/normal_impulse"}) file_.declare<double>(dataset, {c});
 
-    const hsize_t c = state.contacts.i.size();
-    file.write("contacts/i", state.contacts.i, {c});
-    file.write("contacts/j", state.contacts.j, {c});
-    file.write("contacts/impulse", state.contacts.impulse, {c, dim});
-    file.write("contacts/normal", state.contacts.normal, {c, dim});
-    file.write("contacts/gap", state.contacts.gap, {c});
-    file.write("contacts/subdomain", state.contacts.subdomain, {c});
-    file.write("contacts/normal_impulse", state.contacts.normal_impulse, {c});
+    file_.texts("rough/kind", {head.rough.kind});
+    file_.write("rough/partition", head.rough.partition, {head.rough.partition.size()});
+    file_.write("rough/imbalance", std::vector{head.rough.imbalance}, {1});
+    file_.declare<double>("rough/x", {n, dim});
+    file_.write("rough/offset", head.rough.offset, {w});
+    file_.write("rough/skin", std::vector{head.rough.skin}, {1});
+    file_.write("rough/steps_since", std::vector{head.rough.steps_since}, {1});
 
-    file.texts("rough/kind", {state.rough.kind});
-    file.write("rough/partition", state.rough.partition, {state.rough.partition.size()});
-    file.write("rough/imbalance", std::vector{state.rough.imbalance}, {1});
-    file.write("rough/x", state.rough.x, {n, dim});
-    file.write("rough/offset", state.rough.offset, {w});
-    file.write("rough/skin", std::vector{state.rough.skin}, {1});
-    file.write("rough/steps_since", std::vector{state.rough.steps_since}, {1});
+    file_.attribute("time", head.time);
+    file_.attribute("step", head.step);
+    file_.attribute("scene", head.scene);
+}
 
-    file.attribute("time", state.time);
-    file.attribute("step", state.step);
-    file.attribute("scene", state.scene);
-    files.add(xdmf_path, xdmf_text(h5_path.filename().string(), state));
-    return file.save(files);
+void StateWriter::append(const State& rows) {
+    file_.append("x", rows.packing.x);
+    file_.append("radius", rows.packing.radius);
+    file_.append("velocity", rows.velocity);
+    file_.append("spin", rows.spin);
+    file_.append("material", rows.material);
+    file_.append("subdomain", rows.subdomain);
+    file_.append("multiplicity", rows.multiplicity);
+    file_.append("rough/x", rows.rough.x);
+    file_.append("contacts/i", rows.contacts.i);
+    file_.append("contacts/j", rows.contacts.j);
+    file_.append("contacts/impulse", rows.contacts.impulse);
+    file_.append("contacts/normal", rows.contacts.normal);
+    file_.append("contacts/gap", rows.contacts.gap);
+    file_.append("contacts/subdomain", rows.contacts.subdomain);
+    file_.append("contacts/normal_impulse", rows.contacts.normal_impulse);
+}
+
+void StateWriter::save() { file_.save(); }
+
+void write_xdmf(FileSet& files, const std::string& state_path, const State& head, std::size_t grains) {
+    files.add(xdmf_beside(state_path), xdmf_text(std::filesystem::path(state_path).filename().string(), head, grains));
 }
 
 void write_state(const std::string& path, const State& state) {
+    if (xdmf_beside(path) == path)
+        throw OutputError(path + ": a state is an HDF5 file, .xdmf is the name of the one beside it");
     FileSet files;
-    write_state(files, path, state);
+    StateWriter writer(files, path, state, state.packing.size(), state.contacts.i.size());
+    writer.append(state);
+    writer.save();
+    write_xdmf(files, path, state, state.packing.size());
     files.commit();
 }
 

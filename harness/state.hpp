@@ -10,7 +10,7 @@
 namespace nscdd {
 
 // n grains, w walls, c contacts, m materials; all arrays in C order. It is a packing with more in it: read_packing
-// reads it too.
+// reads it too. One process of many has some rows of grains and contacts, and all of the rest.
 struct State {
     Packing packing;
     std::vector<double> velocity;   // (n, dim) [m/s]
@@ -63,13 +63,27 @@ struct State {
 };
 
 // Throws InputError naming file and dataset, as read_packing does; contacts must name existing grains and walls.
-State read_state(const std::string& path);
+State read_state(const std::string& path, const Share& share = {});
 
-// Writes the HDF5 file and, beside it, the .xdmf file through which ParaView opens it (velocity_x, velocity_y in 2D).
-// Throws OutputError; old files are then left as they were. The first returns the checksum of the HDF5 file.
-std::string write_state(FileSet& files, const std::string& path, const State& state);
-void write_state(const std::string& path, const State& state);
+// Writes a state by rows, so that nobody needs to have all of them. Throws OutputError.
+class StateWriter {
+  public:
+    // `head`: all of the state but its rows, of which so many will come.
+    StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains, std::size_t contacts);
 
+    // Rows of grains and contacts behind those that have come; the rest of `rows` is not looked at.
+    void append(const State& rows);
+    void save();
+
+  private:
+    hdf5::Writer file_;
+};
+
+// The .xdmf file beside a state, through which ParaView opens it (velocity_x, velocity_y in 2D).
+void write_xdmf(FileSet& files, const std::string& state_path, const State& head, std::size_t grains);
 std::string xdmf_beside(const std::string& state);  // "" of none
+
+// Both files of a whole state. Throws OutputError; old files are then left as they were.
+void write_state(const std::string& path, const State& state);
 
 }  // namespace nscdd

@@ -106,7 +106,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
     RunRequest request;
     RunResult result;
     if (!session.together([&] {
-            request = prepare_run(arguments.run, provenance, session.size(), true);
+            request = prepare_run(arguments.run, provenance, {session.rank(), session.size()}, true);
             request.window = WindowRequest{arguments.skip, arguments.iterations, arguments.run.repeat, {}};
             meter.emplace(arguments, session.rank());
             if (session.rank() == 0)
@@ -116,7 +116,8 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
     request.window->done = [&meter] { return meter->done(); };
     if (!session.together([&] {
             Mpi comm(MPI_COMM_WORLD, std::ref(*meter));
-            result = choose_model(request.scene)(request, comm);
+            FileSet none;
+            result = choose_model(request.scene)(request, comm, none);
             const std::string model = result.json["model"];
             if (simulated && meter->costs().model != model)
                 throw InputError(fmt::format("{}: costs of a {} scene, {} is {}", arguments.costs, meter->costs().model,

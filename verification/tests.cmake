@@ -32,8 +32,10 @@ if(NSCDD_FULL_TESTS)
 endif()
 
 if(TARGET nscdd_files)
-    nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
+    nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_shares.cpp
+               unit/test_fclib.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
+    nscdd_link_metis(test_files)
 endif()
 
 if(MPI_CXX_FOUND)
@@ -79,8 +81,9 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("speed against error" "program;full" test_accuracy)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
     nscdd_program_test("iterations at 8 subdomains" "program;full" test_program.Iterations)
-    # both call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
-    set_tests_properties("program: bad input" "program: pack, run, compare" "program: go on from a state" PROPERTIES RESOURCE_LOCK mpirun)
+    # they call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
+    set_tests_properties("program: bad input" "program: outputs" "program: pack, run, compare" "program: go on from a state"
+                         PROPERTIES RESOURCE_LOCK mpirun)
     add_dependencies(sanitized_tests nscdd)
     add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
     set_tests_properties("report generator" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -10,9 +10,9 @@ namespace {
 template <int dim>
 void build(const RunRequest& request) {
     using M = Model<dim, Coulomb>;
-    BuiltScene<M> built = build_scene<M>(request);
-    push_walls<M>(request.scene, built.settings.walls);
     InProcess comm(2);
+    BuiltScene<M> built = build_scene<M>(request, comm);
+    push_walls<M>(request.scene, built.settings.walls);
     try {
         Simulation<M> simulation(comm, built.settings, built.grains);
         simulation.step(by_nscdd<Dcs<M>>({.check_every = 2, .max_iterations = 10}));
@@ -30,7 +30,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         RunRequest request;
         request.scene = read_scene(file.path());
         if (request.scene.grains.size() > 100) return;
-        request.packing.box.assign(static_cast<std::size_t>(request.scene.dimension), 2.0);
+        request.box.assign(static_cast<std::size_t>(request.scene.dimension), 2.0);
         request.scene.dimension == 2 ? build<2>(request) : build<3>(request);
     });
     return 0;

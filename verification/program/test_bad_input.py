@@ -220,6 +220,20 @@ class OnAllRanks(Refusals):
         self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
         self.refused(["nlgs is sequential"], "run", scene, ranks=2)
 
+    def test_rows_that_one_rank_reads(self):
+        """They are named by their number in the file."""
+        places = np.stack((1.1 * np.arange(30) + 1, np.ones(30), np.full(30, 0.5)), -1)
+        for row, ranks in ((2, 3), (25, 3), (29, 4)):
+            bad = places.copy()
+            bad[row, 1] = np.nan
+            self.refused([f"packing.h5: dataset 'x': row {row} is not finite, found nan"], "run", self.packing(x=bad, radius=np.full(30, 0.5)),
+                         "--scheme", "dcs", ranks=ranks)
+        scene, state = self.packing(x=places, radius=np.full(30, 0.5)), self.folder / "state.h5"
+        self.succeeds("run", scene, "--scheme", "dcs", "--state", state, "--quiet", ranks=3)
+        with h5py.File(state, "r+") as file:
+            file["material"][28] = 7
+        self.refused(["state.h5: dataset 'material': row 28 must lie in [0, 0], found 7"], "run", scene, "--scheme", "dcs", "--from", state, ranks=3)
+
     def test_overlap_on_one_rank(self):
         scene = self.packing(x=np.concatenate((np.zeros((50, 3)) + (1, 1, 0.5), [(3, 1, 0.5)])), radius=np.full(51, 0.5))
         self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", ranks=2)

@@ -9,11 +9,12 @@ import stat
 import subprocess
 import threading
 import unittest
+import unittest.mock
 
 import numpy as np
 
 from fclib_files import write_local
-from harness import NSCDD, SCENE, ProgramTest
+from harness import MPIRUN, NSCDD, SCENE, ProgramTest
 
 PACK = "dimension = 2\ngrains = 10\n"
 ENDLESS = SCENE.replace("count = 5", "count = 2147483647")  # a refusal comes before the first step, or never
@@ -185,6 +186,18 @@ class Writing(ProgramTest):
         done = self.run_pair(preexec_fn=small_disk, restore_signals=False)
         self.assertEqual(done.returncode, 1)
         self.assertIn("out.json: cannot write: File too large", done.stderr)
+        self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, before)
+
+    def test_a_disk_that_is_full_on_the_rank_that_writes(self):
+        """All ranks stop, with one line, whichever had the error."""
+        self.assertEqual(self.run_pair("--scheme", "dcs", ranks=3).returncode, 0)
+        before = {path: path.read_bytes() for path in self.folder.iterdir()}
+        command = [str(part) for part in (NSCDD, "run", self.scene, "--scheme", "dcs", "--json", self.json, "--state", self.state, "--quiet")]
+        small = ["bash", "-c", 'trap "" XFSZ; ulimit -f 4; exec "$@"', "bash", *command]  # 4 KiB
+        with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
+            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", "2", *command], capture_output=True, text=True, timeout=60)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
+        self.assertEqual((done.returncode, lines), (1, [f"nscdd: {self.state}: cannot write: File too large"]), done.stderr)
         self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, before)
 
     def test_old_results_survive_a_run_that_fails(self):

@@ -98,6 +98,18 @@ class Program(ProgramTest):
         self.assertTrue(report["converged"])
         self.assertLessEqual(max(report["residual"]), 1e-10)
 
+    def test_the_mass_of_all_grains_is_that_of_any_number_of_ranks(self):
+        """It is the default mass of walls under pressure; each process sums that of its grains."""
+        masses = set()
+        for ranks in (0, 1, 3, 5):
+            out = self.folder / "mass.json"
+            self.succeeds("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--steps", 1, "--quiet", "--scheme", "dcs",
+                          "--json", out, ranks=ranks)
+            masses.add(tuple(json.loads(out.read_text())["wall_masses"]))
+        self.assertEqual(len(masses), 1)
+        with h5py.File(self.packing) as file:
+            self.assertAlmostEqual(max(masses.pop()) / (np.pi * (file["radius"][...]**2).sum()), 1, places=12)
+
     def test_mpi_ranks_are_in_process_ranks_to_the_bit(self):
         for scheme in ("ccs", "dcs"):
             for ranks in (1, 2, 4):
@@ -107,7 +119,8 @@ class Program(ProgramTest):
                     self.assertEqual(mpi["transport"], "mpi")
                     self.assertEqual(own["transport"], "in-process")
                     self.assertEqual((mpi["threads"], own["threads"]), (1, min(ranks, 3)))
-                    for key in ("iterations", "residual", "contacts", "messages", "bytes", "work_per_rank", "final"):
+                    self.assertEqual((self.folder / f"{scheme}-mpi.h5").read_bytes(), (self.folder / f"{scheme}.h5").read_bytes())
+                    for key in ("iterations", "residual", "contacts", "messages", "bytes", "work_per_rank", "final", "multiplicity", "wall_masses"):
                         self.assertEqual(mpi[key], own[key], key)
                     for key, values in own_state.items():
                         np.testing.assert_array_equal(mpi_state[key], values, key)

@@ -8,14 +8,16 @@
 #include <vector>
 
 #include "../catch.hpp"
+#include "made_up_state.hpp"
 #include "packing.hpp"
 #include "replace_file.hpp"
 #include "report_json.hpp"
 #include "scratch.hpp"
-#include "state.hpp"
 
 using namespace nscdd;
+using nscdd::test::check_equal;
 using nscdd::test::complaint;
+using nscdd::test::made_up_state;
 using nscdd::test::Scratch;
 
 namespace {
@@ -23,82 +25,6 @@ namespace {
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 Packing two_spheres() { return {.dim = 3, .x = {1, 1, 1, 3, 1, 1}, .radius = {1, 0.5}, .box = {4, 2, 2}}; }
-
-State made_up_state(int dim, int grains) {
-    const auto n = static_cast<std::size_t>(grains), d = static_cast<std::size_t>(dim);
-    const auto ramp = [](std::size_t count, double from) {
-        std::vector<double> values(count);
-        for (std::size_t k = 0; k < count; ++k) values[k] = from + 0.1 * static_cast<double>(k);
-        return values;
-    };
-    State state;
-    state.packing = {.dim = dim, .x = ramp(n * d, 1), .radius = ramp(n, 2), .box = ramp(d, 3)};
-    state.velocity = ramp(n * d, -4);
-    state.spin = ramp(n * (dim == 3 ? 3 : 1), -5);
-    state.material.assign(n, 1);
-    state.subdomain.assign(n, 2);
-    state.multiplicity.assign(n, 3);
-    state.walls = {.name = {"floor", "\xc3\xa9"},
-                   .offset = ramp(2, 6),
-                   .normal = ramp(2 * d, 7),
-                   .velocity = ramp(2 * d, 8),
-                   .normal_speed = ramp(2, 12)};
-    state.materials = {.name = {"glass", ""}, .density = ramp(2, 13)};
-    state.rough = {.kind = "grid",
-                   .partition = ramp(5, 17),
-                   .imbalance = 1.2,
-                   .x = ramp(n * d, 14),
-                   .offset = ramp(2, 15),
-                   .skin = 0.3,
-                   .steps_since = 7};
-    state.contacts = {.i = {0, 1, 1},
-                      .j = {1, -1, -2},
-                      .impulse = ramp(3 * d, 9),
-                      .normal = ramp(3 * d, 10),
-                      .gap = ramp(3, -11),
-                      .subdomain = {0, 1, 0},
-                      .normal_impulse = ramp(3, 16)};
-    state.time = 0.25;
-    state.step = 5'000'000'000;
-    state.scene = "drop & <roll> \xc3\xa9";
-    return state;
-}
-
-void check_equal(const State& a, const State& b) {
-    CHECK(a.packing.dim == b.packing.dim);
-    CHECK(a.packing.x == b.packing.x);
-    CHECK(a.packing.radius == b.packing.radius);
-    CHECK(a.packing.box == b.packing.box);
-    CHECK(a.velocity == b.velocity);
-    CHECK(a.spin == b.spin);
-    CHECK(a.material == b.material);
-    CHECK(a.subdomain == b.subdomain);
-    CHECK(a.multiplicity == b.multiplicity);
-    CHECK(a.walls.offset == b.walls.offset);
-    CHECK(a.walls.normal == b.walls.normal);
-    CHECK(a.walls.velocity == b.walls.velocity);
-    CHECK(a.walls.name == b.walls.name);
-    CHECK(a.walls.normal_speed == b.walls.normal_speed);
-    CHECK(a.materials.name == b.materials.name);
-    CHECK(a.materials.density == b.materials.density);
-    CHECK(a.rough.kind == b.rough.kind);
-    CHECK(a.rough.partition == b.rough.partition);
-    CHECK(a.rough.imbalance == b.rough.imbalance);
-    CHECK(a.rough.x == b.rough.x);
-    CHECK(a.rough.offset == b.rough.offset);
-    CHECK(a.rough.skin == b.rough.skin);
-    CHECK(a.rough.steps_since == b.rough.steps_since);
-    CHECK(a.contacts.normal_impulse == b.contacts.normal_impulse);
-    CHECK(a.contacts.i == b.contacts.i);
-    CHECK(a.contacts.j == b.contacts.j);
-    CHECK(a.contacts.impulse == b.contacts.impulse);
-    CHECK(a.contacts.normal == b.contacts.normal);
-    CHECK(a.contacts.gap == b.contacts.gap);
-    CHECK(a.contacts.subdomain == b.contacts.subdomain);
-    CHECK(a.time == b.time);
-    CHECK(a.step == b.step);
-    CHECK(a.scene == b.scene);
-}
 
 // A disk that is full after `bytes`, as far as this process can tell.
 class FullDisk {

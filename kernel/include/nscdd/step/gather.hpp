@@ -1,5 +1,7 @@
-// The whole scene on rank 0, for output. Collective.
+// The scene on rank 0, for output: all of it, or one range of ids after the other where it would not fit. Collective.
 #pragma once
+
+#include <limits>
 
 #include "nscdd/step/simulation.hpp"
 
@@ -8,8 +10,15 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 struct GatheredGrain {
     Grain<M> grain;
-    int subdomain;     // that speaks for it
-    int multiplicity;  // active copies in the last step
+    typename M::Vec rough_position;  // when the candidates were found
+    int subdomain;                   // that speaks for it
+    int multiplicity;                // active copies in the last step
+};
+
+// Grains, or contacts by the grain i, from `begin` up to but without `end`.
+struct Ids {
+    int begin = 0, end = std::numeric_limits<int>::max();
+    bool contain(int id) const { return begin <= id && id < end; }
 };
 
 template <class M>
@@ -31,66 +40,62 @@ struct GatheredContact {
 
 // By ascending id on the process that hosts rank 0, empty elsewhere.
 template <class M>
-std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation) {
+std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids ids = {}) {
     const auto& parts = simulation.parts();
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
-            if (!parts[k].primary(g)) continue;
+            if (!parts[k].primary(g) || !ids.contain(parts[k].grains[g].id)) continue;
             detail::Wire<M>::put(parts[k].grains[g], out[k][0]);
+            detail::Wire<M>::put(parts[k].rough_position[g], out[k][0]);
             const bool stepped = !parts[k].problem.multiplicity.empty();
             out[k][0].insert(out[k][0].end(),
                              {double(parts[k].rank), stepped ? double(parts[k].problem.multiplicity[g]) : 1.0});
         }
     const std::vector<Buffer> in = simulation.comm().route(out);
     std::vector<GatheredGrain<M>> grains;
-    constexpr std::size_t size = detail::Wire<M>::grain_size + 2;
+    constexpr std::size_t x = detail::Wire<M>::grain_size, size = x + M::dim + 2;
     if (parts[0].rank == 0)
-        for (std::size_t p = 0; p < in[0].size(); p += size)
-            grains.push_back({detail::Wire<M>::grain(in[0].data() + p), static_cast<int>(in[0][p + size - 2]),
-                              static_cast<int>(in[0][p + size - 1])});
+        for (std::size_t p = 0; p < in[0].size(); p += size) {
+            const double* record = in[0].data() + p;
+            grains.push_back({detail::Wire<M>::grain(record), Eigen::Map<const typename M::Vec>(record + x),
+                              static_cast<int>(record[size - 2]), static_cast<int>(record[size - 1])});
+        }
     std::sort(grains.begin(), grains.end(), [](const auto& a, const auto& b) { return a.grain.id < b.grain.id; });
     return grains;
+}
+
+// The last rough detection but for the positions; not collective.
+template <class M>
+RoughDetection<M> last_rough(const Simulation<M>& simulation) {
+    const BroadPhase<M>& broad = simulation.broad_phase();
+    return {.kind = simulation.settings().partition.kind,
+            .partition = broad.partition().numbers(),
+            .imbalance = broad.imbalance_when_made(),
+            .skin = broad.skin(),
+            .steps_since = broad.steps_since(),
+            .positions = {},
+            .offsets = broad.offsets()};
 }
 
 // Positions by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
 RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
-    const auto& parts = simulation.parts();
-    std::vector<Outbox> out(parts.size());
-    for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
-            if (parts[k].primary(g)) {
-                out[k][0].push_back(parts[k].grains[g].id);
-                detail::Wire<M>::put(parts[k].rough_position[g], out[k][0]);
-            }
-    const std::vector<Buffer> in = simulation.comm().route(out);
-    std::vector<std::pair<double, typename M::Vec>> by_id;
-    if (parts[0].rank == 0)
-        for (std::size_t p = 0; p < in[0].size(); p += 1 + M::dim)
-            by_id.emplace_back(in[0][p], Eigen::Map<const typename M::Vec>(in[0].data() + p + 1));
-    std::sort(by_id.begin(), by_id.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    const BroadPhase<M>& broad = simulation.broad_phase();
-    RoughDetection<M> rough{.kind = simulation.settings().partition.kind,
-                            .partition = broad.partition().numbers(),
-                            .imbalance = broad.imbalance_when_made(),
-                            .skin = broad.skin(),
-                            .steps_since = broad.steps_since(),
-                            .positions = {},
-                            .offsets = broad.offsets()};
-    for (const auto& grain : by_id) rough.positions.push_back(grain.second);
+    RoughDetection<M> rough = last_rough(simulation);
+    for (const auto& grain : gather_grains(simulation)) rough.positions.push_back(grain.rough_position);
     return rough;
 }
 
 // Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
-std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation) {
+std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, Ids ids = {}) {
     constexpr std::size_t size = 5 + 2 * M::dim;
     const auto& parts = simulation.parts();
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
         const auto put = [&](const Contact<M>& c, int j, double gap) {
+            if (!ids.contain(grain(c.i).id)) return;
             double normal_impulse = c.r[0];
             if constexpr (M::friction) normal_impulse = c.r.dot(c.normal);
             out[k][0].insert(out[k][0].end(),
