@@ -110,6 +110,18 @@ class Program(ProgramTest):
         with h5py.File(self.packing) as file:
             self.assertAlmostEqual(max(masses.pop()) / (np.pi * (file["radius"][...]**2).sum()), 1, places=12)
 
+    def test_processes_may_have_several_subdomains_to_the_bit(self):
+        run = ("--scheme", "dcs", "--subdomains", 7, "--partition", "bisection")
+        _, expected = self.run_case("own", *run), (self.folder / "own.h5").read_bytes()
+        for processes in (1, 2, 3):
+            with self.subTest(processes=processes):
+                report, _ = self.run_case("mpi", *run, ranks=processes)
+                self.assertEqual((report["subdomains"], report["processes"], report["ranks_measured"]), (7, processes, False))
+                self.assertEqual((self.folder / "mpi.h5").read_bytes(), expected)
+        refused = self.run_program("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--scheme", "dcs", "--subdomains", 2,
+                                   ranks=3)
+        self.assertIn("nscdd: --subdomains 2: mpirun started 3 processes, which need at least one each", refused.stderr)
+
     def test_mpi_ranks_are_in_process_ranks_to_the_bit(self):
         for scheme in ("ccs", "dcs"):
             for ranks in (1, 2, 4):
