@@ -32,7 +32,8 @@ if(NSCDD_FULL_TESTS)
 endif()
 
 if(TARGET nscdd_files)
-    nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp)
+    nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_fclib.cpp
+               unit/test_costs.cpp ${PROJECT_SOURCE_DIR}/harness/costs.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
 endif()
 
@@ -43,6 +44,14 @@ if(MPI_CXX_FOUND)
     nscdd_mpi_test(test_communicator_mpi "3" "1;2;4;7;8" mpi/test_communicator_mpi.cpp)
     nscdd_mpi_test(test_mpi_bitwise "2" "1;3;4;7;8" mpi/test_mpi_bitwise.cpp)
     nscdd_link_metis(test_mpi_bitwise)
+    add_executable(ping_pong EXCLUDE_FROM_ALL mpi/ping_pong.cpp)
+    target_link_libraries(ping_pong PRIVATE nscdd_flags MPI::MPI_CXX)
+endif()
+if(TARGET Simgrid::smpi)
+    add_library(ping_pong_simulated MODULE mpi/ping_pong.cpp)
+    set_target_properties(ping_pong_simulated PROPERTIES PREFIX "" SUFFIX ""
+                          LIBRARY_OUTPUT_DIRECTORY "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+    target_link_libraries(ping_pong_simulated PRIVATE nscdd_flags Simgrid::smpi)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
@@ -75,6 +84,8 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("go on from a state" program test_restart)
     nscdd_program_test("hard cases" program test_hard_cases)
     nscdd_program_test("exchange of contact problems" program test_fclib)
+    nscdd_program_test("simulated machines" program test_simulated)
+    set_tests_properties("program: simulated machines" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off
     nscdd_program_test("speed against error" "program;full" test_accuracy)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
