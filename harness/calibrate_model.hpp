@@ -1,7 +1,8 @@
 // What the work of one model's step costs on this core, see calibrate.hpp. Included by run_model.hpp only.
 #pragma once
 
-#include <chrono>
+#include <time.h>
+
 #include <limits>
 #include <thread>
 
@@ -12,20 +13,27 @@
 
 namespace nscdd::run_detail {
 
-// Seconds of one call: the best of five stretches, each of at least so many seconds. The best, for what else goes on on
-// the machine only adds.
+// Of this thread [s].
+inline double thread_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+// CPU seconds of one call: the best of five stretches of at least so many. The best, for what else goes on on the
+// machine only adds.
 double seconds_of(double least, auto&& call) {
-    using Clock = std::chrono::steady_clock;
     double best = std::numeric_limits<double>::infinity();
     call();  // brings the data into the caches
     for (int stretch = 0; stretch < 5; ++stretch) {
-        const auto began = Clock::now();
-        double took = 0;
-        for (int calls = 1; took < least; ++calls) {
-            call();
-            took = std::chrono::duration<double>(Clock::now() - began).count();
-            best = took < least ? best : std::min(best, took / calls);
+        const double began = thread_seconds();
+        double took = 0, calls = 0;
+        for (int batch = 1; took < least; batch *= 2) {  // to ask for the time takes some as well
+            for (int c = 0; c < batch; ++c) call();
+            calls += batch;
+            took = thread_seconds() - began;
         }
+        best = std::min(best, took / calls);
     }
     return best;
 }

@@ -3,6 +3,7 @@ import json
 from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
+NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window"))
 RECORDS = ("hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
@@ -211,7 +212,7 @@ def load(folder):
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
             except (KeyError, TypeError) as error:
                 raise InputError(f"{path}: not a record of jobs: {error}") from None
-        elif data["schema"] not in ("nscdd.summary/1", "nscdd.fclib/1"):  # nothing that the report shows
+        elif data["schema"] not in NOT_SHOWN:
             raise InputError(f"{path}: unknown schema '{data['schema']}'")
     if not (runs or any(records.values())):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")

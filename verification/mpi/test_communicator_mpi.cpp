@@ -19,7 +19,6 @@ using nscdd::Buffer;
 using nscdd::InProcess;
 using nscdd::Links;
 using nscdd::Mpi;
-using nscdd::Work;
 
 static long allocations = 0;  // by C++; those inside MPI are its own affair
 
@@ -158,8 +157,8 @@ TEST_CASE("wrong shapes and disagreeing sizes are errors") {
     CHECK_THROWS_AS(comm.open({{{size, 0, 0}}}), std::logic_error);
     CHECK_THROWS_AS(comm.route({}), std::logic_error);
     CHECK_THROWS_AS(comm.route({{{size, {1}}}}), std::logic_error);
-    CHECK_THROWS_AS(comm.charge(1, Work::sweep, 1, 0), std::out_of_range);
-    comm.charge(0, Work::sweep, 3, 1e3);
+    CHECK_THROWS_AS(comm.charge(1, nscdd::Work::sweep, 1, 0), std::out_of_range);
+    comm.charge(0, nscdd::Work::sweep, 3, 1e3);
     CHECK(comm.work()[0] == 3.0);
 
     // Everyone to everyone, so that every rank meets the error and none is left waiting.

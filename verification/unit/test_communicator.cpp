@@ -72,12 +72,13 @@ TEST_CASE("sums are taken in the order of the tree, and a NaN is the largest", "
 
 TEST_CASE("work is charged to a rank, of which work() counts contacts swept", "[communicator]") {
     InProcess comm(2);
-    comm.charge(1, Work::sweep, 10, 1e3);
-    comm.charge(1, Work::accelerated, 5, 1e3);
-    for (const Work other : {Work::residual, Work::pack, Work::glue}) comm.charge(1, other, 7, 1e3);
+    comm.charge(1, nscdd::Work::sweep, 10, 1e3);
+    comm.charge(1, nscdd::Work::accelerated, 5, 1e3);
+    for (const nscdd::Work other : {nscdd::Work::residual, nscdd::Work::pack, nscdd::Work::glue})
+        comm.charge(1, other, 7, 1e3);
     CHECK(comm.work()[0] == 0);
     CHECK(comm.work()[1] == 15);
-    CHECK_THROWS_AS(comm.charge(2, Work::sweep, 1, 0), std::out_of_range);
+    CHECK_THROWS_AS(comm.charge(2, nscdd::Work::sweep, 1, 0), std::out_of_range);
     const double before = comm.now();
     CHECK(comm.now() >= before);
 }

@@ -1,0 +1,171 @@
+"""Simulated machines: their ping-pong, times that repeat to the digit, bits of real runs, and `nscdd scale`."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+import h5py
+import jsonschema
+import numpy as np
+
+from harness import NSCDD, ProgramTest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PLATFORMS = ROOT / "cases/platforms"
+BIN = pathlib.Path(NSCDD).resolve().parent
+KINDS = ("sweep", "accelerated", "residual", "pack", "glue", "factorised")
+SMPIRUN = shutil.which("smpirun") and (BIN / "nscdd_simulated").exists()
+
+
+def costs(**ns):
+    """A file of costs that do not depend on the size, 10 ns a unit unless said."""
+    return json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb",
+                       "ns": {kind: [{"bytes": 1000, "ns": ns.get(kind, 10)}] for kind in KINDS}})
+
+
+@unittest.skipUnless(SMPIRUN, "smpirun is not installed, or nscdd_simulated not built")
+class Simulated(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.scene = ROOT / "cases/reduced/network.toml"
+        self.packing = self.folder / "disks.h5"
+        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\n")
+        self.succeeds("pack", pack, "-o", self.packing, "--quiet")
+        self.costs = self.write("costs.json", costs())
+
+    def simulate(self, ranks, program, *arguments, platform="node48", options=()):
+        """Of smpirun: its output."""
+        return subprocess.run(["smpirun", "-quiet", "-np", str(ranks), "-platform", PLATFORMS / f"{platform}.xml", "-hostfile",
+                               PLATFORMS / f"{platform}.hosts", "--log=root.thres:error", *options, BIN / program, *map(str, arguments)],
+                              capture_output=True, text=True, timeout=120, cwd=self.folder)
+
+    def window(self, ranks, *arguments, **options):
+        out = self.folder / "window.json"
+        done = self.simulate(ranks, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs,
+                             "--iterations", 30, "--json", out, "--quiet", *arguments, **options)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        return json.loads(out.read_text())
+
+    def test_ping_pong_of_the_platforms_is_what_they_promise(self):
+        for platform, ranks, microseconds, gigabytes in (("two-cores", 2, 0.1, 14.7), ("node48", 2, 1, 5), ("node48", 48, 1, 5), ("cluster", 8, 1, 5),
+                                                         ("cluster", 9, 1.5, 12), ("cluster", 1024, 1.5, 12)):
+            with self.subTest(platform=platform, ranks=ranks):
+                done = self.simulate(ranks, "ping_pong_simulated", platform=platform)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                rows = {int(size): (float(us), float(rate)) for size, us, rate in
+                        re.findall(r"(\d+) B: ([\d.]+) us, ([\d.]+) GB/s", done.stdout)}
+                self.assertLessEqual(abs(rows[8][0] / microseconds - 1), 0.2)
+                self.assertLessEqual(abs(rows[1 << 20][1] / gigabytes - 1), 0.1)
+
+    def test_simulated_seconds_are_the_same_to_the_digit(self):
+        first, second = self.window(4), self.window(4)
+        for key in ("seconds_per_iteration", "per_iteration", "work_per_iteration"):
+            self.assertEqual(first[key], second[key])
+        self.assertTrue(first["simulated"])
+
+    def test_a_sequential_iteration_takes_what_its_work_costs(self):
+        window = self.window(1, "--scheme", "nlgs", "--method", "paper")
+        work = {kind: window["work_per_iteration"][kind]["mean"] for kind in KINDS}
+        self.assertEqual(work["sweep"], window["contacts"])
+        self.assertEqual(work["residual"], window["contacts"] / 10)  # tested every ten iterations
+        self.assertAlmostEqual(window["seconds_per_iteration"] / (1e-8 * sum(work.values())), 1, delta=1e-6)
+        slower = self.window(1, "--scheme", "nlgs", "--method", "paper", "--slower", 3)
+        self.assertAlmostEqual(slower["seconds_per_iteration"] / window["seconds_per_iteration"], 3, delta=1e-6)
+
+    def test_latency_bandwidth_and_noise_count(self):
+        def seconds(*arguments, **options):
+            return self.window(4, *arguments, **options)["seconds_per_iteration"]
+        given = seconds()
+        self.assertGreater(seconds(options=["--cfg=smpi/lat-factor:0:2"]), given + 1e-6)
+        self.assertLess(seconds(options=["--cfg=smpi/lat-factor:0:0.5"]), given - 0.5e-6)
+        self.assertGreater(seconds(options=["--cfg=smpi/bw-factor:0:0.001"]), given)
+        noisy = seconds("--noise", 0.2, "--seed", 7)
+        self.assertGreater(noisy, given)  # all wait for the slowest
+        self.assertEqual(noisy, seconds("--noise", 0.2, "--seed", 7))
+        self.assertNotEqual(noisy, seconds("--noise", 0.2, "--seed", 8))
+
+    def test_simulated_ranks_give_the_bits_of_those_in_process(self):
+        run = ["run", self.scene, "--packing", self.packing, "--steps", 2, "--quiet", "--partition", "bisection"]
+        for scheme in ("ccs", "dcs"):
+            done = self.simulate(3, "nscdd_simulated", *run, "--scheme", scheme, "--transport", "mpi", "--state", self.folder / "a.h5")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.succeeds(*run, "--scheme", scheme, "--subdomains", 3, "--state", self.folder / "b.h5")
+            with h5py.File(self.folder / "a.h5") as a, h5py.File(self.folder / "b.h5") as b:
+                for key in ("x", "velocity", "contacts/impulse"):
+                    np.testing.assert_array_equal(a[key][...], b[key][...])
+
+    def test_bad_costs_are_one_line(self):
+        for text, said in (("{", "is no JSON"), ('{"schema": "x"}', "is no file of costs (schema nscdd.costs/1)"),
+                           (costs(sweep=-1), "ns.sweep: bytes must ascend from above 0, and ns must not be negative"),
+                           (costs().replace("2D", "3D"), f"costs of a 3D Coulomb scene, {self.scene} is 2D Coulomb")):
+            self.costs.write_text(text)
+            done = self.simulate(2, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs)
+            self.assertEqual([line for line in done.stderr.splitlines() if line.startswith("nscdd: ")], [f"nscdd: {self.costs}: {said}"])
+            self.assertNotEqual(done.returncode, 0)
+
+    def scale(self, *arguments):
+        return self.run_program("scale", self.scene, "--packing", self.packing, "--platform", PLATFORMS / "node48.xml", "--costs",
+                                self.costs, "--iterations", 20, "--json", self.folder / "scale.json", *arguments, cwd=self.folder)
+
+    def test_scale_goes_on_after_an_interruption(self):
+        done = self.scale("--ranks", "1,2", "--bands")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("SIMULATED", done.stdout)
+        path = self.folder / "scale.json"
+        whole = json.loads(path.read_text())
+        jsonschema.validate(whole, json.loads((ROOT / "reports/scale.schema.json").read_text()))
+        self.assertEqual([len(point["windows"]) for point in whole["points"]], [6, 6])
+        # as it was before the last but one of the windows
+        cut = json.loads(path.read_text())
+        del cut["points"][1]["windows"][4:]
+        path.write_text(json.dumps(cut))
+        done = self.scale("--ranks", "1,2", "--bands")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stderr.count("simulating"), 2, done.stderr)
+        self.assertNotIn("counting", done.stderr)
+        again = json.loads(path.read_text())
+        self.assertEqual(again["points"], whole["points"])
+        with self.subTest("the efficiency is that of the times and counts told"):
+            alone, two = whole["points"]
+            for window in two["windows"]:
+                per = alone["windows"][0]["seconds_per_iteration"] / (2 * window["seconds_per_iteration"])
+                self.assertAlmostEqual(window["efficiency_of_iteration"], per, delta=1e-12)
+                self.assertAlmostEqual(window["efficiency"], per * sum(alone["iterations"]) / sum(two["iterations"]), delta=1e-12)
+        with self.subTest("no trace is left"):
+            left = {entry.name for entry in self.folder.iterdir()}
+            self.assertEqual(left, {"scale.json", "costs.json", "disks.h5", "pack.toml"})
+        with self.subTest("other settings are refused"):
+            done = self.scale("--ranks", "1,2", "--slower", 3)
+            self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {path}: was begun with another slower, give another file to begin anew\n"))
+            self.assertEqual(json.loads(path.read_text()), again)
+
+    def test_scale_tells_why_the_simulator_failed(self):
+        broken = self.write("broken", "#!/bin/sh\necho nscdd: it is broken >&2\nexit 4\n")
+        broken.chmod(0o755)
+        done = self.scale("--ranks", "1", "--simulator", broken)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("nscdd: smpirun ended with exit code", done.stderr.splitlines()[-1])
+
+
+class Calibration(ProgramTest):
+    def test_costs_are_measured_of_every_kind_of_work(self):
+        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\n")
+        self.succeeds("pack", pack, "-o", self.folder / "disks.h5", "--quiet")
+        out = self.folder / "costs.json"
+        self.succeeds("calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains", "1,2,4",
+                      "--seconds", 1e-4, "-o", out, "--quiet")
+        measured = json.loads(out.read_text())
+        jsonschema.validate(measured, json.loads((ROOT / "reports/costs.schema.json").read_text()))
+        self.assertEqual(measured["model"], "2D Coulomb")
+        for kind in ("sweep", "accelerated", "residual"):
+            self.assertEqual(len(measured["ns"][kind]), 3)
+        for kind in KINDS:
+            for point in measured["ns"][kind]:
+                self.assertTrue(0.01 < point["ns"] < 1e5, (kind, point))
+
+
+if __name__ == "__main__":
+    unittest.main()
