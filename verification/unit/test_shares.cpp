@@ -49,7 +49,7 @@ class Watched final : public Communicator {
         return comm_.reduce(mine, added);
     }
     double now() const override { return comm_.now(); }
-    void charge(int rank, double cost) override { comm_.charge(rank, cost); }
+    void charge(int rank, Work kind, double count, double bytes) override { comm_.charge(rank, kind, count, bytes); }
     std::span<const double> work() const override { return comm_.work(); }
     Traffic traffic() const override { return comm_.traffic(); }
     CommSeconds seconds() const override { return comm_.seconds(); }
