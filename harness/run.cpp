@@ -1,7 +1,6 @@
 #include "run.hpp"
 
 #include <fmt/format.h>
-#include <mpi.h>
 
 #include <algorithm>
 #include <charconv>
@@ -13,55 +12,11 @@
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
 #include "same_scene.hpp"
+#include "session.hpp"
 
 namespace nscdd {
 
 namespace {
-
-// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
-// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
-// Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
-// or all stop.
-class Session {
-  public:
-    explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
-        if (!with_mpi_) return;
-        MPI_Init(nullptr, nullptr);
-        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
-        MPI_Comm_size(MPI_COMM_WORLD, &size_);
-    }
-    ~Session() {
-        if (with_mpi_) MPI_Finalize();
-    }
-    Session(const Session&) = delete;
-    Session& operator=(const Session&) = delete;
-
-    int rank() const { return rank_; }
-    int size() const { return size_; }
-
-    // False when any rank threw; the first of them says why, in one line.
-    bool together(auto&& part) const {
-        std::string problem;
-        try {
-            part();
-        } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
-            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
-            if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
-            return false;
-        } catch (const std::exception& error) {
-            problem = error.what();
-        }
-        const int mine = problem.empty() ? size_ : rank_;
-        int first = mine;
-        if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
-        return first == size_;
-    }
-
-  private:
-    bool with_mpi_;
-    int rank_ = 0, size_ = 1;
-};
 
 // Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
 // batch script has it too, and srun starts MPI programs by PMI or PMIx.
@@ -90,10 +45,15 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
     const Scene& scene = request.scene;
     const std::size_t packed = std::max(request.packing.total(), request.from.packing.total());
     const std::uint64_t grains = packed + scene.grains.size(), steps = static_cast<std::uint64_t>(scene.step.count);
+    std::vector<NamedFile> inputs = inputs_of(arguments, scene);
+    // a run may go on from its own checkpoint, which is read before it is replaced
+    if (!arguments.checkpoint.empty() && !arguments.from.empty() && same_file(arguments.checkpoint, arguments.from))
+        std::erase_if(inputs, [](const NamedFile& input) { return input.name == "--from"; });
     check_outputs({{"--json", arguments.json, 100 * steps},
+                   {"--checkpoint", arguments.checkpoint, 600 * grains},
                    {"--state", arguments.state, 600 * grains},
                    {"the .xdmf beside --state", xdmf_beside(arguments.state)}},
-                  inputs_of(arguments, scene));
+                  inputs);
 }
 
 // What the steps that stopped early did not reach, beside what is asked: the worst of all steps.
@@ -131,6 +91,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.progress = !arguments.quiet;
     request.json = arguments.json;
     request.state = arguments.state;
+    request.checkpoint = arguments.checkpoint;
+    if (!arguments.every.empty()) request.every = read_checkpoint_every(arguments.every);
+    if (!arguments.every.empty() && arguments.checkpoint.empty())
+        throw InputError("--every is of checkpoints: give --checkpoint");
+    if (!arguments.checkpoint.empty() && arguments.repeat > 1)
+        throw InputError("--checkpoint is of one run, not of --repeat");
     request.subdomains = over_mpi ? ranks : std::max(arguments.subdomains, 1);
     if (over_mpi && arguments.subdomains > 0 && arguments.subdomains != ranks)
         throw InputError(
@@ -186,6 +152,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         request.from = read_state(arguments.from, share);
         request.from_file = arguments.from;
         require_fitting_state(request.from, arguments.from, scene);
+        if (arguments.steps == 0 && request.from.steps_left > 0)
+            scene.step.count = static_cast<int>(request.from.steps_left);
         share.dealt = request.from.packing.total();  // the same rows, to be compared
     }
     // a run that goes on from a state needs no packing: the scene's is compared where it is still there
@@ -224,6 +192,7 @@ RunFunction choose_model(const Scene& scene) {
 int run(const RunArguments& arguments, const Provenance& provenance) {
     const bool among_ranks = launched();
     const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && among_ranks);
+    if (!arguments.checkpoint.empty()) listen_for_checkpoint_signal();
     Session session(over_mpi || among_ranks);
     RunRequest request;
     RunResult result;
@@ -255,6 +224,12 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
             result.json["repeats"] = arguments.repeat;
         }))
         return 1;
+    if (result.stopped) {
+        if (session.rank() == 0)
+            fmt::print(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
+                       result.last_step, one_line(request.checkpoint));
+        return 4;
+    }
     const bool written = session.together([&] {
         if (session.rank() != 0) return;
         if (!request.state.empty()) {

@@ -1,0 +1,78 @@
+// The ranks of a run as processes: started together, and stopped together when one of them has an error.
+#pragma once
+
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <chrono>
+#include <string>
+#include <thread>
+
+#include "error.hpp"
+
+namespace nscdd {
+
+// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
+// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
+// Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
+// or all stop.
+class Session {
+  public:
+    explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
+        if (!with_mpi_) return;
+        MPI_Init(nullptr, nullptr);
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+        MPI_Comm_size(MPI_COMM_WORLD, &size_);
+    }
+    ~Session() {
+        if (with_mpi_) MPI_Finalize();
+    }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    int rank() const { return rank_; }
+    int size() const { return size_; }
+
+    // False when any rank threw; the first of them says why, in one line.
+    bool together(auto&& part) const {
+        std::string problem;
+        try {
+            part();
+        } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
+            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
+            if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
+            return false;
+        } catch (const std::exception& error) {
+            problem = error.what();
+        }
+        const int first = first_with(problem);
+        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
+        return first == size_;
+    }
+
+  private:
+    // The rank with a problem that is first; size() if there is none. Others may wait in a call of the part for the one
+    // that has left it: after ten seconds it stops them.
+    int first_with(const std::string& problem) const {
+        const int mine = problem.empty() ? size_ : rank_;
+        int first = mine;
+        if (!with_mpi_) return first;
+        MPI_Request all = MPI_REQUEST_NULL;
+        MPI_Iallreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD, &all);
+        const double began = MPI_Wtime();
+        for (int done = 0;;) {
+            MPI_Test(&all, &done, MPI_STATUS_IGNORE);
+            if (done) return first;
+            if (!problem.empty() && MPI_Wtime() - began > 10) {
+                fmt::print(stderr, "nscdd: rank {} alone: {}\n", rank_, one_line(problem));
+                MPI_Abort(MPI_COMM_WORLD, 1);
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+
+    bool with_mpi_;
+    int rank_ = 0, size_ = 1;
+};
+
+}  // namespace nscdd
