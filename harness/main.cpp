@@ -51,7 +51,8 @@ stay, whole, where one fails. A symbolic link stays and the file that it leads t
 of data sets are counted from 0 in messages.
 
 Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
-disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance.)");
+disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance;
+4 the run was stopped by SIGUSR1 and goes on from its checkpoint.)");
 
     nscdd::PackArguments pack;
     auto* pack_command =
@@ -70,7 +71,8 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
     run_command->add_option(
         "--from", run.from,
-        "Go on from a state that --state wrote: to the last bit on as many subdomains. The state of "
+        "Go on from a state that --state or --checkpoint wrote: to the last bit on as many subdomains. From a "
+        "checkpoint the run makes the steps that were left, unless --steps says otherwise. The state of "
         "another scene is refused: names of scene, materials and walls, densities, normals, and number, "
         "radii and materials of the grains must be the same. Forces and motions, friction, "
         "restitution, h and the solver may change");
@@ -140,6 +142,14 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         ->capture_default_str();
     run_command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
     run_command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
+    run_command->add_option(
+        "--checkpoint", run.checkpoint,
+        "State to write on the way, from which --from goes on to the end of this run, to the last bit "
+        "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
+        "written and the run stops, exit code 4, without results");
+    run_command->add_option(
+        "--every", run.every,
+        "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)");
     run_command->add_flag("--quiet", run.quiet, "No progress, no summary");
 
     std::string reference, candidate, compare_json;

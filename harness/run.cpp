@@ -36,10 +36,15 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
     const Scene& scene = request.scene;
     const std::size_t packed = std::max(request.packing.total(), request.from.packing.total());
     const std::uint64_t grains = packed + scene.grains.size(), steps = static_cast<std::uint64_t>(scene.step.count);
+    std::vector<NamedFile> inputs = inputs_of(arguments, scene);
+    // a run may go on from its own checkpoint, which is read before it is replaced
+    if (!arguments.checkpoint.empty() && !arguments.from.empty() && same_file(arguments.checkpoint, arguments.from))
+        std::erase_if(inputs, [](const NamedFile& input) { return input.name == "--from"; });
     check_outputs({{"--json", arguments.json, 100 * steps},
+                   {"--checkpoint", arguments.checkpoint, 600 * grains},
                    {"--state", arguments.state, 600 * grains},
                    {"the .xdmf beside --state", xdmf_beside(arguments.state)}},
-                  inputs_of(arguments, scene));
+                  inputs);
 }
 
 // What the steps that stopped early did not reach, beside what is asked: the worst of all steps.
@@ -77,6 +82,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.progress = !arguments.quiet;
     request.json = arguments.json;
     request.state = arguments.state;
+    request.checkpoint = arguments.checkpoint;
+    if (!arguments.every.empty()) request.every = read_checkpoint_every(arguments.every);
+    if (!arguments.every.empty() && arguments.checkpoint.empty())
+        throw InputError("--every is of checkpoints: give --checkpoint");
+    if (!arguments.checkpoint.empty() && arguments.repeat > 1)
+        throw InputError("--checkpoint is of one run, not of --repeat");
     request.subdomains = arguments.subdomains > 0 ? arguments.subdomains : over_mpi ? processes : 1;
     if (over_mpi && request.subdomains < processes)
         throw InputError(fmt::format("--subdomains {}: mpirun started {} processes, which need at least one each",
@@ -132,6 +143,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         request.from = read_state(arguments.from, share);
         request.from_file = arguments.from;
         require_fitting_state(request.from, arguments.from, scene);
+        if (arguments.steps == 0 && request.from.steps_left > 0)
+            scene.step.count = static_cast<int>(request.from.steps_left);
         share.dealt = request.from.packing.total();  // the same rows, to be compared
     }
     // a run that goes on from a state needs no packing: the scene's is compared where it is still there
@@ -170,6 +183,7 @@ RunFunction choose_model(const Scene& scene) {
 int run(const RunArguments& arguments, const Provenance& provenance) {
     const bool among_ranks = launched();
     const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && among_ranks);
+    if (!arguments.checkpoint.empty()) listen_for_checkpoint_signal();
     Session session(over_mpi || among_ranks);
     RunRequest request;
     RunResult result;
@@ -204,6 +218,12 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
             result.json["repeats"] = arguments.repeat;
         }))
         return 1;
+    if (result.stopped) {
+        if (session.rank() == 0)
+            fmt::print(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
+                       result.last_step, one_line(request.checkpoint));
+        return 4;
+    }
     const bool written = session.together([&] {
         if (session.rank() != 0) return;
         if (!request.state.empty()) {

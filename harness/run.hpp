@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "checkpoint.hpp"
 #include "fclib.hpp"
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/solve/options.hpp"
@@ -49,7 +50,8 @@ struct RunRequest {
     double imbalance = 1.1;          // of a partition that is kept (Partitioner)
     bool over_mpi = false;
     bool progress = true;
-    std::string json, state;  // files to write, may be empty
+    std::string json, state, checkpoint;  // files to write, may be empty
+    CheckpointEvery every;
     Provenance provenance;
     std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
     std::optional<WindowRequest> window;
@@ -69,6 +71,7 @@ struct ExportedProblem {
 struct RunResult {
     nlohmann::json json;
     std::int64_t last_step = 0;
+    bool stopped = false;  // before its end, by a signal, with a checkpoint; there is no JSON then
     int unconverged_steps = 0;
     std::optional<ExportedProblem> exported;
 };
@@ -90,8 +93,8 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
-    std::string scene, packing, from, scheme = "nlgs", interface, partition = "grid", grid, json, state,
-                                      transport = "auto";
+    std::string scene, packing, from, scheme = "nlgs", interface, partition = "grid", grid, json, state, checkpoint,
+                                      every, transport = "auto";
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
     double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0, imbalance = 0;
     std::string method;

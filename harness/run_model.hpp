@@ -216,6 +216,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         return result;
     }
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
+    std::optional<Checkpoints> checkpoints;
+    if (!request.checkpoint.empty()) checkpoints.emplace(comm, request.every);
     for (int step = 1; step <= scene.step.count; ++step) {
         push_walls<M>(scene, simulation.walls());
         const StepReport report = simulation.step(counted);
@@ -232,6 +234,12 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
         progress.show(step, fmt::format("{} iterations", report.solve.iterations));
+        if (!checkpoints || step == scene.step.count) continue;
+        const auto due = checkpoints->after(request.start_step + step);
+        if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
+        result.last_step = request.start_step + step;
+        result.stopped = due == Checkpoints::Due::write_and_stop;
+        if (result.stopped) return result;
     }
     const double total = comm.now() - began;
 

@@ -1,12 +1,14 @@
-// How a command that may run over MPI starts and ends it, and how its ranks fail together.
+// How a command that may run over MPI starts and ends it, and how its ranks are stopped together when one has an error.
 #pragma once
 
 #include <fmt/format.h>
 #include <mpi.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <new>
 #include <string>
+#include <thread>
 
 #include "error.hpp"
 
@@ -52,14 +54,36 @@ class Session {
         } catch (const std::exception& error) {
             problem = error.what();
         }
-        const int mine = problem.empty() ? size_ : rank_;
-        int first = mine;
-        if (with_mpi_) MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+        const int first = first_with(problem);
         if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
         return first == size_;
     }
 
   private:
+    // The rank with a problem that is first; size() if there is none. Others may wait in a call of the part for the one
+    // that has left it: after ten seconds it stops them.
+    int first_with(const std::string& problem) const {
+        const int mine = problem.empty() ? size_ : rank_;
+        int first = mine;
+        if (!with_mpi_) return first;
+        if (simulated) {  // whose clock goes on inside MPI alone
+            MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+            return first;
+        }
+        MPI_Request all = MPI_REQUEST_NULL;
+        MPI_Iallreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD, &all);
+        const double began = MPI_Wtime();
+        for (int done = 0;;) {
+            MPI_Test(&all, &done, MPI_STATUS_IGNORE);
+            if (done) return first;
+            if (!problem.empty() && MPI_Wtime() - began > 10) {
+                fmt::print(stderr, "nscdd: rank {} alone: {}\n", rank_, one_line(problem));
+                MPI_Abort(MPI_COMM_WORLD, 1);
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+    }
+
     bool with_mpi_;
     int rank_ = 0, size_ = 1;
 };

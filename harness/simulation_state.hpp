@@ -112,4 +112,22 @@ void write_state(const Simulation<M>& simulation, const State& head, FileSet& fi
     refuse_together(comm, complaints);
 }
 
+// The state with which the run goes on, in place of the one before or not at all. Collective; throws as write_state
+// does.
+template <class M>
+void write_checkpoint(const Simulation<M>& simulation, const RunRequest& request, int steps_left) {
+    Communicator& comm = simulation.comm();
+    State head = state_head(simulation, request);
+    head.steps_left = steps_left;
+    FileSet files;
+    write_state(simulation, head, files, request.checkpoint);
+    std::vector<std::string> complaints(comm.ranks().size());
+    if (comm.ranks()[0] == 0) try {
+            files.commit();
+        } catch (const OutputError& error) {
+            complaints[0] = error.what();
+        }
+    refuse_together(comm, complaints);
+}
+
 }  // namespace nscdd

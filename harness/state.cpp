@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 
 #include "replace_file.hpp"
 
@@ -144,10 +145,14 @@ State read_state(const std::string& path, const Share& share) {
     if (state.rough.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
 
     state.time = file.attribute<double>("time");
-    state.step = file.attribute<std::int64_t>("step");
-    if (state.step < 0 || state.step > State::most_steps)
-        throw InputError(
-            fmt::format("{}: attribute 'step': must lie in [0, {}], found {}", path, State::most_steps, state.step));
+    const auto count = [&](const char* name, std::int64_t most) {
+        const auto value = file.attribute<std::int64_t>(name);
+        if (value < 0 || value > most)
+            throw InputError(fmt::format("{}: attribute '{}': must lie in [0, {}], found {}", path, name, most, value));
+        return value;
+    };
+    state.step = count("step", State::most_steps);
+    state.steps_left = count("steps_left", std::numeric_limits<int>::max());
     state.scene = file.attribute<std::string>("scene");
     return state;
 }
@@ -191,6 +196,7 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
 
     file_.attribute("time", head.time);
     file_.attribute("step", head.step);
+    file_.attribute("steps_left", head.steps_left);
     file_.attribute("scene", head.scene);
 }
 

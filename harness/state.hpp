@@ -54,10 +54,11 @@ struct State {
     } rough;
 
     static constexpr std::int64_t most_steps =
-        1'000'000'000'000'000;  // a double, as of JSON, holds them and those to come
-    double time = 0;            // [s]
-    std::int64_t step = 0;      // steps made
-    std::string scene;          // its name
+        1'000'000'000'000'000;    // a double, as of JSON, holds them and those to come
+    double time = 0;              // [s]
+    std::int64_t step = 0;        // steps made
+    std::int64_t steps_left = 0;  // that the run had still to make; 0 at its end
+    std::string scene;            // its name
 
     int spins() const { return packing.dim == 3 ? 3 : 1; }
 };

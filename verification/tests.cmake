@@ -47,6 +47,14 @@ if(MPI_CXX_FOUND)
     nscdd_link_metis(test_mpi_bitwise)
     add_executable(ping_pong EXCLUDE_FROM_ALL mpi/ping_pong.cpp)
     target_link_libraries(ping_pong PRIVATE nscdd_flags MPI::MPI_CXX)
+    if(TARGET nscdd_files)
+        add_executable(lone_error mpi/lone_error.cpp)
+        target_link_libraries(lone_error PRIVATE nscdd_files nscdd_flags MPI::MPI_CXX)
+        add_test(NAME "an error of one rank alone" COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} 3 $<TARGET_FILE:lone_error>)
+        set_tests_properties("an error of one rank alone" PROPERTIES LABELS mpi TIMEOUT 60 PROCESSORS 3 RESOURCE_LOCK mpirun
+                             PASS_REGULAR_EXPRESSION "nscdd: rank 1 alone: what no other rank knows" FAIL_REGULAR_EXPRESSION "not stopped"
+                             ENVIRONMENT "${mpi_environment};ASAN_OPTIONS=detect_leaks=0")
+    endif()
 endif()
 if(TARGET Simgrid::smpi)
     add_library(ping_pong_simulated MODULE mpi/ping_pong.cpp)
@@ -73,7 +81,7 @@ set_tests_properties("headers compile alone" "consumer with options of its own" 
 if(NSCDD_PROGRAM)
     find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
     function(nscdd_program_test name label module)
-        add_test(NAME "program: ${name}" COMMAND ${NSCDD_PYTHON} -m unittest ${module}
+        add_test(NAME "program: ${name}" COMMAND ${NSCDD_PYTHON} -m unittest ${module} ${ARGN}
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/program)
         set_tests_properties("program: ${name}" PROPERTIES LABELS "${label}" TIMEOUT 900
             ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
@@ -83,17 +91,20 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("what compare trusts" "program;sanitized" test_compare)
     nscdd_program_test("pack, run, compare" program test_program.Program)
     nscdd_program_test("go on from a state" program test_restart)
+    nscdd_program_test("checkpoints" program test_checkpoint.Checkpoints test_checkpoint.Faults)
     nscdd_program_test("hard cases" program test_hard_cases)
     nscdd_program_test("exchange of contact problems" program test_fclib)
     nscdd_program_test("simulated machines" program test_simulated)
     set_tests_properties("program: simulated machines" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
+    # six minutes
+    nscdd_program_test("killed a hundred times" "program;full" test_checkpoint.HundredKills.test_killed_at_random_moments)
     # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off
     nscdd_program_test("speed against error" "program;full" test_accuracy)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
     nscdd_program_test("iterations at 8 subdomains" "program;full" test_program.Iterations)
     # they call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
     set_tests_properties("program: bad input" "program: outputs" "program: pack, run, compare" "program: go on from a state"
-                         PROPERTIES RESOURCE_LOCK mpirun)
+                         "program: checkpoints" "program: killed a hundred times" PROPERTIES RESOURCE_LOCK mpirun)
     add_dependencies(sanitized_tests nscdd)
     add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
     set_tests_properties("report generator" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)

@@ -33,10 +33,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         reals("contacts/normal_impulse", {c});
         image.attribute("time", 0.5, H5T_NATIVE_DOUBLE);
         image.attribute("step", 3, H5T_NATIVE_INT64);
+        image.attribute("steps_left", 2, H5T_NATIVE_INT64);
         image.text_attribute("scene");
         image.save(file);
     }
     fuzz::refuses_in_one_line([&] { read_packing(file.path()); });
     fuzz::refuses_in_one_line([&] { read_state(file.path()); });
+    fuzz::refuses_in_one_line([&] { read_state(file.path(), {1, 3}); });
     return 0;
 }

@@ -44,6 +44,7 @@ inline State made_up_state(int dim, int grains) {
                       .normal_impulse = ramp(3, 16)};
     state.time = 0.25;
     state.step = 5'000'000'000;
+    state.steps_left = 12;
     state.scene = "drop & <roll> \xc3\xa9";
     return state;
 }
@@ -81,6 +82,7 @@ inline void check_equal(const State& a, const State& b) {
     CHECK(a.contacts.subdomain == b.contacts.subdomain);
     CHECK(a.time == b.time);
     CHECK(a.step == b.step);
+    CHECK(a.steps_left == b.steps_left);
     CHECK(a.scene == b.scene);
 }
 
