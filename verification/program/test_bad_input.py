@@ -216,7 +216,7 @@ class OnAllRanks(Refusals):
         scene = self.scene()
         self.refused(["nowhere.toml"], "run", self.folder / "nowhere.toml", "--scheme", "dcs", ranks=2)
         self.refused(["no-folder"], "run", scene, "--scheme", "dcs", "--json", self.folder / "no-folder" / "out.json", ranks=2)
-        self.refused(["--subdomains 3"], "run", scene, "--scheme", "dcs", "--subdomains", 3, ranks=2)
+        self.refused(["--subdomains 1"], "run", scene, "--scheme", "dcs", "--subdomains", 1, ranks=2)
         self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
         self.refused(["nlgs is sequential"], "run", scene, ranks=2)
 
