@@ -137,6 +137,29 @@ TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly
     }
 }
 
+TEMPLATE_TEST_CASE("the first partition, made before contacts are known, shares few grains as well", "[partition]",
+                   Disks, Spheres) {
+    using M = TestType;
+    const int side = M::dim == 2 ? 30 : 10, ranks = 8;
+    Random random(35);
+    const auto grains = shaken_lattice<M>(random, side);
+    InProcess comm(ranks);
+    std::vector<std::size_t> shared;
+    for (const auto& partitioner : {by_grid<M>(), by_bisection<M>(), by_metis<M>()}) {
+        auto parts = on_rank_0<M>(grains, ranks);
+        const Box<M> box{M::Vec::Zero(), M::Vec::Constant(1.05 * side)};
+        repartition<M>(parts, comm, partitioner.make({parts, comm, box, {}}), box_walls<M>(1.05 * side), 0.3, 0.5);
+        std::size_t& count = shared.emplace_back(0);
+        for (const auto& part : parts)
+            for (std::size_t g = 0; g < part.grains.size(); ++g)
+                count += part.primary(g) && part.last_sharer(g) - part.first_sharer(g) > 1;
+    }
+    INFO("grid " << shared[0] << ", bisection " << shared[1] << ", METIS " << shared[2] << " of " << grains.size());
+    CHECK(shared[0] > 0);
+    CHECK(2 * shared[1] < 3 * shared[0]);
+    CHECK(2 * shared[2] < 3 * shared[0]);
+}
+
 TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[partition]", Disks, Spheres) {
     using M = TestType;
     for (const int ranks : {2, 3, 5, 8}) {

@@ -99,6 +99,24 @@ class CellGraph {
 
     static constexpr std::size_t few = 8;  // cells a rank, with which METIS fails, and prints that it does
 
+    // Where no contacts are known: a cell is joined with the next one along each axis that has grains, by as many as
+    // the one with fewer has. Without this METIS would deal cells from all over the box to a rank.
+    template <std::size_t dim>
+    void join_neighbours(const std::array<int, dim>& cells) {
+        for (std::size_t cell = 0; cell < contacts.size(); ++cell) {
+            std::size_t stride = 1, rest = cell;
+            for (const int along : cells) {
+                const auto count = static_cast<std::size_t>(along);
+                std::size_t next = cell, left = count - 1 - rest % count;
+                for (; left > 0 && (next == cell || contacts[next] == 0); --left) next += stride;
+                if (const idx_t shared = std::min(contacts[cell], contacts[next]); next != cell && shared > 0)
+                    joined[{static_cast<std::int64_t>(cell), static_cast<std::int64_t>(next)}] = shared;
+                rest /= count;
+                stride *= count;
+            }
+        }
+    }
+
     // Rank of each cell; -1 for those without contacts, which METIS need not know. Empty if it fails.
     std::vector<int> part(int ranks) const {
         std::vector<int> owner(contacts.size(), -1);
@@ -236,6 +254,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
             (b < 0 ? graph.contacts[static_cast<std::size_t>(a)] : graph.joined[{a, b}]) +=
                 static_cast<idx_t>(in[0][p + 2]);
         }
+        if (!candidates) graph.join_neighbours(cells);
         std::vector<int> owner = graph.part(comm.size());
         fill_owners(cells, owner);
         owner.resize(count, -1);
