@@ -8,6 +8,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "number_option.hpp"
 #include "replace_file.hpp"
+#include "run_options.hpp"
 
 namespace nscdd {
 
@@ -15,10 +16,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateArguments& arguments) {
     CLI::App* command = app.add_subcommand(
         "calibrate", "Measure what work costs on this core, by kind and size, for simulated machines (nscdd scale)");
     RunArguments& run = arguments.run;
-    command->add_option("scene", run.scene, "Scene (TOML)")->required();
-    command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    command->add_option("--from", run.from, "Go on from a state that `nscdd run --state` wrote: of its next step");
-    command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
+    add_source_options(*command, run, "Go on from a state that `nscdd run --state` wrote: of its next step");
     command
         ->add_option("--subdomains", arguments.subdomains,
                      "How many subdomains the scene is divided into, for the sizes that one rank would have; as many "

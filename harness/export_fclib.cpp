@@ -4,17 +4,14 @@
 
 #include "nscdd/comm/in_process.hpp"
 #include "number_option.hpp"
-#include "run.hpp"
+#include "run_options.hpp"
 
 namespace nscdd {
 
 CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     CLI::App* command =
         app.add_subcommand("export-fclib", "Write a step's contact problem as FCLIB, with its solution");
-    command->add_option("scene", arguments.scene, "Scene (TOML)")->required();
-    command->add_option("--packing", arguments.packing, "HDF5 packing instead of the scene's own");
-    command->add_option("--from", arguments.from, "Go on from a state that `nscdd run --state` wrote");
-    command->add_flag("--adopt", arguments.adopt, "Go on from the state of another scene with as many walls");
+    add_source_options(*command, arguments.run, "Go on from a state that `nscdd run --state` wrote");
     command->add_option("--step", arguments.step, "Step to export, counted from 1")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -27,20 +24,15 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local, /solution)")->required();
-    command->add_flag("--quiet", arguments.quiet, "No progress, no summary");
+    command->add_flag("--quiet", arguments.run.quiet, "No progress, no summary");
     command->footer(
         "Example:\n  nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5");
     return command;
 }
 
 int export_fclib(const ExportFclibArguments& arguments, const Provenance& provenance) {
-    RunArguments run;
-    run.scene = arguments.scene;
-    run.packing = arguments.packing;
-    run.from = arguments.from;
-    run.adopt = arguments.adopt;
+    RunArguments run = arguments.run;
     run.steps = arguments.step;
-    run.quiet = arguments.quiet;
     RunRequest request = prepare_run(run, provenance, {}, false);
     check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
@@ -52,8 +44,8 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     const RunResult result = choose_model(request.scene)(request, comm, none);
     const auto& [problem, solution, report] = result.exported.value();
     if (problem.friction.size() == 0)
-        throw InputError(
-            fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.scene, arguments.step));
+        throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.run.scene,
+                                     arguments.step));
     write_fclib(arguments.output, problem, solution,
                 {.title = fmt::format("{}, step {}", request.scene.name, result.last_step),
                  .description = fmt::format("Moreau-Jean, h = {}; r are impulses, u velocities at the end of the step "
@@ -62,7 +54,7 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
                                             request.scene.step.h, solution.solver, solution.natural_map, solution.eta,
                                             provenance.commit, provenance.command),
                  .math_info = "W symmetric positive semi-definite"});
-    if (!arguments.quiet)
+    if (!arguments.run.quiet)
         fmt::print("{}: {} contacts, {} more iterations: natural map {:.3g}, eta {:.3g}{}\n", arguments.output,
                    problem.friction.size(), report.iterations, solution.natural_map, solution.eta,
                    report.converged ? "" : ": NOT CONVERGED");

@@ -4,16 +4,15 @@
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "report_json.hpp"
+#include "run.hpp"
 
 namespace nscdd {
 
 struct ExportFclibArguments {
-    std::string scene, packing, from, output;
+    RunArguments run;
+    std::string output;
     int step = 1, max_iterations = 200000;
     double tolerance = 1e-8;
-    bool adopt = false;  // `from` may be of another scene
-    bool quiet = false;
 };
 
 CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments);

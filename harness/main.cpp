@@ -7,10 +7,8 @@
 #include "calibrate.hpp"
 #include "compare.hpp"
 #include "export_fclib.hpp"
-#include "nscdd/solve/anderson.hpp"
-#include "number_option.hpp"
 #include "pack.hpp"
-#include "run.hpp"
+#include "run_options.hpp"
 #include "scale.hpp"
 #include "solve_fclib.hpp"
 #include "window.hpp"
@@ -65,92 +63,7 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     pack_command->add_flag("--quiet", pack.quiet, "No progress");
 
     nscdd::RunArguments run;
-    auto* run_command =
-        app.add_subcommand("run", "Step a scene by sequential NLGS or Newton, or by NSCDD in-process or under mpirun");
-    run_command->add_option("scene", run.scene, "Scene (TOML)")->required();
-    run_command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    run_command->add_option(
-        "--from", run.from,
-        "Go on from a state that --state or --checkpoint wrote: to the last bit on as many subdomains. From a "
-        "checkpoint the run makes the steps that were left, unless --steps says otherwise. The state of "
-        "another scene is refused: names of scene, materials and walls, densities, normals, and number, "
-        "radii and materials of the grains must be the same. Forces and motions, friction, "
-        "restitution, h and the solver may change");
-    run_command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
-    run_command
-        ->add_option("--scheme", run.scheme,
-                     "nlgs: sequential reference; newton: the same to high accuracy; spg, apgd: projected gradients, "
-                     "spectral and accelerated; ccs, dcs: NSCDD")
-        ->check(CLI::IsMember({"nlgs", "newton", "spg", "apgd", "ccs", "dcs"}))
-        ->capture_default_str();
-    run_command
-        ->add_option("--interface", run.interface,
-                     "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
-        ->check(CLI::IsMember({"closed-form", "factorised"}));
-    run_command
-        ->add_option("-n,--subdomains", run.subdomains,
-                     "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
-        ->check(CLI::PositiveNumber);
-    run_command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
-        ->check(CLI::PositiveNumber);
-    run_command
-        ->add_option(
-            "--partition", run.partition,
-            "How space is dealt to subdomains: grid: equal cells, as in the paper; bisection: cut by cut, equal "
-            "numbers of contacts; metis: the same with few grains shared")
-        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
-        ->capture_default_str();
-    run_command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
-    run_command
-        ->add_option("--imbalance", run.imbalance,
-                     "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
-                     "(default: 1.1)")
-        ->check(CLI::Range(1.0, 1e6));
-    run_command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
-        ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
-        ->capture_default_str();
-    run_command->add_option("--steps", run.steps, "Instead of the scene's")->check(CLI::PositiveNumber);
-    run_command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")
-        ->check(nscdd::positive_number());
-    run_command
-        ->add_option("--velocity-error", run.velocity_error,
-                     "Largest velocity error of a step, instead of the scene's (default: 0.1)")
-        ->check(nscdd::positive_number());
-    run_command
-        ->add_option("--energy-made", run.energy_made,
-                     "Largest share of energy that contacts may make in a step, instead of the scene's (default: 1e-3)")
-        ->check(nscdd::positive_number());
-    run_command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
-        ->check(CLI::PositiveNumber);
-    run_command
-        ->add_option("--max-iterations", run.max_iterations,
-                     "Cap per step, also where fewer than --check-every are left")
-        ->check(CLI::PositiveNumber);
-    run_command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
-    run_command
-        ->add_option("--method", run.method,
-                     "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)")
-        ->check(CLI::IsMember({"auto", "paper"}));
-    run_command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
-        ->check(CLI::Range(0, nscdd::Anderson::largest_window));
-    run_command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")
-        ->check(nscdd::between(0, 2));
-    run_command
-        ->add_option("--repeat", run.repeat,
-                     "Runs from the start, to keep the one with the median CPU time of the solver")
-        ->check(CLI::PositiveNumber)
-        ->capture_default_str();
-    run_command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
-    run_command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
-    run_command->add_option(
-        "--checkpoint", run.checkpoint,
-        "State to write on the way, from which --from goes on to the end of this run, to the last bit "
-        "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
-        "written and the run stops, exit code 4, without results");
-    run_command->add_option(
-        "--every", run.every,
-        "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)");
-    run_command->add_flag("--quiet", run.quiet, "No progress, no summary");
+    auto* run_command = add_run(app, run);
 
     std::string reference, candidate, compare_json;
     auto* compare_command = app.add_subcommand("compare", "Does a run agree with its reference?");

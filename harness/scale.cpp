@@ -12,6 +12,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "number_option.hpp"
 #include "replace_file.hpp"
+#include "run_options.hpp"
 
 namespace nscdd {
 
@@ -216,14 +217,15 @@ class Job {
         save();
     }
 
-    // On this machine, where it has a core for every rank.
+    // On this machine, where it has a core for every rank: each keeps its own, and need not yield it while it waits.
     void measure(Json& p) {
         const int ranks = p["ranks"];
         if (p.contains("measured") || ranks > provenance_.machine.cores) return;
         tell(fmt::format("{} rank{}: measuring", ranks, ranks == 1 ? "" : "s"));
-        p["measured"] = run_window(
-            {"mpirun", "-np", std::to_string(ranks), std::filesystem::read_symlink("/proc/self/exe").string()}, p,
-            {"--repeat", "5"});
+        p["measured"] =
+            run_window({"mpirun", "-np", std::to_string(ranks), "--bind-to", "core:overload-allowed", "--mca",
+                        "mpi_yield_when_idle", "0", std::filesystem::read_symlink("/proc/self/exe").string()},
+                       p, {"--repeat", "5"});
         save();
     }
 
@@ -291,12 +293,10 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     run.scheme = "dcs";
     run.steps = 1;
     arguments.simulator = NSCDD_SIMULATOR;
-    command->add_option("scene", run.scene, "Scene (TOML)")->required();
-    command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    command->add_option(
-        "--from", run.from,
+    add_source_options(
+        *command, run,
         "Go on from a state that `nscdd run --state` wrote: steps are counted, and one timed, from there");
-    command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
+    add_scheme_options(*command, run, {"ccs", "dcs"}, "Of two ranks and more");
     command->add_option("--ranks", arguments.ranks, "Numbers of ranks, such as 1,2,4,8; 1 is sequential NLGS")
         ->required()
         ->delimiter(',')
@@ -308,15 +308,6 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     command->add_option("--slower", arguments.slower, "Times as slow as the core that was calibrated")
         ->check(positive_number())
         ->capture_default_str();
-    command->add_option("--scheme", run.scheme, "ccs or dcs")
-        ->check(CLI::IsMember({"ccs", "dcs"}))
-        ->capture_default_str();
-    command->add_option("--interface", run.interface, "As of `nscdd run`")
-        ->check(CLI::IsMember({"closed-form", "factorised"}));
-    command->add_option("--partition", run.partition, "As of `nscdd run`")
-        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
-        ->capture_default_str();
-    command->add_option("--method", run.method, "As of `nscdd run`")->check(CLI::IsMember({"auto", "paper"}));
     command->add_option("--steps", run.steps, "Steps whose iterations are counted")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();

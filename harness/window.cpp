@@ -9,6 +9,7 @@
 #include "nscdd/comm/mpi.hpp"
 #include "number_option.hpp"
 #include "replace_file.hpp"
+#include "run_options.hpp"
 #include "session.hpp"
 #ifdef NSCDD_SIMULATED
 #include <simgrid/host.h>
@@ -58,21 +59,9 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
         app.add_subcommand("window", "Time of an iteration: a window of one step's iterations, without set-up");
     RunArguments& run = arguments.run;
     run.scheme = "dcs";
-    command->add_option("scene", run.scene, "Scene (TOML)")->required();
-    command->add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    command->add_option("--from", run.from,
-                        "Go on from a state that `nscdd run --state` wrote: its next step is timed");
-    command->add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
-    command->add_option("--scheme", run.scheme, "nlgs on one rank; ccs, dcs on one subdomain a rank")
-        ->check(CLI::IsMember({"nlgs", "ccs", "dcs"}))
-        ->capture_default_str();
-    command->add_option("--interface", run.interface, "As of `nscdd run`")
-        ->check(CLI::IsMember({"closed-form", "factorised"}));
-    command->add_option("--partition", run.partition, "As of `nscdd run`")
-        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
-        ->capture_default_str();
-    command->add_option("--grid", run.grid, "As of `nscdd run`");
-    command->add_option("--method", run.method, "As of `nscdd run`")->check(CLI::IsMember({"auto", "paper"}));
+    add_source_options(*command, run, "Go on from a state that `nscdd run --state` wrote: its next step is timed");
+    add_scheme_options(*command, run, {"nlgs", "ccs", "dcs"}, "nlgs on one rank; ccs, dcs on one subdomain a rank");
+    command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     command->add_option("--skip", arguments.skip, "Iterations before the window")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
