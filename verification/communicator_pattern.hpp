@@ -91,7 +91,9 @@ inline Received everything(nscdd::Communicator& comm, int round) {
     received.routed = comm.route(out);
     const std::span<const double> all = comm.all_gather(mine);
     received.all_gathered.assign(all.begin(), all.end());
-    const std::span<const double> reduced = comm.reduce(mine, 2);
+    comm.start_reduce(mine, 2);
+    comm.advance();
+    const std::span<const double> reduced = comm.finish_reduce();
     received.reduced.assign(reduced.begin(), reduced.end());
     return received;
 }
@@ -135,10 +137,17 @@ inline nscdd::Traffic expected_traffic(int size) {
         }
     const int others = size - 1;
     add(2 * others, static_cast<std::size_t>(3 * others + 3 * size * others));  // all-gather: up and down
-    int p = 1, levels = 0;
-    while (2 * p <= size) p *= 2, ++levels;
-    const int trees = p * levels + 2 * (size - p);  // both of each pair; there and back of those beyond
-    add(trees, static_cast<std::size_t>(3 * trees));
+    // A reduction: in groups of four everybody tells everybody, then four groups, and so on. Ranks beyond the largest
+    // power of two are in the group of rank - p; they send in the first round alone.
+    int p = 1;
+    while (2 * p <= size) p *= 2;
+    for (int step = 1; step < p; step *= 4)
+        for (int from = 0; from < size; ++from)
+            for (int to = 0; to < size; ++to) {
+                const int a = from % p, b = to % p;
+                const bool together = a / (4 * step) == b / (4 * step) && a % step == b % step;
+                if (from != to && together && (step == 1 || (from < p && a != b))) add(1, 3);
+            }
     return t;
 }
 

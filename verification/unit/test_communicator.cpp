@@ -1,5 +1,7 @@
 // The communicator contract, by in-process ranks. The same pattern over MPI: mpi/test_communicator_mpi.cpp.
 #include <cmath>
+#include <map>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -9,10 +11,13 @@
 #include "../catch.hpp"
 #include "../communicator_pattern.hpp"
 #include "nscdd/comm/in_process.hpp"
+#include "nscdd/comm/reduction_rounds.hpp"
 
 using nscdd::Buffer;
+using nscdd::HostedRanks;
 using nscdd::InProcess;
 using nscdd::Links;
+using nscdd::ReducedRows;
 
 TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]") {
     const int size = GENERATE(1, 2, 5);
@@ -49,14 +54,61 @@ TEST_CASE("traffic is counted as defined", "[communicator]") {
         CHECK(comm.traffic().messages == 4);
         CHECK(comm.traffic().bytes == 5 * 8);
     }
-    SECTION("an all-gather counts twice size-1, a reduction its tree") {
+    SECTION("an all-gather counts twice size-1, a reduction its rounds") {
         comm.all_gather({{1, 2}, {3, 4}, {5, 6}});
         CHECK(comm.traffic().messages == 4);
         CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6) * 8);
         comm.reduce({{1, 2}, {3, 4}, {5, 6}}, 2);
-        CHECK(comm.traffic().messages == 8);  // 2 to 0, 0 and 1, 0 to 2
-        CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 4 * 2) * 8);
+        CHECK(comm.traffic().messages == 4 + 6);  // one round of all three
+        CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 6 * 2) * 8);
     }
+}
+
+TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[communicator]") {
+    for (const int size : {1, 2, 3, 4, 5, 7, 8, 13, 31, 48, 64, 100})
+        for (const int processes : {size, (size + 2) / 3}) {
+            INFO(size << " ranks on " << processes << " processes");
+            InProcess comm(size);
+            std::vector<Buffer> all;
+            for (int rank = 0; rank < size; ++rank)
+                all.push_back({std::sin(rank + 1.0) * std::pow(10, rank % 17), std::cos(rank)});
+            const std::span<const double> expected = comm.reduce(all, 1);
+
+            std::vector<std::unique_ptr<HostedRanks>> hosted;
+            std::vector<ReducedRows> rows;
+            for (int p = 0; p < processes; ++p) {
+                hosted.push_back(std::make_unique<HostedRanks>(p, processes, size));
+                const auto& ranks = hosted.back()->ranks();
+                const std::vector<Buffer> mine(all.begin() + ranks.front(), all.begin() + ranks.back() + 1);
+                rows.emplace_back(*hosted.back()).start(mine, 1, p);
+            }
+            int rounds = 0;
+            for (; rows[0].under_way(); ++rounds) {
+                std::map<std::pair<int, int>, std::vector<Buffer>> sent;  // from, to: in order
+                std::map<std::pair<int, int>, std::vector<Buffer*>> awaited;
+                for (int p = 0; p < processes; ++p)
+                    rows[static_cast<std::size_t>(p)].trade(
+                        [&](int from, Buffer& row) {
+                            awaited[{from, p}].push_back(&row);
+                        },
+                        [&](int to, Buffer& row) {
+                            sent[{p, to}].push_back(row);
+                        },
+                        [](std::span<const double>) {});
+                REQUIRE(sent.size() == awaited.size());
+                for (const auto& [between, messages] : sent) {
+                    REQUIRE(awaited[between].size() == messages.size());
+                    for (std::size_t m = 0; m < messages.size(); ++m) *awaited[between][m] = messages[m];
+                }
+                for (ReducedRows& of : rows) of.finish_round();
+            }
+            CHECK(rounds == static_cast<int>(std::ceil(std::log2(nscdd::tree_size(size)) / 2)));
+            for (std::size_t p = 0; p < rows.size(); ++p) {
+                for (std::size_t k = 0; k < hosted[p]->count(); ++k)
+                    CHECK(std::ranges::equal(rows[p].row(k), expected));
+                CHECK(rows[p].stamp() == processes - 1);
+            }
+        }
 }
 
 TEST_CASE("sums are taken in the order of the tree, and a NaN is the largest", "[communicator]") {

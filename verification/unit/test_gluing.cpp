@@ -73,9 +73,18 @@ TEST_CASE("X is (m/M) tridiag(-1, 2, -1) per body and degree of freedom", "[glui
     CHECK((Eigen::MatrixXd(factorised.x()) - expected).cwiseAbs().maxCoeff() <= 1e-12 * expected.maxCoeff());
 }
 
+TEST_CASE("the closed form says which degrees of freedom it is made for", "[gluing]") {
+    Buffer v{1.0, 2.0};
+    Copies copies;
+    copies.clear(1);
+    copies.begin.push_back(2);
+    ClosedForm mean;
+    CHECK_THROWS_WITH(glue(mean, copies, v), "copies of 1 degrees of freedom, a body has 2, 3 or 6");
+}
+
 TEST_CASE("closed form and factorised X glue alike", "[gluing]") {
     Random random(6);
-    const int dof = GENERATE(1, 2, 3, 6);
+    const int dof = GENERATE(2, 3, 6);
     for (int round = 0; round < 20; ++round) {
         const Copies copies = random_copies(random, 15, dof);
         const Buffer before = random_velocities(random, copies);

@@ -45,9 +45,9 @@ class Watched final : public Communicator {
         return in;
     }
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override { return comm_.all_gather(mine); }
-    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
-        return comm_.reduce(mine, added);
-    }
+    void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override { comm_.start_reduce(mine, added); }
+    std::span<const double> finish_reduce() override { return comm_.finish_reduce(); }
+    void advance() override { comm_.advance(); }
     double now() const override { return comm_.now(); }
     void charge(int rank, Work kind, double count, double bytes) override { comm_.charge(rank, kind, count, bytes); }
     std::span<const double> work() const override { return comm_.work(); }

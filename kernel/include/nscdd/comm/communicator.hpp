@@ -55,7 +55,8 @@ using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other r
 
 // Counted the same way by every communicator, summed over the ranks this process hosts. A message to oneself is
 // no message, nor is one of a route that is empty. An all-gather counts 2(size-1): up to rank 0 and down again. A
-// reduction counts those of its tree. Bytes are those of the doubles passed in, not of any header.
+// reduction counts those of its rounds (reduction_rounds.hpp). Bytes are those of the doubles passed in, not of any
+// header.
 struct Traffic {
     double messages = 0;
     double bytes = 0;
@@ -107,7 +108,15 @@ class Communicator {
     virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
     // mine[k], all of one length: returns, valid until the next reduction, the sums over all ranks of the first `added`
     // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree).
-    virtual std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
+    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) {
+        start_reduce(mine, added);
+        return finish_reduce();
+    }
+    // The same with other work meanwhile, but no other reduction, in pieces between which advance() is called.
+    virtual void start_reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
+    virtual std::span<const double> finish_reduce() = 0;
+    // Messages that are under way go on as far as they can without waiting. Not collective.
+    virtual void advance() = 0;
 
     virtual double now() const = 0;  // [s], the clock of this machine, real or simulated
     // Hosted rank index has done so much of a kind; within each_rank() of itself alone. Bytes: see Charged.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "nscdd/comm/communicator.hpp"
+#include "nscdd/comm/reduction_rounds.hpp"
 #include "nscdd/comm/team.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -69,7 +70,7 @@ class InProcess final : public Communicator {
         return gathered_;
     }
 
-    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+    void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         check_count(mine.size(), "reduce");
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
@@ -78,13 +79,14 @@ class InProcess final : public Communicator {
         tree_ = mine;
         const int p = tree_size(size());
         for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[rank - p], tree_[rank], added);
-        for (int step = 1; step < p; step *= 2) {
+        for (int step = 1; step < p; step *= 2)
             for (int rank = 0; rank < p; rank += 2 * step) combine_in_tree(tree_[rank], tree_[rank + step], added);
-            for (int rank = 0; rank < p; ++rank) count(n);
-        }
-        for (int rank = p; rank < size(); ++rank) count(n), count(n);  // there and back
-        return tree_[0];
+        const ReductionRounds rounds(size());  // the messages that it would be over a network
+        for (int step = 1; rounds.has(step); step *= ReductionRounds::group)
+            for (int rank : ranks_) rounds.visit_targets(step, rank, [&](int) { count(n); });
     }
+    std::span<const double> finish_reduce() override { return tree_[0]; }
+    void advance() override {}
 
     double now() const override {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "nscdd/comm/hosted_ranks.hpp"
+#include "nscdd/comm/reduction_rounds.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -147,38 +147,33 @@ class Mpi final : public Communicator {
         return gathered_;
     }
 
-    // By recursive doubling, log2(size) messages one after the other: MPI_Allreduce may take any order.
-    std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+    // MPI_Allreduce may take any order: messages of our own.
+    void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         const double entry = now();
         check_count(mine.size(), "reduce");
-        const std::size_t n = mine[0].size();
-        if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
-        for (std::size_t k = 0; k < mine.size(); ++k) {
-            if (mine[k].size() != n) throw std::logic_error("reduce: hosted ranks have rows of different lengths");
-            rows_[k].resize(n + 1);
-            others_[k].resize(n + 1);
-            *std::ranges::copy(mine[k], rows_[k].begin()).out = entry;  // of the stamps the largest arrives
+        reduced_.start(mine, added, entry);
+        start_round();
+        spent(entry, entry);
+    }
+    std::span<const double> finish_reduce() override {
+        const double entry = now();
+        while (reduced_.under_way()) {
+            check(MPI_Waitall(narrow(trades_.size()), trades_.data(), MPI_STATUSES_IGNORE), "reduce");
+            reduced_.finish_round();
+            start_round();
         }
-        const int p = tree_size(size()), rest = size() - p;
-        const auto extra = [p](int rank) { return rank >= p ? rank - p : -1; };
-        const auto with_extra = [p, rest](int rank) { return rank < rest ? rank + p : -1; };
-        const auto combine = [&](auto&& partner) {
-            for (std::size_t k = 0; k < rows_.size(); ++k)
-                if (partner(hosted_.ranks()[k]) >= 0) combine_in_tree(rows_[k], others_[k], added);
-        };
-        if (rest > 0) trade_rows(extra, with_extra), combine(with_extra);
-        for (int step = 1; step < p; step *= 2) {
-            const auto partner = [p, step](int rank) { return rank < p ? rank ^ step : -1; };
-            trade_rows(partner, partner);
-            combine(partner);
+        spent(entry, reduced_.stamp());
+        return reduced_.row(0);
+    }
+    void advance() override {
+        const double entry = now();
+        for (int over = 1; over && reduced_.under_way();) {
+            check(MPI_Testall(narrow(trades_.size()), trades_.data(), &over, MPI_STATUSES_IGNORE), "reduce");
+            if (!over) break;
+            reduced_.finish_round();
+            start_round();
         }
-        if (rest > 0) {
-            trade_rows(with_extra, extra);
-            for (std::size_t k = 0; k < rows_.size(); ++k)
-                if (extra(hosted_.ranks()[k]) >= 0) rows_[k].swap(others_[k]);
-        }
-        spent(entry, rows_[0][n]);
-        return std::span(rows_[0]).first(n);
+        spent(entry, entry);
     }
 
     // The clock of rank 0 [s], as well as this process knows it.
@@ -266,28 +261,17 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    // rows_[k] of each hosted rank to that of rank to(rank), and into others_[k] that of from(rank); -1: none. Rows
-    // from one process to another go by ascending rank on both sides.
-    void trade_rows(auto&& to, auto&& from) {
-        requests_.clear();
-        for (std::size_t k = 0; k < hosted_.count(); ++k) {
-            const int source = from(hosted_.ranks()[k]);
-            if (source >= 0 && hosted_.hosts(source)) others_[k] = rows_[hosted_.index(source)];
-            if (source < 0 || hosted_.hosts(source)) continue;
-            check(MPI_Irecv(others_[k].data(), narrow(others_[k].size()), MPI_DOUBLE, hosted_.process_of(source),
-                            reduce_tag, comm_.handle, &requests_.emplace_back()),
+    void start_round() {
+        trades_.clear();
+        if (!reduced_.under_way()) return;
+        const auto trade = [this](int process, Buffer& row, auto* call) {
+            check(call(row.data(), narrow(row.size()), MPI_DOUBLE, process, reduce_tag, comm_.handle,
+                       &trades_.emplace_back()),
                   "reduce");
-        }
-        for (std::size_t k = 0; k < hosted_.count(); ++k) {
-            const int target = to(hosted_.ranks()[k]);
-            if (target < 0) continue;
-            count(rows_[k].size() - 1);
-            if (hosted_.hosts(target)) continue;
-            check(MPI_Isend(rows_[k].data(), narrow(rows_[k].size()), MPI_DOUBLE, hosted_.process_of(target),
-                            reduce_tag, comm_.handle, &requests_.emplace_back()),
-                  "reduce");
-        }
-        check(MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "reduce");
+        };
+        reduced_.trade([&](int process, Buffer& row) { trade(process, row, &MPI_Irecv); },
+                       [&](int process, Buffer& row) { trade(process, row, &MPI_Isend); },
+                       [this](std::span<const double> row) { count(row.size()); });
     }
 
     // A duplicate of the caller's communicator, so that our messages never meet the caller's.
@@ -386,8 +370,8 @@ class Mpi final : public Communicator {
 
     // Staging, which only grows.
     Buffer send_, recv_, gathered_;
-    std::vector<Buffer> rows_ = std::vector<Buffer>(hosted_.count()),
-                        others_ = rows_;  // of the reduction, by hosted rank
+    ReducedRows reduced_{hosted_};
+    std::vector<MPI_Request> trades_;  // of its round under way
     std::vector<MPI_Request> requests_;
     int routes_ = 0, channels_ = 0;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "nscdd/decompose/scheme.hpp"
@@ -17,7 +18,7 @@ class Ccs final : public CommunicationScheme<M> {
     static constexpr const char* interface_name = Gluing::name;
 
     // Tells rank 0 which copies there are.
-    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         std::vector<Outbox> out(parts.size());
         std::vector<Links> up(parts.size()), down(parts.size());
         linked_.assign(parts.size(), false);
@@ -41,8 +42,10 @@ class Ccs final : public CommunicationScheme<M> {
         if (root_) set_up_root(told[0], up[0]);
     }
 
-    std::size_t pack(const Subdomain<M>& part, std::size_t k) override {
-        if (linked_[k]) detail::read_interface(part, up_->send(k, 0).data());
+    std::size_t pack(Subdomain<M>& part, std::size_t k) override {
+        part.sweeper.put_rows(part.problem, part.interface);
+        double* out = linked_[k] ? up_->send(k, 0).data() : nullptr;
+        for (const int g : part.interface) out = std::copy_n(part.sweeper.row(g), dof, out);
         return part.interface.size();
     }
 
@@ -57,8 +60,11 @@ class Ccs final : public CommunicationScheme<M> {
         down_->start();
         down_->finish();
         comm.each_rank([this, &parts, &comm](std::size_t k) {
-            if (linked_[k]) detail::write_interface(parts[k], down_->recv(k, 0).data());
-            charge(comm, parts[k], k, Work::pack, parts[k].interface.size());  // the way back from a message
+            Subdomain<M>& part = parts[k];
+            const double* from = linked_[k] ? down_->recv(k, 0).data() : nullptr;
+            for (const int g : part.interface) std::copy_n(std::exchange(from, from + dof), dof, part.sweeper.row(g));
+            part.sweeper.read_rows(part.problem, part.interface);
+            charge(comm, part, k, Work::pack, part.interface.size());  // the way back from a message
         });
     }
 

@@ -19,7 +19,7 @@ class Dcs final : public CommunicationScheme<M> {
     static constexpr const char* name = "dcs";
     static constexpr const char* interface_name = Gluing::name;
 
-    void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         fronts_.resize(parts.size());
         std::vector<Links> links(parts.size());
         for (std::size_t k = 0; k < parts.size(); ++k) find_traded(parts[k], fronts_[k], links[k]);
@@ -27,14 +27,13 @@ class Dcs final : public CommunicationScheme<M> {
         comm.each_rank([&](std::size_t k) { place_copies(parts[k], k); });
     }
 
-    std::size_t pack(const Subdomain<M>& part, std::size_t k) override {
-        Front& front = fronts_[k];
-        detail::read_interface(part, front.own.data());
+    std::size_t pack(Subdomain<M>& part, std::size_t k) override {
+        part.sweeper.put_rows(part.problem, part.interface);
         std::size_t packed = 0;
-        for (std::size_t l = 0; l < front.traded.size(); ++l) {
+        for (std::size_t l = 0; l < fronts_[k].traded.size(); ++l) {
             double* out = channel_->send(k, l).data();
-            for (const std::size_t s : front.traded[l]) out = std::copy_n(front.own.data() + s * dof, dof, out);
-            packed += front.traded[l].size();
+            for (const double* row : fronts_[k].traded[l]) out = std::copy_n(row, dof, out);
+            packed += fronts_[k].traded[l].size();
         }
         return packed;
     }
@@ -45,28 +44,26 @@ class Dcs final : public CommunicationScheme<M> {
         channel_->finish();
         comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);
-            detail::write_interface(parts[k], fronts_[k].own.data());
+            parts[k].sweeper.read_rows(parts[k].problem, parts[k].interface);
             charge(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
         });
     }
 
   private:
     static constexpr std::size_t dof = M::dof;
-    struct Front {                                     // Gamma_E*: all copies of the grains on one subdomain's boundary
-        Buffer own;                                    // velocities of this rank's copies, by interface grain
-        std::vector<std::vector<std::size_t>> traded;  // per link: interface grains, by ascending id on both sides
-        std::vector<std::size_t> link_of;              // per peer with whom grains are traded
+    struct Front {                                       // Gamma_E*: all copies of the grains on a subdomain's boundary
+        std::vector<std::vector<const double*>> traded;  // per link: rows of grains, by ascending id on both sides
+        std::vector<std::size_t> link_of;                // per peer with whom grains are traded
         Copies copies;
         Gluing gluing;
     };
 
     // With copies that are active in this step only.
-    static void find_traded(const Subdomain<M>& part, Front& front, Links& links) {
-        front.own.resize(part.interface.size() * dof);
-        std::vector<std::vector<std::size_t>> by_peer(part.peers.size());
-        for (std::size_t s = 0; s < part.interface.size(); ++s)
-            visit_active(part, s, [&](std::size_t peer) {
-                if (peer < part.peers.size()) by_peer[peer].push_back(s);
+    static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
+        std::vector<std::vector<const double*>> by_peer(part.peers.size());
+        for (const int g : part.interface)
+            visit_active(part, g, [&](std::size_t peer) {
+                if (peer < part.peers.size()) by_peer[peer].push_back(part.sweeper.row(g));
             });
         links.clear();
         front.traded.clear();
@@ -80,10 +77,9 @@ class Dcs final : public CommunicationScheme<M> {
         }
     }
 
-    // Calls visit(peer) for each active copy of interface grain s, in the order of ranks; this rank's own is
-    // peers.size().
-    static void visit_active(const Subdomain<M>& part, std::size_t s, auto&& visit) {
-        const auto grain = static_cast<std::size_t>(part.interface[s]);
+    // Calls visit(peer) for each active copy of grain g, in the order of ranks; this rank's own is peers.size().
+    static void visit_active(const Subdomain<M>& part, int g, auto&& visit) {
+        const auto grain = static_cast<std::size_t>(g);
         for (std::size_t at = part.first_sharer(grain); at < part.last_sharer(grain); ++at) {
             if (!part.active[at]) continue;
             const auto found = std::ranges::lower_bound(part.peers, part.sharers[at]);
@@ -93,13 +89,13 @@ class Dcs final : public CommunicationScheme<M> {
     }
 
     // Where each copy's velocity comes in: in a message, those of a peer follow each other.
-    void place_copies(const Subdomain<M>& part, std::size_t k) {
+    void place_copies(Subdomain<M>& part, std::size_t k) {
         Front& front = fronts_[k];
         std::vector<std::size_t> taken(part.peers.size(), 0);  // doubles of each peer's message
         front.copies.clear(M::dof);
-        for (std::size_t s = 0; s < part.interface.size(); ++s) {
-            visit_active(part, s, [&](std::size_t peer) {
-                double* const own = front.own.data() + s * dof;
+        for (const int g : part.interface) {
+            visit_active(part, g, [&](std::size_t peer) {
+                double* const own = part.sweeper.row(g);
                 const bool mine = peer == part.peers.size();
                 front.copies.to.push_back(mine ? own : nullptr);
                 if (mine) return front.copies.from.push_back(own);
@@ -107,7 +103,7 @@ class Dcs final : public CommunicationScheme<M> {
                 taken[peer] += dof;
             });
             front.copies.begin.push_back(static_cast<int>(front.copies.from.size()));
-            const Grain<M>& grain = part.grains[static_cast<std::size_t>(part.interface[s])];
+            const Grain<M>& grain = part.grains[static_cast<std::size_t>(g)];
             detail::add_inverse_masses<M>(1 / grain.mass, 1 / grain.inertia, front.copies);
         }
         front.gluing.setup(front.copies);

@@ -49,14 +49,17 @@ class SweptTogether {
             begin_sweep(k, anderson);
             if (interface_last) pass(k, Pass::rest, anderson);
             pass(k, Pass::first, anderson);
-            charge(comm_, parts_[k], k, Work::pack, scheme_.pack(parts_[k], k));
         });
         watch_.lap(seconds_.sweep);
+        pack(scheme_, parts_, comm_);
         scheme_.start();
         watch_.lap(seconds_.interface);
-        if (!interface_last) comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest, anderson); });
-        watch_.lap(seconds_.sweep);
-        const double* sums = reduce_sums(anderson ? anderson->products() : 0);
+        const std::size_t products = anderson ? anderson->products() : 0;
+        if (interface_last)
+            start_sums(products);
+        else
+            sweep_rest();
+        const double* sums = finish_sums(products);
         scheme_.finish(parts_, comm_);
         watch_.lap(seconds_.interface);
         return sums;
@@ -87,6 +90,7 @@ class SweptTogether {
 
   private:
     using Pass = typename Sweeper<M>::Pass;
+    using Piece = typename Sweeper<M>::Piece;
 
     // All of the iteration's sweeps but the last, which is begun. The first one is accelerated.
     void begin_sweep(std::size_t k, const Anderson* anderson) {
@@ -104,12 +108,29 @@ class SweptTogether {
         sweeper.begin(problem, accelerated_pass(anderson));
     }
 
-    void pass(std::size_t k, Pass which, const Anderson* anderson) {
+    void pass(std::size_t k, Pass which, const Anderson* anderson, Piece piece = {}) {
         const Subdomain<M>& part = parts_[k];
-        const std::size_t first = part.interface_contacts + part.interface_wall_contacts;
-        parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k]);
+        parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k], piece);
+        const std::size_t grains = part.problem.contacts.size() - part.interface_contacts,
+                          walls = part.problem.wall_contacts.size() - part.interface_wall_contacts;
         charge(comm_, part, k, accelerated_pass(anderson) ? Work::accelerated : Work::sweep,
-               which == Pass::first ? first : part.problem.contact_count() - first);
+               which == Pass::first        ? part.interface_contacts + part.interface_wall_contacts
+               : which == Pass::rest       ? walls + grains
+               : which == Pass::rest_walls ? walls
+                                           : piece.end(grains) - piece.begin(grains));
+    }
+
+    // While messages are under way. Driven walls are done with when their contacts are: then their reduction is, too.
+    void sweep_rest() {
+        comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_walls, nullptr); });
+        start_sums(0);
+        const bool rounds = walls_ > 0 && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
+        const std::size_t pieces = rounds ? 4 : 1;  // as many as a reduction has rounds, or more
+        for (std::size_t n = 0; n < pieces; ++n) {
+            if (n > 0) comm_.advance();
+            comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_grains, nullptr, {n, pieces}); });
+        }
+        watch_.lap(seconds_.sweep);
     }
 
     const Anderson* accelerated_pass(const Anderson* anderson) const {
@@ -118,20 +139,26 @@ class SweptTogether {
 
     void glue() {
         nscdd::glue(scheme_, parts_, comm_);
-        reduce_sums(0);
+        start_sums(0);
+        finish_sums(0);
         watch_.lap(seconds_.interface);
     }
 
-    // Sums the products, and glues driven walls: each takes the mean of the copies that touch it. Returns the products.
-    const double* reduce_sums(std::size_t products) {
-        if (products + walls_ == 0) return nullptr;
+    // The sums of the products, and those that glue driven walls: each takes the mean of the copies that touch it.
+    void start_sums(std::size_t products) {
+        if (products + walls_ == 0) return;
         for (std::size_t k = 0; k < parts_.size(); ++k) {
             sums_[k].resize(products + walls_);
             std::copy_n(products_[k].begin(), products, sums_[k].begin());
             for (std::size_t w = 0; w < walls_; ++w)
                 sums_[k][products + w] = parts_[k].wall_active[w] ? parts_[k].problem.walls[w].speed : 0;
         }
-        const std::span<const double> total = comm_.reduce(sums_, products + walls_);
+        comm_.start_reduce(sums_, products + walls_);
+    }
+    // Returns the products.
+    const double* finish_sums(std::size_t products) {
+        if (products + walls_ == 0) return nullptr;
+        const std::span<const double> total = comm_.finish_reduce();
         for (Subdomain<M>& part : parts_)
             for (std::size_t w = 0; w < walls_; ++w)
                 if (part.wall_touched[w])

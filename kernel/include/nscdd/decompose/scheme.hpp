@@ -9,7 +9,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Velocities of interface grains are read from the subdomains' sweepers and written back there (Sweeper::velocity).
+// Velocities of interface grains are read from the rows of the subdomains' sweepers and written back there.
 template <class M>
 class CommunicationScheme {
   public:
@@ -17,9 +17,9 @@ class CommunicationScheme {
     virtual ~CommunicationScheme() = default;
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
-    virtual void setup(const std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
+    virtual void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
     // The velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not collective.
-    virtual std::size_t pack(const Subdomain<M>& part, std::size_t k) = 0;
+    virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
     // Sends them. Until finish() the interface grains are left alone, others may be swept.
     virtual void start() = 0;
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
@@ -32,31 +32,20 @@ void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work ki
     comm.charge(static_cast<int>(k), kind, static_cast<double>(count), static_cast<double>(part.sweeper.bytes()));
 }
 
+template <class M>
+void pack(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
+}
+
 // All at once, where nothing is swept meanwhile. Collective.
 template <class M>
 void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
+    pack(scheme, parts, comm);
     scheme.start();
     scheme.finish(parts, comm);
 }
 
 namespace detail {
-
-// Velocities of a subdomain's interface grains, dof doubles each: from its sweeper, and back.
-template <class M>
-void read_interface(const Subdomain<M>& part, double* to) {
-    for (const int g : part.interface) {
-        const typename M::Velocity v = part.sweeper.velocity(part.problem, g);
-        to = std::copy(v.data(), v.data() + M::dof, to);
-    }
-}
-template <class M>
-void write_interface(Subdomain<M>& part, const double* from) {
-    for (const int g : part.interface) {
-        part.sweeper.set_velocity(part.problem, g, Eigen::Map<const typename M::Velocity>(from));
-        from += M::dof;
-    }
-}
 
 // Of the whole grain, for each of its degrees of freedom.
 template <class M>

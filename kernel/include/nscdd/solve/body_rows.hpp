@@ -39,12 +39,12 @@ class BodyRows {
         const bool fresh = at < 0;
         at = fresh ? used_ : at;
         used_ += fresh;
-        return static_cast<std::size_t>(at) * row;
+        return static_cast<std::size_t>(at) * width;
     }
     // The rows, once those of the contacts have been dealt out: bodies without a contact come last.
     void load(const ContactProblem<M>& problem) {
         const std::size_t n = problem.bodies.size();
-        data.assign((n + 2 + n % 2) * row, 0.0);  // an even number fills whole packets
+        data.assign((n + 2 + n % 2) * width, 0.0);  // an even number fills whole packets
         share.assign(n + 2, 1.0);
         const auto set_mass = [this](std::size_t at, double inv_mass, double inverse_rho) {
             data[at + Layout::mass_at] = inv_mass;
@@ -54,31 +54,34 @@ class BodyRows {
             const std::size_t at = row_of(static_cast<int>(g));
             set_mass(at, problem.bodies[g].inv_mass, inverse_rho_[g]);
             set_velocity(g, problem.bodies[g].v);
-            share[at / row] = 1.0 / problem.copies(g);
+            share[at / width] = 1.0 / problem.copies(g);
         }
         for (const std::size_t at : {no_body(), no_other_body()}) set_mass(at, 1, 1);
     }
 
     // The pair of the lanes without a contact, which never touches.
-    std::size_t no_body() const { return row_of_.size() * row; }
-    std::size_t no_other_body() const { return no_body() + row; }
+    std::size_t no_body() const { return row_of_.size() * width; }
+    std::size_t no_other_body() const { return no_body() + width; }
 
     double inverse_rho(std::size_t body) const { return inverse_rho_[body]; }
 
+    // The velocity of a body, its spin over inverse_rho.
+    double* row(std::size_t body) { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
+    const double* row(std::size_t body) const { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
     typename M::Velocity velocity(std::size_t body) const {
         typename M::Velocity v;
-        const double* from = data.data() + static_cast<std::size_t>(row_of_[body]) * row;
+        const double* from = row(body);
         for (int d = 0; d < M::dof; ++d) v[d] = from[d] * (d < M::dim ? 1.0 : inverse_rho_[body]);
         return v;
     }
     void set_velocity(std::size_t body, const typename M::Velocity& v) {
-        double* to = data.data() + static_cast<std::size_t>(row_of_[body]) * row;
+        double* to = row(body);
         for (int d = 0; d < M::dof; ++d) to[d] = d < M::dim ? v[d] : v[d] / inverse_rho_[body];
     }
 
   private:
     using Layout = BatchLayout<M>;
-    static constexpr std::size_t row = Layout::row;
+    static constexpr std::size_t width = Layout::row;
 
     std::vector<int> row_of_;  // of each body, counted in rows
     int used_ = 0;             // rows dealt out

@@ -17,8 +17,14 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class Sweeper {
   public:
-    // What a sweep takes: all contacts, or those at the front of the problem's lists, or the rest.
-    enum class Pass { all, first, rest };
+    // What a sweep takes: all contacts; those at the front of the problem's lists; the rest; of the rest those with
+    // walls, which come first, or those between grains, perhaps piece by piece.
+    enum class Pass { all, first, rest, rest_walls, rest_grains };
+    struct Piece {
+        std::size_t number = 0, of = 1;
+        std::size_t begin(std::size_t count) const { return count * number / of; }
+        std::size_t end(std::size_t count) const { return count * (number + 1) / of; }
+    };
     struct Front {
         std::size_t contacts = 0, wall_contacts = 0;
     };
@@ -70,24 +76,24 @@ class Sweeper {
         pass(problem, Pass::all, &anderson, &products);
     }
 
-    // A sweep in two passes, in either order, is begun once.
+    // A sweep in several passes, the first before or after all others, is begun once.
     void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
         if (anderson) combine_velocities(problem, *anderson);
         if (batched_) find_open();
     }
     void pass(ContactProblem<M>& problem, Pass which, const Anderson* anderson = nullptr,
-              Anderson::Products* products = nullptr) {
+              Anderson::Products* products = nullptr, Piece piece = {}) {
         if (!batched_) {
-            if (which == Pass::rest) return;
+            if (which != Pass::all && which != Pass::first) return;
             if (anderson)
                 nscdd::sweep(problem, OneByOne<M>{*anderson, metric_.data(), past_.data(), *products});
             else
                 nscdd::sweep(problem);
             return;
         }
-        if (!anderson) return sweep_groups(problem, which, Unaccelerated{});
+        if (!anderson) return sweep_groups(problem, which, piece, Unaccelerated{});
         BatchByBatch<M> batches{*anderson, {}};
-        sweep_groups(problem, which, batches);
+        sweep_groups(problem, which, piece, batches);
         for (std::size_t p = 0; p < anderson->products(); ++p) (*products)[p] += sum(batches.products[p]);
     }
 
@@ -98,7 +104,7 @@ class Sweeper {
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<Rows<Layout::row>>(problem, grains_, parts);
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
-        for (std::size_t at = 0; at < rows_.data.size(); at += row) {
+        for (std::size_t at = 0; at < rows_.data.size(); at += Layout::row) {
             double linear = 0, angular = 0;
             for (std::size_t d = 0; d < M::dof; ++d) {
                 const double change = rows_.data[at + d] - free_rows_[at + d];
@@ -118,17 +124,19 @@ class Sweeper {
         store_impulses(walls_, problem.wall_contacts);
     }
 
-    // Of one body, to be glued. `problem` is that of load().
-    typename M::Velocity velocity(const ContactProblem<M>& problem, int body) const {
-        const auto b = static_cast<std::size_t>(body);
-        return batched_ ? rows_.velocity(b) : problem.bodies[b].v;
+    // Where the velocity of a body is glued: M::dof doubles until the next load(), linear parts first, the unit of spin
+    // the same in all copies of a grain. Contacts that are swept one by one know other velocities, which are put here
+    // before gluing and read after it. `problem` is that of load().
+    double* row(int body) { return rows_.row(static_cast<std::size_t>(body)); }
+    void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
+        if (batched_) return;
+        for (const int b : bodies)
+            rows_.set_velocity(static_cast<std::size_t>(b), problem.bodies[static_cast<std::size_t>(b)].v);
     }
-    void set_velocity(ContactProblem<M>& problem, int body, const typename M::Velocity& v) {
-        const auto b = static_cast<std::size_t>(body);
-        if (batched_)
-            rows_.set_velocity(b, v);
-        else
-            problem.bodies[b].v = v;
+    void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
+        if (batched_) return;
+        for (const int b : bodies)
+            problem.bodies[static_cast<std::size_t>(b)].v = rows_.velocity(static_cast<std::size_t>(b));
     }
 
     bool batched() const { return batched_; }
@@ -147,7 +155,7 @@ class Sweeper {
 
   private:
     using Layout = BatchLayout<M>;
-    static constexpr std::size_t lanes = Packet::width, row = Layout::row;
+    static constexpr std::size_t lanes = Packet::width;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
 
     // Calls f with the type of the walls of this problem.
@@ -242,17 +250,22 @@ class Sweeper {
     }
 
     // Walls first: 1 % fewer iterations than last.
-    void sweep_groups(ContactProblem<M>& problem, Pass pass, auto&& acceleration) {
-        with_walls(
-            [&](auto walls) { sweep_group<typename decltype(walls)::type>(problem, walls_, pass, acceleration); });
-        sweep_group<Rows<Layout::row>>(problem, grains_, pass, acceleration);
+    void sweep_groups(ContactProblem<M>& problem, Pass pass, Piece piece, auto&& acceleration) {
+        if (pass != Pass::rest_grains)
+            with_walls([&](auto walls) {
+                sweep_group<typename decltype(walls)::type>(problem, walls_, pass, {}, acceleration);
+            });
+        if (pass != Pass::rest_walls) sweep_group<Rows<Layout::row>>(problem, grains_, pass, piece, acceleration);
     }
 
     template <class Other>
-    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, Pass pass, auto&& acceleration) {
+    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, Pass pass, Piece piece, auto&& acceleration) {
         const Packet stretch(stretch_);
-        const std::size_t begin = pass == Pass::rest ? group.first : 0,
-                          end = pass == Pass::first ? group.first : group.count;
+        const bool front = pass == Pass::all || pass == Pass::first;
+        const std::size_t rest = group.count - group.first, begin = front ? 0 : group.first + piece.begin(rest),
+                          end = pass == Pass::all ? group.count
+                                : front           ? group.first
+                                                  : group.first + piece.end(rest);
         const std::size_t fetched = group.streams() ? end : 0;
         for (std::size_t k = begin; k < end; ++k) {
             if (k + ahead < fetched) {
@@ -299,7 +312,7 @@ class Sweeper {
     // Would a sweep leave an open batch as it is? A quarter of the price of the sweep in 3D, which needs spins and two
     // divisions. Asked of thousands of batches a sweep; left alone, GCC makes a call of it in some programs.
     [[gnu::always_inline]] bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
-        static_assert(row % 4 == 0);
+        static_assert(Layout::row % 4 == 0);
         Rows<4> a, b;  // the first four components, with the velocity
         a.load(rows_.data.data(), group.body(batch));
         b.load(rows_.data.data(), group.other(batch));
@@ -348,8 +361,8 @@ class Sweeper {
         alignas(sizeof(Packet)) double share[2][lanes];
         for (std::size_t k = 0; k < lanes; ++k) {
             const auto j = static_cast<std::size_t>(group.other(batch)[k]);
-            share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / row];
-            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / row];
+            share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / Layout::row];
+            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
         }
         share_i = Packet::load(share[0]);
         share_j = Packet::load(share[1]);

@@ -1,0 +1,132 @@
+// Who sends its row to whom in a reduction, so that every rank gets the bits of combine_in_tree() in few rounds.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "nscdd/comm/hosted_ranks.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Two levels of the tree a round: four ranks tell each other their rows, and each combines all of them. A rank beyond
+// the tree, r >= p = tree_size(ranks), counts as r - p does: in the first round both send their rows, and from then on
+// r, its double, is sent what r - p is sent. 48 ranks: 3 rounds instead of the 7 of messages to one partner at a time.
+class ReductionRounds {
+  public:
+    static constexpr int group = 4;
+    // Of a rank: its row in the first slots of a group, by place, those of doubles after them.
+    static constexpr std::size_t slots = 2 * group;
+
+    explicit ReductionRounds(int ranks) : ranks_(ranks), p_(tree_size(ranks)) {}
+
+    // Rounds have steps 1, group, group^2 ..., the distance of the ranks in a group; is there a round of this step?
+    bool has(int step) const { return step < p_; }
+    // visit(source, slot), and visit(target): the ranks that send a row to this one and those that it sends one to,
+    // ascending, without itself.
+    void visit_sources(int step, int rank, auto&& visit) const {
+        visit_group(step, rank, [&](int other, std::size_t slot) {
+            if (other != rank && (step == 1 || (other < p_ && other != origin(rank)))) visit(other, slot);
+        });
+    }
+    void visit_targets(int step, int rank, auto&& visit) const {
+        if (step > 1 && rank >= p_) return;
+        visit_group(step, rank, [&](int other, std::size_t) {
+            if (other != rank && (step == 1 || origin(other) != rank)) visit(other);
+        });
+    }
+    // The slot of its own row.
+    std::size_t slot(int step, int rank) const {
+        return static_cast<std::size_t>(origin(rank) / step % group + (step == 1 && rank >= p_ ? group : 0));
+    }
+    // The rows of a round become one, in the first slot.
+    void combine(int step, int rank, std::span<Buffer> rows, std::size_t added) const {
+        if (step == 1)
+            visit_group(step, rank, [&](int other, std::size_t slot) {
+                if (other >= p_) combine_in_tree(rows[slot - group], rows[slot], added);
+            });
+        const auto members = static_cast<std::size_t>(std::min(group, p_ / step));
+        for (std::size_t half = 1; half < members; half *= 2)
+            for (std::size_t s = 0; s < members; s += 2 * half) combine_in_tree(rows[s], rows[s + half], added);
+    }
+
+  private:
+    int origin(int rank) const { return rank < p_ ? rank : rank - p_; }
+
+    // visit(rank, slot) of the members, then of their doubles.
+    void visit_group(int step, int rank, auto&& visit) const {
+        const int members = std::min(group, p_ / step), first = origin(rank) - origin(rank) / step % group * step;
+        for (int s = 0; s < members; ++s) visit(first + s * step, static_cast<std::size_t>(s));
+        for (int s = 0; s < members; ++s)
+            if (first + s * step + p_ < ranks_) visit(first + s * step + p_, static_cast<std::size_t>(s + group));
+    }
+
+    int ranks_, p_;
+};
+
+// The rows of one process's ranks on their way through the rounds. Behind each row is a stamp, of which the largest
+// arrives. Who carries the messages receives and sends what trade() says, and then calls finish_round().
+class ReducedRows {
+  public:
+    explicit ReducedRows(const HostedRanks& hosted)
+        : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
+
+    // Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`.
+    void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
+        const std::size_t n = mine[0].size();
+        if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
+        for (std::size_t k = 0; k < mine.size(); ++k) {
+            if (mine[k].size() != n) throw std::logic_error("reduce: hosted ranks have rows of different lengths");
+            rows_[k].resize(n + 1);
+            *std::ranges::copy(mine[k], rows_[k].begin()).out = stamp;
+            for (Buffer& row : groups_[k]) row.resize(n + 1);
+        }
+        added_ = added;
+        step_ = 1;
+    }
+    bool under_way() const { return rounds_.has(step_); }
+
+    // receive(process, row) and send(process, row) of the round, rows from one process to another by ascending source,
+    // then target, on both sides; sent(row) also of rows within this process.
+    void trade(auto&& receive, auto&& send, auto&& sent) {
+        incoming_.clear();
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            rounds_.visit_sources(step_, hosted_.ranks()[k], [&](int source, std::size_t slot) {
+                if (hosted_.hosts(source))
+                    std::ranges::copy(rows_[hosted_.index(source)], groups_[k][slot].begin());
+                else
+                    incoming_.push_back({source, &groups_[k][slot]});
+            });
+        std::ranges::sort(incoming_);  // by source, then hosted rank
+        for (const auto& [source, row] : incoming_) receive(hosted_.process_of(source), *row);
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            rounds_.visit_targets(step_, hosted_.ranks()[k], [&](int target) {
+                sent(row(k));
+                if (!hosted_.hosts(target)) send(hosted_.process_of(target), rows_[k]);
+            });
+    }
+    void finish_round() {
+        for (std::size_t k = 0; k < rows_.size(); ++k) {
+            const int rank = hosted_.ranks()[k];
+            std::ranges::copy(rows_[k], groups_[k][rounds_.slot(step_, rank)].begin());
+            rounds_.combine(step_, rank, groups_[k], added_);
+            rows_[k].swap(groups_[k][0]);
+        }
+        step_ *= ReductionRounds::group;
+    }
+
+    std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
+    double stamp() const { return rows_[0].back(); }
+
+  private:
+    const HostedRanks& hosted_;
+    ReductionRounds rounds_;
+    std::vector<Buffer> rows_;                                        // of the hosted ranks
+    std::vector<std::array<Buffer, ReductionRounds::slots>> groups_;  // rows of their groups
+    std::vector<std::pair<int, Buffer*>> incoming_;                   // by source
+    std::size_t added_ = 0;
+    int step_ = 1 << 30;  // beyond the last round: none is under way
+};
+
+}  // namespace nscdd
