@@ -44,8 +44,8 @@ class BodyRows {
     // The rows, once those of the contacts have been dealt out: bodies without a contact come last.
     void load(const ContactProblem<M>& problem) {
         const std::size_t n = problem.bodies.size();
-        data.assign((n + 2 + n % 2) * width, 0.0);  // an even number fills whole packets
-        share.assign(n + 2, 1.0);
+        data.assign((n + 2 * spare_pairs + n % 2) * width, 0.0);  // an even number fills whole packets
+        share.assign(n + 2 * spare_pairs, 1.0);
         const auto set_mass = [this](std::size_t at, double inv_mass, double inverse_rho) {
             data[at + Layout::mass_at] = inv_mass;
             if constexpr (Layout::half_gap) data[at + Layout::radius_at] = inverse_rho;
@@ -56,12 +56,14 @@ class BodyRows {
             set_velocity(g, problem.bodies[g].v);
             share[at / width] = 1.0 / problem.copies(g);
         }
-        for (const std::size_t at : {no_body(), no_other_body()}) set_mass(at, 1, 1);
+        for (std::size_t spare = 0; spare < 2 * spare_pairs; ++spare) set_mass(no_body(0) + spare * width, 1, 1);
     }
 
-    // The pair of the lanes without a contact, which never touches.
-    std::size_t no_body() const { return row_of_.size() * width; }
-    std::size_t no_other_body() const { return no_body() + width; }
+    // The pair of the lanes without a contact, which never touches. Several take turns: a batch would otherwise wait
+    // for the row that the one before it has stored.
+    static constexpr std::size_t spare_pairs = 8;
+    std::size_t no_body(std::size_t batch) const { return (row_of_.size() + 2 * (batch % spare_pairs)) * width; }
+    std::size_t no_other_body(std::size_t batch) const { return no_body(batch) + width; }
 
     double inverse_rho(std::size_t body) const { return inverse_rho_[body]; }
 

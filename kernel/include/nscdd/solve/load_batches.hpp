@@ -55,8 +55,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
 
     const std::vector<int>& order = group.batches.contact;
     group.count = order.size() / lanes;
-    group.i.assign(order.size(), static_cast<int>(rows.no_body()));
-    group.j.assign(order.size(), wall ? 0 : static_cast<int>(rows.no_other_body()));
+    group.i.resize(order.size());
+    group.j.resize(order.size());
     group.shared.assign(group.count, 0);
     group.friction.assign(M::friction ? group.count : 0, 0.0);
     group.data.assign(order.size() * Layout::fields, 0.0);
@@ -66,6 +66,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
             return group.fields(k / lanes)[static_cast<std::size_t>(f) * lanes + k % lanes];
         };
         if (order[k] < 0) {
+            group.i[k] = static_cast<int>(rows.no_body(k / lanes));
+            group.j[k] = wall ? 0 : static_cast<int>(rows.no_other_body(k / lanes));
             field(Layout::normal_at) = 1;
             field(Layout::bias_at) = 1e150;  // open, whatever the wall of this lane does
             continue;
