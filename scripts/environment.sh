@@ -8,6 +8,11 @@ export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_hwloc_base_binding_policy=none
 export OMPI_MCA_mpi_yield_when_idle=1
 
+# Messages up to 64 KiB go through shared memory at once. Beyond 4 KiB they would wait for their receiver, who sweeps: 16 KiB take 0.7
+# instead of 4.4 us, an iteration of 4,000 spheres on two ranks 46 instead of 49.
+export OMPI_MCA_btl_vader_eager_limit=65536
+export OMPI_MCA_btl_vader_max_send_size=65536
+
 # mpirun refuses to run as root unless told twice; containers have no other user.
 if [[ $(id -u) == 0 ]]; then
     export OMPI_ALLOW_RUN_AS_ROOT=1

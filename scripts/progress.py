@@ -1,5 +1,7 @@
-"""What the long scripts share: how times are shown, and how a record is written."""
+"""What the long scripts share: how times are shown, how a record is written, and how Open MPI is run."""
 import json
+import shlex
+import subprocess
 from pathlib import Path
 
 
@@ -17,3 +19,10 @@ def write_record(path, record):
     part = Path(f"{path}.part")
     part.write_text(json.dumps(record, indent=1) + "\n")
     part.replace(path)
+
+
+def environment():
+    """The variables that scripts/environment.sh sets for Open MPI."""
+    script = f"source {shlex.quote(str(Path(__file__).parent / 'environment.sh'))} && env -0"
+    text = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True).stdout
+    return dict(entry.split("=", 1) for entry in text.split("\0") if "=" in entry)
