@@ -1,4 +1,4 @@
-// `nscdd compare`: does a run agree with its reference?
+// `nscdd compare`: tells whether a run agrees with its reference.
 #pragma once
 
 #include <string>

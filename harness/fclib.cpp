@@ -32,7 +32,7 @@ Eigen::VectorXd vector(const hdf5::Reader& file, const std::string& dataset, Eig
     return Eigen::Map<const Eigen::VectorXd>(values.data(), size);
 }
 
-// All values of `indices` within [0, bound)?
+// True if all values of `indices` are within [0, bound).
 bool fit(const std::vector<int>& indices, int bound) {
     return std::all_of(indices.begin(), indices.end(), [=](int k) { return k >= 0 && k < bound; });
 }

@@ -20,7 +20,7 @@ const char* kind_name() {
 }
 
 // Bytes that reading a dataset takes in memory are declared, not stored: what was never written reads as the fill
-// value, and deflate shrinks by 1032 at most. May a file whose dataset is stored in so many bytes declare so many?
+// value, and deflate shrinks by 1032 at most. True if a dataset stored in so many bytes may declare so many.
 bool plausible(hsize_t declared, hsize_t stored) {
     constexpr hsize_t harmless = hsize_t{1} << 26;
     return declared <= harmless || declared / 2000 <= stored;

@@ -115,7 +115,7 @@ class Communicator {
     // The same with other work meanwhile, but no other reduction, in pieces between which advance() is called.
     virtual void start_reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
     virtual std::span<const double> finish_reduce() = 0;
-    // Messages that are under way go on as far as they can without waiting. Not collective.
+    // A reduction that is under way goes on as far as it can without waiting. Not collective.
     virtual void advance() = 0;
 
     virtual double now() const = 0;  // [s], the clock of this machine, real or simulated

@@ -21,7 +21,7 @@ class ReductionRounds {
 
     explicit ReductionRounds(int ranks) : ranks_(ranks), p_(tree_size(ranks)) {}
 
-    // Rounds have steps 1, group, group^2 ..., the distance of the ranks in a group; is there a round of this step?
+    // The step of a round is the distance of the ranks in a group: 1, group, group^2 ... True if a round has this step.
     bool has(int step) const { return step < p_; }
     // visit(source, slot), and visit(target): the ranks that send a row to this one and those that it sends one to,
     // ascending, without itself.

@@ -107,8 +107,8 @@ class Ccs final : public CommunicationScheme<M> {
         gluing_.setup(copies_);
     }
 
-    std::vector<char> linked_;  // per hosted rank: has it a copy?
-    bool root_ = false;         // is rank 0 hosted here?
+    std::vector<char> linked_;  // per hosted rank: 1 if it has a copy
+    bool root_ = false;         // true where rank 0 is hosted
     std::unique_ptr<Channel> up_, down_;
     Copies copies_;  // on rank 0
     Gluing gluing_;

@@ -120,12 +120,13 @@ class SweptTogether {
                                            : piece.end(grains) - piece.begin(grains));
     }
 
-    // While messages are under way. Driven walls are done with when their contacts are: then their reduction is, too.
+    // While messages are under way. Driven walls are done with when their contacts are swept: from then on their
+    // reduction is under way as well.
     void sweep_rest() {
         comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_walls, nullptr); });
         start_sums(0);
         const bool rounds = walls_ > 0 && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
-        const std::size_t pieces = rounds ? 4 : 1;  // as many as a reduction has rounds, or more
+        const std::size_t pieces = rounds ? 4 : 1;  // three rounds may end meanwhile, all that 64 ranks need
         for (std::size_t n = 0; n < pieces; ++n) {
             if (n > 0) comm_.advance();
             comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_grains, nullptr, {n, pieces}); });

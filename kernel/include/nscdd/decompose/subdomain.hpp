@@ -38,7 +38,7 @@ struct Subdomain {
     ContactProblem<M> problem;
     Sweeper<M> sweeper;                    // the problem's fast form, while it is being solved
     std::vector<int> source, wall_source;  // candidate of each contact
-    std::vector<char> active;              // per entry of sharers: has that copy a contact in this step?
+    std::vector<char> active;              // per entry of sharers: 1 if that copy has a contact in this step
     std::vector<int> interface;            // grains with this and another active copy, by ascending id
     // Per wall, 1 for driven walls that have a contact here in this step, and anywhere. Empty where no wall is driven.
     std::vector<char> wall_active, wall_touched;

@@ -34,8 +34,8 @@ template <class M>
 struct BatchGroup {
     Batches batches;
     std::vector<int> i, j;         // where the row of each body begins; j may be the wall
-    std::vector<char> shared;      // of each batch: has a body or a wall of it several copies?
-    std::vector<char> open;        // of each batch: has it no impulse, and none in its past?
+    std::vector<char> shared;      // of each batch: 1 if a body or a wall of it has several copies
+    std::vector<char> open;        // of each batch: 1 if it has no impulse, and none in its past
     std::vector<double> friction;  // of each batch
     AlignedDoubles data;           // of each batch: the fields
     AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change

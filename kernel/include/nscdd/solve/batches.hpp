@@ -20,7 +20,7 @@ struct Batches {
     // Appends batches. Greedy within a window that moves along the order given, so that this order hardly changes.
     //   order                 the contacts, by index
     //   most                  contacts of a batch, at most `lanes`; the lanes left over are padded
-    //   together(first, c)    may c be in a batch whose first contact is `first`?
+    //   together(first, c)    true if c may be in a batch whose first contact is `first`
     //   touched(c, visit)     calls visit(body) for each body, numbered below `bodies`, that c changes
     void deal(std::span<const int> order, int lanes, std::size_t bodies, int window, int most, auto&& together,
               auto&& touched) {
