@@ -90,12 +90,13 @@ class CellTable {
 
 namespace detail {
 
-// The contact graph, its grains put together by cells: what joins the grains of two cells joins these.
+// Contacts and grains put together by cells. A contact joins the cell of its midpoint, which weighs one more for it,
+// with those of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for the
+// least of this, over the cells that hold grains.
 class CellGraph {
   public:
-    std::vector<idx_t> contacts;  // of each cell
-    std::map<std::pair<std::int64_t, std::int64_t>, idx_t>
-        joined;  // contacts between grains of two cells, the lower first
+    std::vector<idx_t> contacts, grains;                            // with the midpoint, and the centre, in a cell
+    std::map<std::pair<std::int64_t, std::int64_t>, idx_t> joined;  // contacts that join two cells, the lower first
 
     static constexpr std::size_t few = 8;  // cells a rank, with which METIS fails, and prints that it does
 
@@ -120,7 +121,7 @@ class CellGraph {
     // Rank of each cell; -1 for those without contacts, which METIS need not know. Empty if it fails.
     std::vector<int> part(int ranks) const {
         std::vector<int> owner(contacts.size(), -1);
-        std::vector<idx_t> vertex(contacts.size(), -1), weight, begin{0}, to, shared;
+        std::vector<idx_t> vertex(contacts.size(), -1), weight, sizes, begin{0}, to, shared;
         std::vector<std::size_t> cell_of;
         std::vector<std::vector<std::pair<idx_t, idx_t>>> edges;
         const auto vertex_of = [&](std::int64_t cell) {
@@ -129,6 +130,7 @@ class CellGraph {
                 at = static_cast<idx_t>(cell_of.size());
                 cell_of.push_back(static_cast<std::size_t>(cell));
                 weight.push_back(contacts[static_cast<std::size_t>(cell)]);
+                sizes.push_back(grains[static_cast<std::size_t>(cell)]);
                 edges.emplace_back();
             }
             return static_cast<std::size_t>(at);
@@ -150,7 +152,7 @@ class CellGraph {
         std::vector<idx_t> found(cell_of.size(), 0);
         if (cell_of.size() < few * static_cast<std::size_t>(ranks))
             deal_in_turn(weight, ranks, found);
-        else if (ranks > 1 && !call_metis(begin, to, weight, shared, ranks, found))
+        else if (ranks > 1 && !call_metis(begin, to, weight, sizes, shared, ranks, found))
             return {};
         for (std::size_t v = 0; v < cell_of.size(); ++v) owner[cell_of[v]] = static_cast<int>(found[v]);
         return owner;
@@ -169,13 +171,15 @@ class CellGraph {
     }
 
     static bool call_metis(std::vector<idx_t>& begin, std::vector<idx_t>& to, std::vector<idx_t>& weight,
-                           std::vector<idx_t>& shared, int ranks, std::vector<idx_t>& found) {
+                           std::vector<idx_t>& sizes, std::vector<idx_t>& shared, int ranks,
+                           std::vector<idx_t>& found) {
         auto vertices = static_cast<idx_t>(weight.size()), constraints = idx_t{1}, parts = static_cast<idx_t>(ranks),
              cut = idx_t{0};
         std::array<idx_t, METIS_NOPTIONS> options;
         METIS_SetDefaultOptions(options.data());
         options[METIS_OPTION_SEED] = 1;
-        return METIS_PartGraphKway(&vertices, &constraints, begin.data(), to.data(), weight.data(), nullptr,
+        options[METIS_OPTION_OBJTYPE] = METIS_OBJTYPE_VOL;
+        return METIS_PartGraphKway(&vertices, &constraints, begin.data(), to.data(), weight.data(), sizes.data(),
                                    shared.data(), &parts, nullptr, nullptr, options.data(), &cut,
                                    found.data()) == METIS_OK;
     }
@@ -210,16 +214,29 @@ template <class M>
 CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     using Vec = typename M::Vec;
     const auto& [parts, comm, box, numbers] = scene;
-    constexpr double cells_a_rank = M::dim == 3 ? 512 : 256;  // 8 or 16 along an edge
+    const auto own_grains = [&parts](std::size_t k, auto&& visit) {
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+            if (parts[k].primary(g)) visit(parts[k].grains[g].position);
+    };
+    const double grains = reduce(comm, 1, [&](std::size_t k) {
+        double count = 0;
+        own_grains(k, [&count](const Vec&) { ++count; });
+        return Buffer{count};
+    })[0];
+    // Fine enough to tell a contact from its neighbours: with one cell a grain a quarter more grains are shared. Grains
+    // alone, without contacts, need cells that are neighbours. Every process holds the table.
+    const bool candidates = any_candidates(parts, comm);
+    const double wanted =
+        std::clamp((candidates ? 6 : 0.5) * grains, 8.0 * comm.size(), std::max(8.0 * comm.size(), double(1 << 20)));
     const Vec extent = (box.high - box.low).cwiseMax(1e-9 * (box.high - box.low).maxCoeff()).cwiseMax(1e-300);
     double size = 1;
     for (int d = 0; d < M::dim; ++d) size *= std::pow(extent[d], 1.0 / M::dim);
-    size /= std::pow(cells_a_rank * comm.size(), 1.0 / M::dim);
+    size /= std::pow(wanted, 1.0 / M::dim);
     std::array<int, M::dim> cells;
     Vec edge;
     std::size_t count = 1;
     for (int d = 0; d < M::dim; ++d) {
-        const double along = std::clamp(std::round(extent[d] / size), 1.0, cells_a_rank * comm.size());
+        const double along = std::clamp(std::round(extent[d] / size), 1.0, wanted);
         cells[static_cast<std::size_t>(d)] = static_cast<int>(along);
         edge[d] = extent[d] / along;
         count *= static_cast<std::size_t>(along);
@@ -228,31 +245,35 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     std::iota(numbered.begin(), numbered.end(), 0);
     const CellTable<M> number(cells, box.low, edge, numbered, static_cast<int>(count));  // owner: the cell itself
 
-    // cell, the other cell or -1, contacts
+    // cell, the other cell or what is counted, number
+    constexpr int of_contacts = -1, of_grains = -2;
     std::vector<Outbox> out(parts.size()), table(parts.size());
-    const bool candidates = any_candidates(parts, comm);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::map<std::pair<int, int>, double> counted;
-        if (candidates)
-            visit_candidates(parts[k], [&](const Vec& midpoint, const Vec& a, const Vec& b) {
-                ++counted[{number.owner(midpoint), -1}];
-                const auto [low, high] = std::minmax({number.owner(a), number.owner(b)});
-                if (low != high) ++counted[{low, high}];
-            });
-        else
-            for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
-                if (parts[k].primary(g)) ++counted[{number.owner(parts[k].grains[g].position), -1}];
-        for (const auto& [pair, contacts] : counted)
-            out[k][0].insert(out[k][0].end(), {double(pair.first), double(pair.second), contacts});
+        own_grains(k, [&](const Vec& x) {
+            ++counted[{number.owner(x), of_grains}];
+            if (!candidates) ++counted[{number.owner(x), of_contacts}];
+        });
+        visit_candidates(parts[k], [&](const Vec& midpoint, const Vec& a, const Vec& b) {
+            const int at = number.owner(midpoint);
+            ++counted[{at, of_contacts}];
+            for (const int grain : {number.owner(a), number.owner(b)})
+                if (grain != at) ++counted[{std::min(grain, at), std::max(grain, at)}];
+        });
+        for (const auto& [pair, number_of] : counted)
+            out[k][0].insert(out[k][0].end(), {double(pair.first), double(pair.second), number_of});
     }
     const std::vector<Buffer> in = comm.route(out);
     if (comm.ranks()[0] == 0) {
         CellGraph graph;
         graph.contacts.assign(count, 0);
+        graph.grains.assign(count, 0);
         for (std::size_t p = 0; p < in[0].size(); p += 3) {
             const auto a = static_cast<std::int64_t>(in[0][p]), b = static_cast<std::int64_t>(in[0][p + 1]);
-            (b < 0 ? graph.contacts[static_cast<std::size_t>(a)] : graph.joined[{a, b}]) +=
-                static_cast<idx_t>(in[0][p + 2]);
+            const auto at = static_cast<std::size_t>(a);
+            (b == of_contacts ? graph.contacts[at]
+             : b == of_grains ? graph.grains[at]
+                              : graph.joined[{a, b}]) += static_cast<idx_t>(in[0][p + 2]);
         }
         if (!candidates) graph.join_neighbours(cells);
         std::vector<int> owner = graph.part(comm.size());

@@ -38,8 +38,7 @@ class BroadPhase {
         const double wanted =
             std::clamp(2.2 * settings.rough_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
         skin_ = std::max({wanted, 4.4 * step_reach, needed});
-        renew_partition(parts, comm, settings, box,
-                        [&] { repartition<M>(parts, comm, *partition_, settings.walls, skin_, radii.largest); });
+        detect(parts, comm, settings, settings.walls, radii, box);
         offsets_.clear();
         for (const auto& wall : settings.walls) offsets_.push_back(wall.offset);
         steps_since_ = 0;
@@ -50,10 +49,17 @@ class BroadPhase {
                 Radii radii, const RoughDetection<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
         for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
-        std::vector<typename M::Vec> now;
+        struct Moved {
+            int id;
+            double reach;
+            typename M::Vec from, to;
+        };
+        std::vector<Moved> moved;
         for (std::size_t g = 0; g < parts[0].grains.size(); ++g) {
-            now.push_back(parts[0].grains[g].position);
-            parts[0].grains[g].position = last.positions[g];
+            Grain<M>& grain = parts[0].grains[g];
+            moved.push_back(
+                {grain.id, detail::reach(grain, last.skin, radii.largest), last.positions[g], grain.position});
+            grain.position = last.positions[g];
         }
         const Partitioner<M>& partitioner = settings.partition;
         if (last.kind == partitioner.kind && partitioner.restore)
@@ -61,26 +67,19 @@ class BroadPhase {
         skin_ = last.skin;
         steps_since_ = last.steps_since;
         offsets_ = last.offsets;
-        std::vector<Buffer> positions;  // as they are now: id, x
-        const auto detect_roughly = [&] {
-            std::vector<Outbox> out(parts.size());
-            for (std::size_t g = 0; g < now.size(); ++g) {
-                const Grain<M>& grain = parts[0].grains[g];
-                partition_->visit_owners(grain.position, detail::reach(grain, skin_, radii.largest), [&](int rank) {
-                    Buffer& to = out[0][rank];
-                    to.push_back(grain.id);
-                    detail::Wire<M>::put(now[g], to);
-                });
-            }
-            positions = comm.route(out);
-            repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
-        };
         if (partition_) {
             imbalance_when_made_ = last.imbalance;
-            detect_roughly();
+            repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
         } else {
-            renew_partition(parts, comm, settings, find_extent(parts, comm).first, detect_roughly);
+            detect(parts, comm, settings, walls, radii, find_extent(parts, comm).first);
         }
+        std::vector<Outbox> out(parts.size());
+        for (const Moved& m : moved)
+            partition_->visit_owners(m.from, m.reach, [&](int rank) {
+                out[0][rank].push_back(m.id);
+                detail::Wire<M>::put(m.to, out[0][rank]);
+            });
+        const std::vector<Buffer> positions = comm.route(out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::unordered_map<int, const double*> by_id;
             for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
@@ -110,17 +109,20 @@ class BroadPhase {
         return {{-Vector(&all[0]), Vector(&all[M::dim])}, all[2 * M::dim]};
     }
 
-    // The partition for the next rough detection, and how uneven it is once that is made.
-    void renew_partition(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                         const Box<M>& box, auto&& detect_roughly) {
+    // Rough detection in the partition as it is or, where that has become uneven, in a new one. The first one is made
+    // before there are candidates, and anew of those that it leads to.
+    void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
+                const std::vector<Wall<M>>& walls, Radii radii, const Box<M>& box) {
         const double allowed = settings.partition.imbalance;
         const bool first = !partition_;
         const bool renew =
             first || allowed <= 1 || measure_imbalance(parts, comm) > std::max(allowed, 1.1 * imbalance_when_made_);
-        if (renew) partition_ = settings.partition.make({parts, comm, box, first ? Buffer{} : partition_->numbers()});
-        detect_roughly();
-        // the first one is made before there are candidates: it does not count as well made
-        if (renew && allowed > 1) imbalance_when_made_ = first ? 1 : measure_imbalance(parts, comm);
+        for (int times = !renew ? 0 : first && allowed > 1 ? 2 : 1; times > 0; --times) {
+            partition_ = settings.partition.make({parts, comm, box, partition_ ? partition_->numbers() : Buffer{}});
+            if (times > 1) repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
+        }
+        repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
+        if (renew && allowed > 1) imbalance_when_made_ = measure_imbalance(parts, comm);
     }
 
     std::optional<Partition<M>> partition_;
