@@ -115,7 +115,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         Wall<M>& wall = settings.walls.emplace_back();
         wall.material = source.material;
         wall.normal = source.normal;
-        wall.driven = source.motion == WallMotion::Force || source.motion == WallMotion::Pressure;
+        wall.driven = source.driven();
         wall.velocity = source.velocity;
         if (wall.driven) {
             wall.velocity -= wall.velocity.dot(wall.normal) * wall.normal;

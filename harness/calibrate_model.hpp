@@ -3,7 +3,7 @@
 
 #include <time.h>
 
-#include <limits>
+#include <array>
 #include <thread>
 
 #include "nscdd/nscdd.hpp"
@@ -20,12 +20,12 @@ inline double thread_seconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// CPU seconds of one call: the best of five stretches of at least so many. The best, for what else goes on on the
-// machine only adds.
+// CPU seconds of one call: the median of five stretches of at least so many, as windows are measured
+// (window_model.hpp).
 double seconds_of(double least, auto&& call) {
-    double best = std::numeric_limits<double>::infinity();
+    std::array<double, 5> stretches;
     call();  // brings the data into the caches
-    for (int stretch = 0; stretch < 5; ++stretch) {
+    for (double& stretch : stretches) {
         const double began = thread_seconds();
         double took = 0, calls = 0;
         for (int batch = 1; took < least; batch *= 2) {  // to ask for the time takes some as well
@@ -33,9 +33,10 @@ double seconds_of(double least, auto&& call) {
             calls += batch;
             took = thread_seconds() - began;
         }
-        best = std::min(best, took / calls);
+        stretch = took / calls;
     }
-    return best;
+    std::ranges::sort(stretches);
+    return stretches[2];
 }
 
 struct MeasuredCost {
@@ -55,6 +56,35 @@ double seconds_among(std::size_t subdomains, const CalibrationRequest& request, 
     return seconds_of(request.least_seconds, [&] { task(mine); });
 }
 
+// What a sweep of so many contacts in so many seconds says of one: a batch with driven walls costs more than its
+// contacts.
+template <class M>
+class SweepCosts {
+  public:
+    using Pass = typename Sweeper<M>::Pass;
+
+    // `seconds`: of a sweep of `told`. Batches are measured on the subdomain that has most of them.
+    SweepCosts(std::vector<Subdomain<M>>& parts, const Subdomain<M>& told, double seconds, double least)
+        : contacts_(double(told.problem.contact_count())), driven_(double(told.sweeper.driven_batches(Pass::all))) {
+        const auto count = [](const Subdomain<M>& p) { return double(p.sweeper.driven_batches(Pass::rest_walls)); };
+        Subdomain<M>& part = *std::ranges::max_element(parts, {}, count);
+        batches_ = count(part);
+        if (batches_ == 0) return;
+        part.sweeper.begin(part.problem);
+        const double walls = seconds_of(least, [&] { part.sweeper.pass(part.problem, Pass::rest_walls); }),
+                     touching = double(part.problem.wall_contacts.size() - part.interface_wall_contacts);
+        // seconds = contacts_ c + driven_ b, walls = touching c + batches_ b
+        const double contact = (seconds * batches_ - walls * driven_) / (contacts_ * batches_ - touching * driven_);
+        batch_ = std::max(0.0, walls - touching * contact) / batches_;
+    }
+    bool any_driven() const { return batches_ > 0; }
+    double batch() const { return batch_; }  // beyond its contacts [s]
+    double contact(double seconds) const { return (seconds - driven_ * batch_) / contacts_; }  // of a sweep [s]
+
+  private:
+    double contacts_, driven_, batches_ = 0, batch_ = 0;
+};
+
 // Sweeps and tests of one subdomain a core, again and again, so that each comes from the cache that it would have.
 template <class M>
 void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest& request, const SolveOptions& options,
@@ -66,30 +96,37 @@ void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest
             part.sweeper.load(part.problem, options.relaxation,
                               {part.interface_contacts, part.interface_wall_contacts});
     };
-    const auto measure = [&](Work kind, auto&& task) {
-        const double seconds = seconds_among(parts.size(), request, [&](std::size_t k) { task(parts[k], k); });
-        costs.push_back({kind, double(told.sweeper.bytes()), 1e9 * seconds / double(told.problem.contact_count())});
+    const auto seconds_of_all = [&](auto&& task) {
+        return seconds_among(parts.size(), request, [&](std::size_t k) { task(parts[k], k); });
+    };
+    const auto note = [&](Work kind, double seconds) {
+        costs.push_back({kind, double(told.sweeper.bytes()), 1e9 * seconds});
     };
     load();
-    measure(Work::sweep, [](Subdomain<M>& part, std::size_t) {
+    const double swept = seconds_of_all([](Subdomain<M>& part, std::size_t) {
         part.sweeper.begin(part.problem);
         for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
     });
+    const SweepCosts<M> sweep(parts, told, swept, request.least_seconds);
+    note(Work::sweep, sweep.contact(swept));
+    if (sweep.any_driven()) note(Work::driven, sweep.batch());
     std::vector<double> tested(parts.size());  // used below, lest the tests be optimised away
-    measure(Work::residual,
-            [&](Subdomain<M>& part, std::size_t k) { tested[k] += part.sweeper.residual(part.problem).contacts; });
+    const double testing = seconds_of_all(
+        [&](Subdomain<M>& part, std::size_t k) { tested[k] += part.sweeper.residual(part.problem).contacts; });
+    note(Work::residual, testing / double(told.problem.contact_count()));
     if (tested[parts.size() / 2] == 0) throw std::logic_error("no contact was tested");
     load();
     const int window = SolveOptions{}.accelerated().window;
     std::vector<Anderson> anderson(parts.size(), Anderson(window));
     for (auto& part : parts) part.sweeper.accelerate(part.problem, window);
-    measure(Work::accelerated, [&](Subdomain<M>& part, std::size_t k) {
+    const double accelerated = seconds_of_all([&](Subdomain<M>& part, std::size_t k) {
         Anderson::Products products{};
         part.sweeper.begin(part.problem, &anderson[k]);
         for (const Pass pass : {Pass::first, Pass::rest})
             part.sweeper.pass(part.problem, pass, &anderson[k], &products);
         anderson[k].update(products.data());
     });
+    note(Work::accelerated, sweep.contact(accelerated));
 }
 
 // Packing and gluing of all subdomains in turn. Gluing has the copy of the messages in it that a process makes of its

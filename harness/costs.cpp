@@ -12,6 +12,9 @@ namespace nscdd {
 
 double Costs::seconds(Work kind, double count, double bytes) const {
     const std::vector<CostPoint>& points = units[static_cast<std::size_t>(kind)];
+    if (points.empty())
+        throw InputError(
+            fmt::format("no cost of {}: calibrate on a scene that has it", work_names[static_cast<std::size_t>(kind)]));
     const auto above = std::ranges::upper_bound(points, bytes, {}, &CostPoint::bytes);
     if (above == points.begin()) return 1e-9 * count * points.front().ns;
     const CostPoint& low = *(above - 1);
@@ -38,7 +41,8 @@ Costs read_costs(const std::string& path) {
                 costs.units[k].push_back(p);
                 last = p.bytes;
             }
-            if (costs.units[k].empty()) refuse(fmt::format("ns.{} is empty", work_names[k]));
+            if (costs.units[k].empty() && k != static_cast<std::size_t>(Work::driven))
+                refuse(fmt::format("ns.{} is empty", work_names[k]));
         }
     } catch (const nlohmann::json::exception& error) {
         refuse(json.is_discarded() ? "is no JSON" : error.what());

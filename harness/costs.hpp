@@ -15,10 +15,12 @@ struct CostPoint {
 };
 
 struct Costs {
-    std::string model;                                            // of the scene that was measured, e.g. 3D Coulomb
-    std::array<std::vector<CostPoint>, work_names.size()> units;  // by Work; by ascending bytes, at least one
+    std::string model;  // of the scene that was measured, e.g. 3D Coulomb
+    std::array<std::vector<CostPoint>, work_names.size()>
+        units;  // by Work; by ascending bytes, at least one but for Work::driven
 
-    // Between two points the cost of a unit is linear in the logarithm of the bytes; beyond the ends it is theirs.
+    // Throws InputError where there are none. Between two points the cost of a unit is linear in the logarithm of the
+    // bytes; beyond the ends it is theirs.
     double seconds(Work kind, double count, double bytes) const;
 };
 

@@ -50,6 +50,8 @@ struct SceneWall {
     double force = 0;            // [N] for Force: along the normal, positive pushes into the sample
     double pressure = 0;         // [Pa] for Pressure: times the current area of the face
     std::optional<double> mass;  // [kg] for Force and Pressure; default: total mass of the grains
+
+    bool driven() const { return motion == WallMotion::Force || motion == WallMotion::Pressure; }
 };
 
 struct StepSettings {

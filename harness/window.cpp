@@ -98,6 +98,10 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
             request = prepare_run(arguments.run, provenance, {session.rank(), session.size()}, true);
             request.window = WindowRequest{arguments.skip, arguments.iterations, arguments.run.repeat, {}};
             meter.emplace(arguments, session.rank());
+            const auto& driven = meter->costs().units[static_cast<std::size_t>(Work::driven)];
+            if (simulated && driven.empty() && std::ranges::any_of(request.scene.walls, &SceneWall::driven))
+                throw InputError(
+                    fmt::format("{}: has no cost of driven walls, which {} has", arguments.costs, request.scene.file));
             if (session.rank() == 0)
                 check_outputs({{"--json", arguments.run.json}}, inputs_of(arguments.run, request.scene));
         }))

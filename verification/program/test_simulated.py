@@ -16,7 +16,7 @@ from harness import NSCDD, ProgramTest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLATFORMS = ROOT / "cases/platforms"
 BIN = pathlib.Path(NSCDD).resolve().parent
-KINDS = ("sweep", "accelerated", "residual", "pack", "glue", "factorised")
+KINDS = ("sweep", "accelerated", "driven", "residual", "pack", "glue", "factorised")
 SMPIRUN = shutil.which("smpirun") and (BIN / "nscdd_simulated").exists()
 
 
@@ -71,6 +71,8 @@ class Simulated(ProgramTest):
         work = {kind: window["work_per_iteration"][kind]["mean"] for kind in KINDS}
         self.assertEqual(work["sweep"], window["contacts"])
         self.assertEqual(work["residual"], window["contacts"] / 10)  # tested every ten iterations
+        self.assertGreater(work["driven"], 0)  # two walls are under pressure
+        self.assertLess(work["driven"], 0.1 * window["contacts"])
         self.assertAlmostEqual(window["seconds_per_iteration"] / (1e-8 * sum(work.values())), 1, delta=1e-6)
         slower = self.window(1, "--scheme", "nlgs", "--method", "paper", "--slower", 3)
         self.assertAlmostEqual(slower["seconds_per_iteration"] / window["seconds_per_iteration"], 3, delta=1e-6)
@@ -101,6 +103,7 @@ class Simulated(ProgramTest):
     def test_bad_costs_are_one_line(self):
         for text, said in (("{", "is no JSON"), ('{"schema": "x"}', "is no file of costs (schema nscdd.costs/1)"),
                            (costs(sweep=-1), "ns.sweep: bytes must ascend from above 0, and ns must not be negative"),
+                           (re.sub(r'"driven": \[.*?\]', '"driven": []', costs()), f"has no cost of driven walls, which {self.scene} has"),
                            (costs().replace("2D", "3D"), f"costs of a 3D Coulomb scene, {self.scene} is 2D Coulomb")):
             self.costs.write_text(text)
             done = self.simulate(2, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs)

@@ -2,6 +2,7 @@
 #include "costs.hpp"
 
 #include "../catch.hpp"
+#include "error.hpp"
 
 using namespace nscdd;
 
@@ -15,4 +16,5 @@ TEST_CASE("costs go from one measured size to the next", "[costs]") {
     CHECK(ns(1e6) == Approx(6));
     CHECK(ns(1e8) == Approx(9));
     CHECK(costs.seconds(Work::sweep, 0, 1e5) == 0);
+    CHECK_THROWS_AS(costs.seconds(Work::driven, 1, 1e5), InputError);  // not measured
 }

@@ -73,12 +73,14 @@ struct CommSeconds {
 enum class Work {
     sweep,        // contacts swept
     accelerated,  // contacts swept from a combination of iterates
+    driven,       // batches with driven walls, which wait for each other: what one costs beyond its contacts
     residual,     // contacts tested
     pack,         // copies of grains put into messages
     glue,         // copies of grains made to agree, in closed form
     factorised    // the same by a factorised operator
 };
-constexpr std::array<const char*, 6> work_names{"sweep", "accelerated", "residual", "pack", "glue", "factorised"};
+constexpr std::array<const char*, 7> work_names{"sweep", "accelerated", "driven",    "residual",
+                                                "pack",  "glue",        "factorised"};
 
 // Told of work that is done on a rank: so many units, on data of so many bytes that the rank goes through again and
 // again, which says from which cache they come. A simulated machine spends the time that this would take.

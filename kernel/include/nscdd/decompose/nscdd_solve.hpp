@@ -103,7 +103,7 @@ class SweptTogether {
                 sweeper.sweep(problem, *anderson, products_[k]);
             else
                 sweeper.sweep(problem);
-            charge(comm_, parts_[k], k, anderson && s == 1 ? Work::accelerated : Work::sweep, problem.contact_count());
+            charge_sweep(k, anderson && s == 1, problem.contact_count(), Pass::all);
         }
         sweeper.begin(problem, accelerated_pass(anderson));
     }
@@ -113,11 +113,17 @@ class SweptTogether {
         parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k], piece);
         const std::size_t grains = part.problem.contacts.size() - part.interface_contacts,
                           walls = part.problem.wall_contacts.size() - part.interface_wall_contacts;
-        charge(comm_, part, k, accelerated_pass(anderson) ? Work::accelerated : Work::sweep,
-               which == Pass::first        ? part.interface_contacts + part.interface_wall_contacts
-               : which == Pass::rest       ? walls + grains
-               : which == Pass::rest_walls ? walls
-                                           : piece.end(grains) - piece.begin(grains));
+        charge_sweep(k, accelerated_pass(anderson),
+                     which == Pass::first        ? part.interface_contacts + part.interface_wall_contacts
+                     : which == Pass::rest       ? walls + grains
+                     : which == Pass::rest_walls ? walls
+                                                 : piece.end(grains) - piece.begin(grains),
+                     which);
+    }
+
+    void charge_sweep(std::size_t k, bool accelerated, std::size_t contacts, Pass which) {
+        charge(comm_, parts_[k], k, accelerated ? Work::accelerated : Work::sweep, contacts);
+        charge(comm_, parts_[k], k, Work::driven, parts_[k].sweeper.driven_batches(which));
     }
 
     // While messages are under way. Driven walls are done with when their contacts are swept: from then on their

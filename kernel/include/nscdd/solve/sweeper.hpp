@@ -140,6 +140,12 @@ class Sweeper {
     }
 
     bool batched() const { return batched_; }
+    // Batches of contacts with driven walls in a pass. A batch has one contact of each wall and waits for the speeds
+    // that the one before it leaves.
+    std::size_t driven_batches(Pass which) const {
+        if (!batched_ || !walls_.driven || which == Pass::rest_grains) return 0;
+        return which == Pass::all ? walls_.count : which == Pass::first ? walls_.first : walls_.count - walls_.first;
+    }
     // Indices into problem.contacts and wall_contacts in the order of the sweep, walls first; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
     const std::vector<int>& wall_order() const { return walls_.batches.contact; }

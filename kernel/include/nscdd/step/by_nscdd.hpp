@@ -22,6 +22,9 @@ StepSolver<M> by_nlgs(const SolveOptions& options) {
         const double plain = options.window > 0 ? std::min(iterations, double(options.check_every)) : iterations;
         comm.charge(0, Work::sweep, (plain + iterations * (options.sweeps - 1)) * contacts, bytes);
         comm.charge(0, Work::accelerated, (iterations - plain) * contacts, bytes);
+        comm.charge(0, Work::driven,
+                    iterations * options.sweeps * double(parts[0].sweeper.driven_batches(Sweeper<M>::Pass::all)),
+                    bytes);
         comm.charge(0, Work::residual, tests * contacts, bytes);
         watch.lap(seconds.sweep);
         return report;
