@@ -1,8 +1,6 @@
-// Over MPI, each process hosting one rank or several. The only header that includes mpi.h; nothing else includes this
-// one.
+// Over MPI, each process hosting one rank or several. With mpi_duplicate.hpp the only header that includes mpi.h;
+// nothing else includes this one.
 #pragma once
-
-#include <mpi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "nscdd/comm/mpi_duplicate.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -57,7 +56,8 @@ class Mpi final : public Communicator {
 
     // Each message goes alone to its target, which learns of it by looking (NBX: Hoefler, Siebert, Lumsdaine, PPoPP
     // 2010): when all of a rank's messages have been taken it enters a barrier, and when that is over nobody has any
-    // under way.
+    // under way. The barrier is a reduction of nothing: SimGrid 3.32 lets ranks through MPI_Ibarrier when rank 0 has
+    // come to it, whoever else has not.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
         check_count(out.size(), "route");
@@ -80,7 +80,6 @@ class Mpi final : public Communicator {
                   "route");
         }
         double latest = entry;
-        MPI_Request barrier = MPI_REQUEST_NULL;
         for (bool inside = false, over = false; !over;) {
             int flag = 0;
             MPI_Status status;
@@ -98,12 +97,12 @@ class Mpi final : public Communicator {
                 continue;
             }
             if (inside) {
-                check(MPI_Test(&barrier, &flag, MPI_STATUS_IGNORE), "route");
-                over = flag != 0;
+                barrier_.advance();
+                over = !barrier_.under_way();
             } else {
                 check(MPI_Testall(narrow(requests_.size()), requests_.data(), &flag, MPI_STATUSES_IGNORE), "route");
-                if (flag) check(MPI_Ibarrier(comm_.handle, &barrier), "route");
                 inside = flag != 0;
+                if (inside) barrier_.start(std::vector<Buffer>(hosted_.count()), 0, entry);
             }
         }
         std::vector<Buffer> in(hosted_.count());
@@ -151,28 +150,18 @@ class Mpi final : public Communicator {
     void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         const double entry = now();
         check_count(mine.size(), "reduce");
-        reduced_.start(mine, added, entry);
-        start_round();
+        reduction_.start(mine, added, entry);
         spent(entry, entry);
     }
     std::span<const double> finish_reduce() override {
         const double entry = now();
-        while (reduced_.under_way()) {
-            check(MPI_Waitall(narrow(trades_.size()), trades_.data(), MPI_STATUSES_IGNORE), "reduce");
-            reduced_.finish_round();
-            start_round();
-        }
-        spent(entry, reduced_.stamp());
-        return reduced_.row(0);
+        reduction_.finish();
+        spent(entry, reduction_.rows().stamp());
+        return reduction_.rows().row(0);
     }
     void advance() override {
         const double entry = now();
-        for (int over = 1; over && reduced_.under_way();) {
-            check(MPI_Testall(narrow(trades_.size()), trades_.data(), &over, MPI_STATUSES_IGNORE), "reduce");
-            if (!over) break;
-            reduced_.finish_round();
-            start_round();
-        }
+        reduction_.advance();
         spent(entry, entry);
     }
 
@@ -188,7 +177,7 @@ class Mpi final : public Communicator {
     CommSeconds seconds() const override { return seconds_; }
 
   private:
-    static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, first_channel_tag = 4;
+    static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, barrier_tag = 4, first_channel_tag = 5;
     // Of persistent requests, one a process that is sent to and one a process that is received from. Every message has
     // a stamp behind it, the time at which its sender called start().
     class Messages final : public Channel {
@@ -261,52 +250,61 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    void start_round() {
-        trades_.clear();
-        if (!reduced_.under_way()) return;
-        const auto trade = [this](int process, Buffer& row, auto* call) {
-            check(call(row.data(), narrow(row.size()), MPI_DOUBLE, process, reduce_tag, comm_.handle,
-                       &trades_.emplace_back()),
-                  "reduce");
-        };
-        reduced_.trade([&](int process, Buffer& row) { trade(process, row, &MPI_Irecv); },
-                       [&](int process, Buffer& row) { trade(process, row, &MPI_Isend); },
-                       [this](std::span<const double> row) { count(row.size()); });
-    }
+    // The rounds of messages in which rows of all ranks become one. `counted`: as messages of the ranks.
+    class Reduction {
+      public:
+        Reduction(Mpi& comm, int own_tag, bool counted)
+            : comm_(comm), rows_(comm.hosted_), own_tag_(own_tag), counted_(counted) {}
 
-    // A duplicate of the caller's communicator, so that our messages never meet the caller's.
-    struct Duplicate {
-        MPI_Comm handle = MPI_COMM_NULL;
+        bool under_way() const { return rows_.under_way(); }
+        const ReducedRows& rows() const { return rows_; }
 
-        explicit Duplicate(MPI_Comm comm) {
-            int initialised = 0;
-            MPI_Initialized(&initialised);
-            if (!initialised) throw std::logic_error("Mpi: MPI is not initialised");
-            check(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
-            check(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+        void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
+            rows_.start(mine, added, stamp);
+            start_round();
         }
-        // Of this process, or of all: what MPI_Comm_rank or MPI_Comm_size says.
-        int place(int (*ask)(MPI_Comm, int*)) const {
-            int number = 0;
-            check(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
-            return number;
+        // As far as it goes without waiting.
+        void advance() {
+            for (int over = 1; over && under_way();) {
+                check(MPI_Testall(narrow(requests_.size()), requests_.data(), &over, MPI_STATUSES_IGNORE), "reduce");
+                if (over) end_round();
+            }
         }
-        Duplicate(const Duplicate&) = delete;
-        Duplicate& operator=(const Duplicate&) = delete;
-        ~Duplicate() {
-            int finalised = 0;
-            MPI_Finalized(&finalised);
-            if (!finalised) MPI_Comm_free(&handle);
+        void finish() {
+            while (under_way()) {
+                check(MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "reduce");
+                end_round();
+            }
         }
+
+      private:
+        void start_round() {
+            requests_.clear();
+            if (!under_way()) return;
+            const auto trade = [this](int process, Buffer& row, auto* call) {
+                check(call(row.data(), narrow(row.size()), MPI_DOUBLE, process, own_tag_, comm_.comm_.handle,
+                           &requests_.emplace_back()),
+                      "reduce");
+            };
+            rows_.trade([&](int process, Buffer& row) { trade(process, row, &MPI_Irecv); },
+                        [&](int process, Buffer& row) { trade(process, row, &MPI_Isend); },
+                        [this](std::span<const double> row) {
+                            if (counted_) comm_.count(row.size());
+                        });
+        }
+        void end_round() {
+            rows_.finish_round();
+            start_round();
+        }
+
+        Mpi& comm_;
+        ReducedRows rows_;
+        std::vector<MPI_Request> requests_;  // of the round under way
+        int own_tag_;
+        bool counted_;
     };
 
-    static void check(int code, const char* call) {
-        if (code == MPI_SUCCESS) return;
-        char text[MPI_MAX_ERROR_STRING];
-        int length = 0;
-        MPI_Error_string(code, text, &length);
-        throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
-    }
+    static void check(int code, const char* call) { detail::check_mpi(code, call); }
 
     void check_count(std::size_t buffers, const char* call) const {
         if (buffers != hosted_.count())
@@ -364,14 +362,13 @@ class Mpi final : public Communicator {
         }
     }
 
-    Duplicate comm_;
+    detail::MpiDuplicate comm_;
     HostedRanks hosted_;
     double offset_ = 0;  // to the clock of rank 0 [s]
 
     // Staging, which only grows.
     Buffer send_, recv_, gathered_;
-    ReducedRows reduced_{hosted_};
-    std::vector<MPI_Request> trades_;  // of its round under way
+    Reduction reduction_{*this, reduce_tag, true}, barrier_{*this, barrier_tag, false};
     std::vector<MPI_Request> requests_;
     int routes_ = 0, channels_ = 0;
 

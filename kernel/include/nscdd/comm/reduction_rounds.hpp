@@ -72,8 +72,10 @@ class ReducedRows {
     explicit ReducedRows(const HostedRanks& hosted)
         : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
 
-    // Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`.
+    // Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`, or others are
+    // under way.
     void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
+        if (under_way()) throw std::logic_error("reduce: another reduction is under way");
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
         for (std::size_t k = 0; k < mine.size(); ++k) {
