@@ -108,7 +108,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
                                         {"--sweeps", arguments.sweeps > 0}})
         if (given && !sweeps(request.scheme))
             throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
-    request.partition = arguments.partition;
+    request.partition = arguments.chosen_partition();
     if (arguments.imbalance > 0) request.imbalance = arguments.imbalance;
     for (const auto& [option, given, of_grid] :
          {std::tuple("--grid", !arguments.grid.empty(), true), {"--imbalance", arguments.imbalance > 0, false}})

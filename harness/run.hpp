@@ -45,9 +45,9 @@ struct RunRequest {
     std::string scheme = "nlgs";  // nlgs, newton, spg, apgd, ccs, dcs
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
-    std::string partition = "grid";  // grid, bisection, metis
-    std::vector<int> grid;           // cells per axis; empty: chosen
-    double imbalance = 1.1;          // of a partition that is kept (Partitioner)
+    std::string partition = "bisection";  // grid, bisection, metis
+    std::vector<int> grid;                // cells per axis; empty: chosen
+    double imbalance = 1.1;               // of a partition that is kept (Partitioner)
     bool over_mpi = false;
     bool progress = true;
     std::string json, state, checkpoint;  // files to write, may be empty
@@ -93,13 +93,17 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
-    std::string scene, packing, from, scheme = "nlgs", interface, partition = "grid", grid, json, state, checkpoint,
-                                      every, transport = "auto";
+    std::string scene, packing, from, scheme = "nlgs", interface, partition, grid, json, state, checkpoint, every,
+                                      transport = "auto";
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
     double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0, imbalance = 0;
     std::string method;
     std::optional<int> window;
     bool adopt = false;  // `from` may be of another scene
+
+    std::string chosen_partition() const {
+        return !partition.empty() ? partition : grid.empty() ? "bisection" : "grid";
+    }
     bool quiet = false;
 };
 

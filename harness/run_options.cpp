@@ -23,9 +23,8 @@ void add_scheme_options(CLI::App& command, RunArguments& run, const std::vector<
         .add_option(
             "--partition", run.partition,
             "How space is dealt to subdomains: grid: equal cells, as in the paper; bisection: cut by cut, equal "
-            "numbers of contacts; metis: the same with few grains shared")
-        ->check(CLI::IsMember({"grid", "bisection", "metis"}))
-        ->capture_default_str();
+            "numbers of contacts; metis: the same with few grains shared (default: bisection, with --grid grid)")
+        ->check(CLI::IsMember({"grid", "bisection", "metis"}));
     command
         .add_option("--method", run.method,
                     "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)")

@@ -78,7 +78,7 @@ class Job {
                 {"from", run.from},
                 {"scheme", run.scheme},
                 {"interface", run.interface},
-                {"partition", run.partition},
+                {"partition", run.chosen_partition()},
                 {"method", run.method},
                 {"steps", run.steps},
                 {"skip", arguments_.skip},
@@ -155,7 +155,7 @@ class Job {
         add("--packing", run.packing);
         add("--from", run.from);
         if (scheme != "nlgs") add("--interface", run.interface);
-        add("--partition", scheme == "nlgs" ? "" : run.partition);
+        add("--partition", scheme == "nlgs" ? "" : run.chosen_partition());
         add("--method", run.method);
         add("--skip", std::to_string(arguments_.skip));
         add("--iterations", std::to_string(arguments_.iterations));
