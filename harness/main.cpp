@@ -30,6 +30,11 @@ int report(const std::string& results, const std::string& out) {
 int main(int argc, char** argv) {
     CLI::App app{"nscdd: Nonsmooth Contact Domain Decomposition for disks and spheres"};
     app.require_subcommand(1);
+    app.set_version_flag("--version", [] {
+        const nscdd::Provenance me = nscdd::provenance(0, nullptr);
+        return fmt::format("nscdd, commit {}, {}, {} doubles a vector", me.commit, me.machine.compiler,
+                           me.machine.lanes);
+    });
     app.footer(R"(Examples:
   nscdd pack cases/packings/triaxial.toml -o spheres.h5
   nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --json nlgs.json --state nlgs.h5

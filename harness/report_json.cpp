@@ -5,6 +5,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cctype>
 #include <ctime>
@@ -49,7 +50,8 @@ Machine this_machine() {
     Machine machine{.cpu = look_up("/proc/cpuinfo", "model name", ':'),
                     .cores = usable_cores(),
                     .os = look_up("/etc/os-release", "PRETTY_NAME", '='),
-                    .compiler = {}};
+                    .compiler = {},
+                    .lanes = Eigen::internal::packet_traits<double>::size};
     if (machine.cpu.empty()) machine.cpu = kernel.machine;
     machine.os += fmt::format("{}{} {}", machine.os.empty() ? "" : ", ", kernel.sysname, kernel.machine);
 #if defined(__clang__)
@@ -92,10 +94,11 @@ Provenance provenance(int argc, const char* const* argv) {
 
 void to_json(nlohmann::json& json, const Provenance& provenance) {
     const Machine& m = provenance.machine;
-    json = {{"command", provenance.command},
-            {"machine", {{"cpu", m.cpu}, {"cores", m.cores}, {"os", m.os}, {"compiler", m.compiler}}},
-            {"commit", provenance.commit},
-            {"date", provenance.date}};
+    json = {
+        {"command", provenance.command},
+        {"machine", {{"cpu", m.cpu}, {"cores", m.cores}, {"os", m.os}, {"compiler", m.compiler}, {"lanes", m.lanes}}},
+        {"commit", provenance.commit},
+        {"date", provenance.date}};
 }
 
 void write_json(FileSet& files, const std::string& path, const nlohmann::json& json) {

@@ -13,6 +13,7 @@ struct Machine {
     int cores = 0;         // that this process and its launcher may use
     std::string os;        // distribution, kernel and architecture
     std::string compiler;  // that built this program
+    int lanes = 0;         // doubles in the vectors that it was compiled for
 };
 
 struct Provenance {
@@ -24,7 +25,7 @@ struct Provenance {
 
 Provenance provenance(int argc, const char* const* argv);
 
-// The keys command, machine {cpu, cores, os, compiler}, commit and date.
+// The keys command, machine {cpu, cores, os, compiler, lanes}, commit and date.
 void to_json(nlohmann::json& json, const Provenance& provenance);
 
 // Arguments joined as a POSIX shell reads them back; those with special characters in single quotes.

@@ -101,6 +101,12 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("exchange of contact problems" program test_fclib)
     nscdd_program_test("simulated machines" program test_simulated)
     set_tests_properties("program: simulated machines" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
+    nscdd_program_test("judge of regressions" program test_regression)
+    # counts of the reduced scenes against those that were accepted: a minute on two cores
+    add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/regression
+             --results ${CMAKE_CURRENT_BINARY_DIR}/regression)
+    set_tests_properties("regression of counts and simulated speed-ups" PROPERTIES LABELS program TIMEOUT 600 PROCESSORS 2
+        SKIP_REGULAR_EXPRESSION "regression: skipped" ENVIRONMENT "NSCDD=$<TARGET_FILE:nscdd>;PYTHONDONTWRITEBYTECODE=1")
     # six minutes
     nscdd_program_test("killed a hundred times" "program;full" test_checkpoint.HundredKills.test_killed_at_random_moments)
     # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off

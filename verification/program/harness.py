@@ -50,7 +50,10 @@ PACKED = SCENE[:SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmat
 
 def load_script(name):
     """scripts/NAME as a module."""
-    loader = importlib.machinery.SourceFileLoader(name, str(pathlib.Path(__file__).resolve().parents[2] / "scripts" / name))
+    scripts = pathlib.Path(__file__).resolve().parents[2] / "scripts"
+    if str(scripts) not in sys.path:
+        sys.path.append(str(scripts))  # for what scripts share
+    loader = importlib.machinery.SourceFileLoader(name, str(scripts / name))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader))
     sys.modules[name] = module
     loader.exec_module(module)
