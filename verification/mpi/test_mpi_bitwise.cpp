@@ -70,6 +70,8 @@ TEST_CASE("several subdomains a process are those in process, bit for bit") {
         scene.settings.rough_every = 2;
         compare<Dcs, ClosedForm>(scene, SolveOptions{.check_every = 3}.accelerated(), ranks);
         compare<Ccs, Factorised<>>(scene, {.check_every = 3}, ranks);
+        scene = dense_scenes<Spheres>()[1];
+        scene.settings.rough_every = 2;
         scene.settings.partition = by_metis<Spheres>(1.0);
         compare<Dcs, ClosedForm>(scene, {.check_every = 3}, ranks);
     }
