@@ -1,6 +1,8 @@
-// Over MPI, each process hosting one rank or several. With mpi_duplicate.hpp the only header that includes mpi.h;
-// nothing else includes this one.
+// Over MPI, each process hosting one rank or several. The only header that includes mpi.h; nothing else includes this
+// one.
 #pragma once
+
+#include <mpi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include "nscdd/comm/mpi_duplicate.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -97,7 +98,7 @@ class Mpi final : public Communicator {
                 continue;
             }
             if (inside) {
-                barrier_.advance();
+                barrier_.go_on(false);
                 over = !barrier_.under_way();
             } else {
                 check(MPI_Testall(narrow(requests_.size()), requests_.data(), &flag, MPI_STATUSES_IGNORE), "route");
@@ -155,13 +156,13 @@ class Mpi final : public Communicator {
     }
     std::span<const double> finish_reduce() override {
         const double entry = now();
-        reduction_.finish();
+        reduction_.go_on(true);
         spent(entry, reduction_.rows().stamp());
         return reduction_.rows().row(0);
     }
     void advance() override {
         const double entry = now();
-        reduction_.advance();
+        reduction_.go_on(false);
         spent(entry, entry);
     }
 
@@ -263,17 +264,15 @@ class Mpi final : public Communicator {
             rows_.start(mine, added, stamp);
             start_round();
         }
-        // As far as it goes without waiting.
-        void advance() {
-            for (int over = 1; over && under_way();) {
-                check(MPI_Testall(narrow(requests_.size()), requests_.data(), &over, MPI_STATUSES_IGNORE), "reduce");
-                if (over) end_round();
-            }
-        }
-        void finish() {
-            while (under_way()) {
-                check(MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "reduce");
-                end_round();
+        // To the end, or as far as it goes without waiting.
+        void go_on(bool wait) {
+            for (int over = 1; under_way();) {
+                check(wait ? MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE)
+                           : MPI_Testall(narrow(requests_.size()), requests_.data(), &over, MPI_STATUSES_IGNORE),
+                      "reduce");
+                if (!over) return;
+                rows_.finish_round();
+                start_round();
             }
         }
 
@@ -292,10 +291,6 @@ class Mpi final : public Communicator {
                             if (counted_) comm_.count(row.size());
                         });
         }
-        void end_round() {
-            rows_.finish_round();
-            start_round();
-        }
 
         Mpi& comm_;
         ReducedRows rows_;
@@ -304,7 +299,39 @@ class Mpi final : public Communicator {
         bool counted_;
     };
 
-    static void check(int code, const char* call) { detail::check_mpi(code, call); }
+    // A duplicate of the caller's communicator, so that our messages never meet the caller's.
+    struct Duplicate {
+        MPI_Comm handle = MPI_COMM_NULL;
+
+        explicit Duplicate(MPI_Comm comm) {
+            int initialised = 0;
+            MPI_Initialized(&initialised);
+            if (!initialised) throw std::logic_error("Mpi: MPI is not initialised");
+            check(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
+            check(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
+        }
+        // Of this process, or of all: what MPI_Comm_rank or MPI_Comm_size says.
+        int place(int (*ask)(MPI_Comm, int*)) const {
+            int number = 0;
+            check(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
+            return number;
+        }
+        Duplicate(const Duplicate&) = delete;
+        Duplicate& operator=(const Duplicate&) = delete;
+        ~Duplicate() {
+            int finalised = 0;
+            MPI_Finalized(&finalised);
+            if (!finalised) MPI_Comm_free(&handle);
+        }
+    };
+
+    static void check(int code, const char* call) {
+        if (code == MPI_SUCCESS) return;
+        char text[MPI_MAX_ERROR_STRING];
+        int length = 0;
+        MPI_Error_string(code, text, &length);
+        throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
+    }
 
     void check_count(std::size_t buffers, const char* call) const {
         if (buffers != hosted_.count())
@@ -362,7 +389,7 @@ class Mpi final : public Communicator {
         }
     }
 
-    detail::MpiDuplicate comm_;
+    Duplicate comm_;
     HostedRanks hosted_;
     double offset_ = 0;  // to the clock of rank 0 [s]
 
