@@ -58,13 +58,17 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
 4 the run was stopped by SIGUSR1 and goes on from its checkpoint.)");
 
     nscdd::PackArguments pack;
-    auto* pack_command =
-        app.add_subcommand("pack", "Generate a packing: thrown at random, pressed by frictionless walls");
+    auto* pack_command = app.add_subcommand(
+        "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
     pack_command
         ->add_option("specification", pack.specification,
-                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction")
+                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
         ->required();
     pack_command->add_option("-o,--output", pack.output, "HDF5 file to write (x, radius, box)")->required();
+    pack_command
+        ->add_option("--generator", pack.generator,
+                     "auto: LAMMPS if lmp is on PATH; lammps; own. Default: the specification's, or auto")
+        ->check(CLI::IsMember({"auto", "lammps", "own"}));
     pack_command->add_flag("--quiet", pack.quiet, "No progress");
 
     nscdd::RunArguments run;

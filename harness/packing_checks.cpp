@@ -1,0 +1,183 @@
+#include "packing_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <unordered_map>
+
+#include "error.hpp"
+
+namespace nscdd {
+
+namespace {
+
+// In mean diameters: what is closer counts as a contact. Overlaps are taken away by less, and of the gaps between
+// neighbours in a jammed packing about one in a hundred is smaller.
+constexpr double contact_gap = 1e-4;
+constexpr double most_overlap = 1e-3;
+
+struct Near {
+    std::size_t i, j;  // j == size(): a wall
+    double distance;   // of the centres, or of the centre from the wall
+};
+
+double mean_diameter(const Packing& packing) {
+    double sum = 0;
+    for (const double radius : packing.radius) sum += 2 * radius;
+    return sum / static_cast<double>(packing.size());
+}
+
+// Of a packing with n grains: 0 for the wall.
+double reach(const Packing& packing, const Near& near) {
+    return packing.radius[near.i] + (near.j < packing.size() ? packing.radius[near.j] : 0.0);
+}
+
+// All pairs, grains with walls too, whose gap is less than `gap`: by cells as wide as the farthest of them are apart.
+std::vector<Near> near_pairs(const Packing& packing, double gap) {
+    const auto dim = static_cast<std::size_t>(packing.dim);
+    const std::size_t n = packing.size();
+    const double width = 2 * *std::max_element(packing.radius.begin(), packing.radius.end()) + gap;
+    using Cell = std::array<std::int64_t, 3>;
+    const auto cell_of = [&](std::size_t i) {
+        Cell cell{};
+        for (std::size_t d = 0; d < dim; ++d)
+            cell[d] = static_cast<std::int64_t>(std::floor(packing.x[i * dim + d] / width));
+        return cell;
+    };
+    const auto hash = [](const Cell& cell) {
+        return static_cast<std::size_t>(cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791);
+    };
+    std::unordered_map<Cell, std::vector<std::size_t>, decltype(hash)> cells(n, hash);
+    std::vector<Near> pairs;
+    const auto add = [&](const Near& near) {
+        if (near.distance - reach(packing, near) < gap) pairs.push_back(near);
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+        const Cell at = cell_of(i);
+        for (int k = 0; k < (dim == 3 ? 27 : 9); ++k) {
+            const Cell near{at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, dim == 3 ? at[2] + k / 9 - 1 : 0};
+            const auto found = cells.find(near);
+            if (found == cells.end()) continue;
+            for (const std::size_t j : found->second) {
+                double square = 0;
+                for (std::size_t d = 0; d < dim; ++d)
+                    square += std::pow(packing.x[i * dim + d] - packing.x[j * dim + d], 2);
+                add({i, j, std::sqrt(square)});
+            }
+        }
+        cells[at].push_back(i);
+        for (std::size_t d = 0; d < dim; ++d) {
+            add({i, n, packing.x[i * dim + d]});
+            add({i, n, packing.box[d] - packing.x[i * dim + d]});
+        }
+    }
+    return pairs;
+}
+
+// The share of a disk or sphere on the inner side of a plane `t` radii from its centre; t > 0: the centre is inside.
+double cut_share(double t, int dim) {
+    t = std::clamp(t, -1.0, 1.0);
+    if (dim == 3) return (2 + 3 * t - t * t * t) / 4;
+    return 0.5 + (t * std::sqrt(1 - t * t) + std::asin(t)) / std::numbers::pi;
+}
+
+double volume(double radius, int dim) {
+    return dim == 3 ? 4.0 / 3 * std::numbers::pi * radius * radius * radius : std::numbers::pi * radius * radius;
+}
+
+// Grains that contacts can hold: dim + 1 each, of grains that are held themselves and of walls.
+std::vector<char> held_grains(const Packing& packing, const std::vector<Near>& contacts) {
+    const std::size_t n = packing.size();
+    std::vector<char> held(n + 1, true);
+    for (bool changed = true; changed;) {
+        std::vector<int> count(n + 1);
+        for (const Near& c : contacts)
+            if (held[c.i] && held[c.j]) ++count[c.i], ++count[c.j];
+        changed = false;
+        for (std::size_t i = 0; i < n; ++i)
+            if (held[i] && count[i] <= packing.dim) held[i] = false, changed = true;
+    }
+    return held;
+}
+
+void measure_core(const Packing& packing, const std::vector<Near>& contacts, double diameter, PackingMeasures& m) {
+    const auto dim = static_cast<std::size_t>(packing.dim);
+    const std::size_t n = packing.size();
+    const double narrowest = *std::min_element(packing.box.begin(), packing.box.end());
+    const double margin = std::min(m.margin * diameter, narrowest / 4);
+    double room = 1, solid = 0, all = 0;
+    for (const double edge : packing.box) room *= edge - 2 * margin;
+    std::vector<char> core(n + 1, true);
+    for (std::size_t i = 0; i < n; ++i) {
+        double share = 1;  // exact but for grains at edges of the core
+        for (std::size_t d = 0; d < dim; ++d) {
+            const double x = packing.x[i * dim + d];
+            core[i] = core[i] && x > margin && x < packing.box[d] - margin;
+            share *= cut_share((x - margin) / packing.radius[i], packing.dim) *
+                     cut_share((packing.box[d] - margin - x) / packing.radius[i], packing.dim);
+        }
+        all += volume(packing.radius[i], packing.dim);
+        solid += share * volume(packing.radius[i], packing.dim);
+    }
+    m.core_fraction = solid / room;
+    double box = 1;
+    for (const double edge : packing.box) box *= edge;
+    m.solid_fraction = all / box;
+
+    const std::vector<char> held = held_grains(packing, contacts);
+    int touching = 0, held_core = 0, held_all = 0;
+    for (const Near& c : contacts)
+        if (held[c.i] && held[c.j]) touching += (core[c.i] ? 1 : 0) + (c.j < n && core[c.j] ? 1 : 0);
+    for (std::size_t i = 0; i < n; ++i) {
+        m.core_grains += core[i];
+        held_all += held[i];
+        held_core += held[i] && core[i];
+    }
+    m.core_coordination = held_core ? static_cast<double>(touching) / held_core : 0;
+    m.rattlers = 1 - static_cast<double>(held_all) / static_cast<double>(n);
+}
+
+}  // namespace
+
+PackingMeasures remove_overlaps(Packing& packing) {
+    const double diameter = mean_diameter(packing);
+    PackingMeasures measures;
+    const std::vector<Near> contacts = near_pairs(packing, contact_gap * diameter);
+    measure_core(packing, contacts, diameter, measures);
+    double factor = 1;
+    for (const Near& c : contacts) {
+        measures.overlap = std::max(measures.overlap, (reach(packing, c) - c.distance) / diameter);
+        factor = std::min(factor, c.distance / reach(packing, c));
+    }
+    factor *= 1 - 1e-14;  // for the rounding of products and sums of radii, here and where others subtract them
+    for (double& radius : packing.radius) radius *= factor;
+    measures.shrink = 1 - factor;
+    measures.smallest_gap = std::numeric_limits<double>::infinity();
+    for (const Near& c : near_pairs(packing, 2 * contact_gap * diameter))
+        measures.smallest_gap = std::min(measures.smallest_gap, (c.distance - reach(packing, c)) / diameter);
+    return measures;
+}
+
+void check_packing(const std::string& path, const PackingMeasures& measures, int dim, double solid_fraction) {
+    const auto require = [&](const char* what, double value, double low, double high) {
+        if (!(value >= low && value <= high))
+            throw InputError(
+                fmt::format("{}: {} {:.6g} of the packing is out of bounds, {:.4g} to {:.4g}: nothing is written", path,
+                            what, value, low, high));
+    };
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    require("largest overlap in diameters", measures.overlap, 0, most_overlap);
+    require("smallest gap in diameters", measures.smallest_gap, 0, infinity);
+    if (solid_fraction > 0) {
+        require("solid fraction", measures.solid_fraction, solid_fraction - 0.005, solid_fraction + 0.02);
+        return;
+    }
+    (void)dim;
+}
+
+}  // namespace nscdd

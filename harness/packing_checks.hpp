@@ -1,0 +1,32 @@
+// What a packing is judged by before it is written, whichever generator made it.
+#pragma once
+
+#include <string>
+
+#include "packing.hpp"
+
+namespace nscdd {
+
+struct PackingMeasures {
+    double solid_fraction = 0;  // of the whole box
+    double overlap = 0;         // the largest, in mean diameters, before the radii were shrunk
+    double shrink = 0;          // 1 - the factor of the radii
+    double smallest_gap = 0;    // in mean diameters, after it; >= 0
+    double rattlers = 0;        // share of the grains with too few contacts to be held
+
+    // Farther than `margin` mean diameters from every wall, and less in a box narrower than four times that.
+    static constexpr double margin = 2;
+    int core_grains = 0;
+    double core_fraction = 0;      // solid fraction of the box that is so far from the walls
+    double core_coordination = 0;  // contacts per grain, without rattlers
+};
+
+// Takes the overlaps away by one common shrink of the radii, so that every gap in double precision is >= 0, and
+// measures.
+PackingMeasures remove_overlaps(Packing& packing);
+
+// Throws InputError, which names `path` and what is out of bounds. solid_fraction: that which was asked for, or 0 for a
+// packing that is to be jammed.
+void check_packing(const std::string& path, const PackingMeasures& measures, int dim, double solid_fraction);
+
+}  // namespace nscdd
