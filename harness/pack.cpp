@@ -58,7 +58,7 @@ int pack(const PackArguments& arguments, const Provenance& provenance) {
     const bool lammps = choose_lammps(generator);
     auto [packing, by] = lammps ? pack_by_lammps(spec, arguments.output) : pack_by_walls(spec, arguments.quiet);
     const PackingMeasures measures = remove_overlaps(packing);
-    check_packing(arguments.specification, measures, spec.dimension, spec.solid_fraction);
+    check_packing(arguments.specification, measures, {spec.dimension, spec.spread, spec.solid_fraction});
     write_packing(arguments.output, packing,
                   {{"source", "nscdd pack by " + by},
                    {"command", provenance.command},

@@ -71,7 +71,7 @@ void read_dump(const std::string& path, std::size_t grains, int dim, Packing& pa
         if (id != packing.size() || !(radius > 0)) break;
     }
     if (packing.size() != grains || id != grains || !in.eof())
-        throw InputError(fmt::format("LAMMPS: its packing is not the {} grains that it was given", grains));
+        throw InputError(fmt::format("the packing that lmp wrote is not the {} grains that it was given", grains));
 }
 
 std::string version(const std::string& log) {
@@ -107,9 +107,11 @@ Generated pack_model(const PackSpecification& spec, const std::string& output) {
     const std::string log = folder.file("log");
     run_program(words, log, folder.path());
 
+    const std::string dump = folder.file("packed.dump");
+    if (!fs::exists(dump)) throw InputError("lmp ended without an error and without a packing (packed.dump)");
     Packing packing;
     packing.dim = M::dim;
-    read_dump(folder.file("packed.dump"), grains.size(), M::dim, packing);
+    read_dump(dump, grains.size(), M::dim, packing);
     // The radii of the specification again, and the box and the places that belong to them.
     const double grown = std::accumulate(packing.radius.begin(), packing.radius.end(), 0.0);
     double drawn = 0;

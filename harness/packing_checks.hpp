@@ -17,7 +17,8 @@ struct PackingMeasures {
     // Farther than `margin` mean diameters from every wall, and less in a box narrower than four times that.
     static constexpr double margin = 2;
     int core_grains = 0;
-    double core_fraction = 0;      // solid fraction of the box that is so far from the walls
+    double counted = 0;        // of these, a cube as wide as the core is where it is narrowest: so much do walls matter
+    double core_fraction = 0;  // solid fraction of the box that is so far from the walls
     double core_coordination = 0;  // contacts per grain, without rattlers
 };
 
@@ -25,8 +26,13 @@ struct PackingMeasures {
 // measures.
 PackingMeasures remove_overlaps(Packing& packing);
 
-// Throws InputError, which names `path` and what is out of bounds. solid_fraction: that which was asked for, or 0 for a
-// packing that is to be jammed.
-void check_packing(const std::string& path, const PackingMeasures& measures, int dim, double solid_fraction);
+// What was asked for.
+struct WantedPacking {
+    int dim;
+    double spread, solid_fraction;  // 0: to be jammed
+};
+
+// Throws InputError, which names `path` and what is out of bounds.
+void check_packing(const std::string& path, const PackingMeasures& measures, const WantedPacking& wanted);
 
 }  // namespace nscdd

@@ -16,6 +16,7 @@ PACKING = """dimension = 2
 grains = 60
 spread = 0.25
 seed = 4
+generator = "own"
 """
 
 
@@ -52,7 +53,7 @@ class Program(ProgramTest):
 
     def test_few_spheres_start_from_a_looser_box(self):
         """Beside the walls of a small box there is no random place for them at the usual fraction."""
-        small = self.write("small.toml", "dimension = 3\ngrains = 40\nspread = 0.2\nseed = 3\n")
+        small = self.write("small.toml", "dimension = 3\ngrains = 40\nspread = 0.2\nseed = 3\ngenerator = 'own'\n")
         self.succeeds("pack", small, "-o", self.folder / "small.h5", "--quiet")
         with h5py.File(self.folder / "small.h5") as file:
             self.assertEqual(len(file["radius"]), 40)

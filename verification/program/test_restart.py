@@ -26,7 +26,7 @@ class Restart(ProgramTest):
     def pack(self, name, dimension, grains):
         path = self.folder / f"{name}.h5"
         if not path.exists():
-            text = f"dimension = {dimension}\ngrains = {grains}\nspread = 0.25\nseed = 4\n"
+            text = f"dimension = {dimension}\ngrains = {grains}\nspread = 0.25\nseed = 4\ngenerator = 'own'\n"
             self.succeeds("pack", self.write(f"{name}-packing.toml", text), "-o", path, "--quiet")
         return path
 

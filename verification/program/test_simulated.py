@@ -32,7 +32,7 @@ class Simulated(ProgramTest):
         super().setUp()
         self.scene = ROOT / "cases/reduced/network.toml"
         self.packing = self.folder / "disks.h5"
-        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\n")
+        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\ngenerator = 'own'\n")
         self.succeeds("pack", pack, "-o", self.packing, "--quiet")
         self.costs = self.write("costs.json", costs())
 
@@ -156,7 +156,7 @@ class Simulated(ProgramTest):
 
 class Calibration(ProgramTest):
     def test_costs_are_measured_of_every_kind_of_work(self):
-        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\n")
+        pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\ngenerator = 'own'\n")
         self.succeeds("pack", pack, "-o", self.folder / "disks.h5", "--quiet")
         out = self.folder / "costs.json"
         self.succeeds("calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains", "1,2,4",
