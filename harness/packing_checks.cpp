@@ -16,13 +16,13 @@ namespace nscdd {
 
 namespace {
 
-// In mean diameters: what is closer counts as a contact. Overlaps are taken away by less, and of the gaps between
-// neighbours in a jammed packing about one in a hundred is smaller.
+// In mean diameters: a pair with a smaller gap, before the radii are shrunk, counts as a contact. In a jammed packing
+// of 2,000 disks by LAMMPS, 0.3 % of these pairs do not push.
 constexpr double contact_gap = 1e-4;
 constexpr double most_overlap = 1e-3;
 
-// Of the core of a jammed packing of many grains, and by how much both ends are wider in a core of n, times 1 /
-// sqrt(n). Both generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
+// Of the core of a jammed packing of many grains; in a core of n both ends are wider by a number over sqrt(n). Both
+// generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
 struct Bounds {
     double fraction[2], fraction_few, coordination[2], coordination_few;
 };

@@ -17,13 +17,12 @@ struct PackingMeasures {
     // Farther than `margin` mean diameters from every wall, and less in a box narrower than four times that.
     static constexpr double margin = 2;
     int core_grains = 0;
-    double counted = 0;        // of these, a cube as wide as the core is where it is narrowest: so much do walls matter
-    double core_fraction = 0;  // solid fraction of the box that is so far from the walls
+    double counted = 0;  // as many as a cube holds whose edge is the narrowest of the core; sets how wide bounds are
+    double core_fraction = 0;      // solid fraction of the box that is so far from the walls
     double core_coordination = 0;  // contacts per grain, without rattlers
 };
 
-// Takes the overlaps away by one common shrink of the radii, so that every gap in double precision is >= 0, and
-// measures.
+// Takes the overlaps away by one common shrink of the radii, so that every gap is >= 0 in doubles, and measures.
 PackingMeasures remove_overlaps(Packing& packing);
 
 // What was asked for.
