@@ -151,16 +151,34 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     return built;
 }
 
+// The two walls across an axis, by number; -1 of none.
+struct OppositeWalls {
+    int low = -1, high = -1;
+    bool both() const { return low >= 0 && high >= 0; }
+};
+template <class M>
+std::array<OppositeWalls, M::dim> opposite_walls(std::span<const Wall<M>> walls) {
+    std::array<OppositeWalls, M::dim> pairs;
+    for (std::size_t w = 0; w < walls.size(); ++w)
+        for (int d = 0; d < M::dim; ++d) {
+            OppositeWalls& pair = pairs[static_cast<std::size_t>(d)];
+            if (walls[w].normal[d] == 1) pair.low = static_cast<int>(w);
+            if (walls[w].normal[d] == -1) pair.high = static_cast<int>(w);
+        }
+    return pairs;
+}
+
 // Distance between the two walls of each axis; 0 where there are not two.
 template <class M>
 typename M::Vec box_edges(std::span<const Wall<M>> walls) {
-    typename M::Vec low = M::Vec::Constant(NAN), high = low, edges;
-    for (const auto& wall : walls)
-        for (int d = 0; d < M::dim; ++d) {
-            if (wall.normal[d] == 1) low[d] = wall.offset;
-            if (wall.normal[d] == -1) high[d] = -wall.offset;
-        }
-    for (int d = 0; d < M::dim; ++d) edges[d] = std::isnan(high[d] - low[d]) ? 0 : high[d] - low[d];
+    const auto pairs = opposite_walls<M>(walls);
+    typename M::Vec edges = M::Vec::Zero();
+    for (int d = 0; d < M::dim; ++d) {
+        const OppositeWalls& pair = pairs[static_cast<std::size_t>(d)];
+        if (pair.both())
+            edges[d] =
+                -walls[static_cast<std::size_t>(pair.high)].offset - walls[static_cast<std::size_t>(pair.low)].offset;
+    }
     return edges;
 }
 

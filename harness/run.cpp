@@ -11,6 +11,7 @@
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
 #include "same_scene.hpp"
+#include "series.hpp"
 #include "session.hpp"
 
 namespace nscdd {
@@ -31,7 +32,8 @@ std::vector<int> read_grid(const std::string& text) {
     return cells;
 }
 
-// What a run will write takes, about: 600 bytes a grain with its contacts, 100 a step.
+// What a run will write takes, about: 600 bytes a grain with its contacts in a state or a frame, 100 a step in JSON,
+// 1000 in a series.
 void check_run_outputs(const RunArguments& arguments, const RunRequest& request) {
     const Scene& scene = request.scene;
     const std::size_t packed = std::max(request.packing.total(), request.from.packing.total());
@@ -40,11 +42,15 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
     // a run may go on from its own checkpoint, which is read before it is replaced
     if (!arguments.checkpoint.empty() && !arguments.from.empty() && same_file(arguments.checkpoint, arguments.from))
         std::erase_if(inputs, [](const NamedFile& input) { return input.name == "--from"; });
-    check_outputs({{"--json", arguments.json, 100 * steps},
-                   {"--checkpoint", arguments.checkpoint, 600 * grains},
-                   {"--state", arguments.state, 600 * grains},
-                   {"the .xdmf beside --state", xdmf_beside(arguments.state)}},
-                  inputs);
+    std::vector<NamedFile> outputs = {{"--json", arguments.json, 100 * steps},
+                                      {"--checkpoint", arguments.checkpoint, 600 * grains},
+                                      {"--state", arguments.state, 600 * grains},
+                                      {"the .xdmf beside --state", xdmf_beside(arguments.state)}};
+    for (const auto& path : arguments.series) outputs.push_back({"--series", path, 1000 * steps});
+    const std::uint64_t frames = steps / static_cast<std::uint64_t>(request.frame_every);
+    outputs.push_back({"--frames", arguments.frames, 600 * grains * frames});
+    outputs.push_back({"the .xdmf beside --frames", xdmf_beside(arguments.frames), 4000 * frames});
+    check_outputs(outputs, inputs);
 }
 
 // What the steps that stopped early did not reach, beside what is asked: the worst of all steps.
@@ -83,6 +89,12 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.json = arguments.json;
     request.state = arguments.state;
     request.checkpoint = arguments.checkpoint;
+    request.series = arguments.series;
+    for (const auto& path : request.series) SeriesWriter::check_name(path);
+    request.frames = arguments.frames;
+    if (arguments.frame_every > 0 && request.frames.empty())
+        throw InputError("--frame-every is of frames: give --frames");
+    if (arguments.frame_every > 0) request.frame_every = arguments.frame_every;
     if (!arguments.every.empty()) request.every = read_checkpoint_every(arguments.every);
     if (!arguments.every.empty() && arguments.checkpoint.empty())
         throw InputError("--every is of checkpoints: give --checkpoint");
@@ -161,6 +173,10 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         request.start_step = request.from.step;
         request.start_time = request.from.time;
     }
+    const std::int64_t last_step = request.start_step + scene.step.count;
+    if (!request.frames.empty() && last_step / request.frame_every == request.start_step / request.frame_every)
+        throw InputError(fmt::format("--frame-every {}: the run makes steps {} to {}, of which none is a multiple",
+                                     request.frame_every, request.start_step + 1, last_step));
     request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     return request;
 }
@@ -209,6 +225,8 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
             for (int k = 1; k < arguments.repeat; ++k) {
                 RunRequest earlier = request;
                 earlier.state.clear();
+                earlier.series.clear();
+                earlier.frames.clear();
                 results.push_back(once(earlier));
             }
             results.push_back(once(request));
@@ -219,6 +237,7 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         }))
         return 1;
     if (result.stopped) {
+        if (!session.together([&] { files.commit(); })) return 1;
         if (session.rank() == 0)
             fmt::print(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
                        result.last_step, one_line(request.checkpoint));

@@ -52,6 +52,9 @@ struct RunRequest {
     bool progress = true;
     std::string json, state, checkpoint;  // files to write, may be empty
     CheckpointEvery every;
+    std::vector<std::string> series;  // files to write a row a step into
+    std::string frames;               // file to write a frame into after steps that are multiples of frame_every
+    int frame_every = 1;
     Provenance provenance;
     std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
     std::optional<WindowRequest> window;
@@ -77,7 +80,8 @@ struct RunResult {
 };
 
 // Collective. One instantiation per model, in run_model.cpp.in. Lets go of the rows of packing and state once they are
-// in the simulation. On the process that hosts rank 0 the state, where one is asked for, is written into `files`.
+// in the simulation. On the process that hosts rank 0 the state, series and frames that are asked for are written into
+// `files`.
 using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
 template <int dim, bool friction>
 RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files);
@@ -94,8 +98,10 @@ inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequ
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, partition, grid, json, state, checkpoint, every,
-                                      transport = "auto";
-    int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1;
+                                      transport = "auto", frames;
+    std::vector<std::string> series;
+    int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1,
+        frame_every = 0;
     double tolerance = 0, velocity_error = 0, energy_made = 0, relaxation = 0, imbalance = 0;
     std::string method;
     std::optional<int> window;

@@ -8,8 +8,8 @@
 #include "calibrate_model.hpp"
 #include "local_form.hpp"
 #include "progress.hpp"
+#include "recorder.hpp"
 #include "run_costs.hpp"
-#include "simulation_state.hpp"
 #include "suitesparse.hpp"
 #include "window_model.hpp"
 
@@ -218,6 +218,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
     std::optional<Checkpoints> checkpoints;
     if (!request.checkpoint.empty()) checkpoints.emplace(comm, request.every);
+    Recorder<M> recorder(simulation, request, files);
     for (int step = 1; step <= scene.step.count; ++step) {
         push_walls<M>(scene, simulation.walls());
         const StepReport report = simulation.step(counted);
@@ -233,14 +234,18 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         turned_norm = report.solve.turned_norm;
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
+        recorder.after(report);
         progress.show(step, fmt::format("{} iterations", report.solve.iterations));
         if (!checkpoints || step == scene.step.count) continue;
         const auto due = checkpoints->after(request.start_step + step);
         if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
         result.last_step = request.start_step + step;
         result.stopped = due == Checkpoints::Due::write_and_stop;
-        if (result.stopped) return result;
+        if (!result.stopped) continue;
+        recorder.save();
+        return result;
     }
+    recorder.save();
     const double total = comm.now() - began;
 
     nlohmann::json json = request.provenance;

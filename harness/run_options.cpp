@@ -86,10 +86,22 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         ->capture_default_str();
     command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
     command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
+    command
+        ->add_option("--series", run.series,
+                     "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
+                     "name ends in .h5 or .csv; may be given for each")
+        ->allow_extra_args(false);
+    command->add_option(
+        "--frames", run.frames,
+        "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
+        "an .xdmf beside it for ParaView");
+    command->add_option("--frame-every", run.frame_every, "Steps between frames (default: 1)")
+        ->check(CLI::PositiveNumber);
     command->add_option("--checkpoint", run.checkpoint,
                         "State to write on the way, from which --from goes on to the end of this run, to the last bit "
                         "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
-                        "written and the run stops, exit code 4, without results");
+                        "written and the run stops, exit code 4, with series and frames so far and no other "
+                        "results");
     command->add_option("--every", run.every,
                         "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)");
     command->add_flag("--quiet", run.quiet, "No progress, no summary");

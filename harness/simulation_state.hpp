@@ -9,6 +9,15 @@
 
 namespace nscdd {
 
+// [s] of the scene, at the end of the last step.
+template <class M>
+double time_now(const Simulation<M>& simulation, const RunRequest& request) {
+    const double h = simulation.settings().h;
+    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
+    return request.start_time == double(request.start_step) * h ? double(request.start_step + simulation.steps()) * h
+                                                                : request.start_time + simulation.steps() * h;
+}
+
 // All of the state but its rows.
 template <class M>
 State state_head(const Simulation<M>& simulation, const RunRequest& request) {
@@ -40,11 +49,8 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     head.rough.offset = rough.offsets;
     head.rough.skin = rough.skin;
     head.rough.steps_since = rough.steps_since;
-    const double h = simulation.settings().h;
     head.step = request.start_step + simulation.steps();
-    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
-    head.time = request.start_time == double(request.start_step) * h ? double(head.step) * h
-                                                                     : request.start_time + simulation.steps() * h;
+    head.time = time_now(simulation, request);
     head.scene = request.scene.name;
     return head;
 }
@@ -82,52 +88,76 @@ State gather_rows(const Simulation<M>& simulation, Ids ids) {
     return rows;
 }
 
-// Collective; the process that hosts rank 0 writes. Grains have the ids from 0 on. Throws std::invalid_argument, the
-// same on every process, where that one could not write: the others only learn of it at the end.
-template <class M>
-void write_state(const Simulation<M>& simulation, const State& head, FileSet& files, const std::string& path,
-                 int grains_at_once = 16384) {
-    Communicator& comm = simulation.comm();
-    std::optional<StateWriter> writer;
-    std::vector<std::string> complaints(comm.ranks().size());
-    const auto write = [&](auto&& some) {
-        if (comm.ranks()[0] != 0 || !complaints[0].empty()) return;
+// What the process that hosts rank 0 writes, of whose failure the others learn at the end.
+class Writing {
+  public:
+    explicit Writing(Communicator& comm) : comm_(comm), complaints_(comm.ranks().size()) {}
+
+    bool here() const { return comm_.ranks()[0] == 0; }
+    void write(auto&& some) {
+        if (!here() || !complaints_[0].empty()) return;
         try {
             some();
         } catch (const std::exception& error) {
-            complaints[0] = error.what();
+            complaints_[0] = error.what();
         }
-    };
-    const double contacts = reduce(comm, 1, [&simulation](std::size_t k) {
+    }
+    // Collective. Throws std::invalid_argument, the same on every process, where something could not be written.
+    void end() const { refuse_together(comm_, complaints_); }
+
+  private:
+    Communicator& comm_;
+    std::vector<std::string> complaints_;
+};
+
+// Contacts of the last step in the whole scene. Collective.
+template <class M>
+std::size_t count_contacts(const Simulation<M>& simulation) {
+    return static_cast<std::size_t>(reduce(simulation.comm(), 1, [&simulation](std::size_t k) {
         return Buffer{double(simulation.parts()[k].problem.contact_count())};
-    })[0];
+    })[0]);
+}
+
+inline constexpr int rows_at_once = 16384;  // grains of which rank 0 has the rows, of a scene that is written
+
+// visit(ids) of one range of grains after the other, which have the ids from 0 on.
+template <class M>
+void visit_ranges(const Simulation<M>& simulation, int grains_at_once, auto&& visit) {
     const auto grains = static_cast<std::int64_t>(simulation.grain_count());
-    write([&] { writer.emplace(files, path, head, simulation.grain_count(), static_cast<std::size_t>(contacts)); });
     for (std::int64_t begin = 0; begin < grains; begin += grains_at_once) {
         const std::int64_t end = std::min(begin + grains_at_once, grains);
-        const State rows = gather_rows(simulation, {static_cast<int>(begin), static_cast<int>(end)});
-        write([&] { writer->append(rows); });
+        visit(Ids{static_cast<int>(begin), static_cast<int>(end)});
     }
-    write([&] { writer->save(); });
-    refuse_together(comm, complaints);
+}
+
+// Collective; the process that hosts rank 0 writes. Throws std::invalid_argument, the same on every process, where that
+// one could not write.
+template <class M>
+void write_state(const Simulation<M>& simulation, const State& head, FileSet& files, const std::string& path,
+                 int grains_at_once = rows_at_once, StateWriter::For use = StateWriter::For::pictures) {
+    Writing writing(simulation.comm());
+    std::optional<StateWriter> writer;
+    const std::size_t contacts = count_contacts(simulation);
+    writing.write([&] { writer.emplace(files, path, head, simulation.grain_count(), contacts, use); });
+    visit_ranges(simulation, grains_at_once, [&](Ids ids) {
+        const State rows = gather_rows(simulation, ids);
+        writing.write([&] { writer->append(rows); });
+    });
+    writing.write([&] { writer->save(); });
+    writing.end();
 }
 
 // The state with which the run goes on, in place of the one before or not at all. Collective; throws as write_state
 // does.
 template <class M>
 void write_checkpoint(const Simulation<M>& simulation, const RunRequest& request, int steps_left) {
-    Communicator& comm = simulation.comm();
     State head = state_head(simulation, request);
     head.steps_left = steps_left;
     FileSet files;
-    write_state(simulation, head, files, request.checkpoint);
-    std::vector<std::string> complaints(comm.ranks().size());
-    if (comm.ranks()[0] == 0) try {
-            files.commit();
-        } catch (const OutputError& error) {
-            complaints[0] = error.what();
-        }
-    refuse_together(comm, complaints);
+    write_state(simulation, head, files, request.checkpoint, rows_at_once, StateWriter::For::going_on);
+    Writing writing(simulation.comm());
+    writing.write([&] { files.commit(); });
+    writing.end();
 }
 
 }  // namespace nscdd

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "replace_file.hpp"
+#include "xdmf.hpp"
 
 namespace nscdd {
 namespace {
@@ -19,75 +20,25 @@ void require_range(const hdf5::Reader& file, const char* dataset, const std::vec
                                               first + static_cast<hsize_t>(bad - values.begin()), low, high, *bad));
 }
 
-std::string xml_escape(std::string_view text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += c;
-        }
-    }
-    return out;
-}
+constexpr const char* velocity_3d = "paraview/velocity";  // (n, 3) of a 2D state: ParaView's vectors have three columns
 
-// Writes XDMF elements that point into one HDF5 file of n grains.
-struct Xdmf {
-    std::string file;
-    std::size_t n;
-
-    std::string item(std::string_view dataset, std::string_view type, int columns) const {
-        const std::string extent = columns == 1 ? fmt::format("{}", n) : fmt::format("{} {}", n, columns);
-        return fmt::format(R"(<DataItem Dimensions="{}" NumberType="{}" Precision="{}" Format="HDF">{}:/{}</DataItem>)",
-                           extent, type, type == "Int" ? 4 : 8, file, dataset);
-    }
-
-    static std::string attribute(std::string_view name, std::string_view kind, std::string_view data) {
-        return fmt::format("      <Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Node\">{}</Attribute>\n", name,
-                           kind, data);
-    }
-
-    // Column k of an (n, 2) dataset: ParaView's vectors have three components.
-    std::string column(std::string_view dataset, int k) const {
-        return fmt::format(R"(<DataItem ItemType="HyperSlab" Dimensions="{} 1">)"
-                           R"(<DataItem Dimensions="3 2" Format="XML">0 {} 1 1 {} 1</DataItem>{}</DataItem>)",
-                           n, k, n, item(dataset, "Float", 2));
-    }
-};
-
-std::string xdmf_text(const std::string& h5_name, const State& state, std::size_t grains) {
+std::string xdmf_text(const std::string& h5, const State& state, std::size_t grains) {
     const int dim = state.packing.dim;
-    const Xdmf xdmf{xml_escape(h5_name), grains};
-    std::string attributes = Xdmf::attribute("radius", "Scalar", xdmf.item("radius", "Float", 1));
-    if (dim == 3) {
-        attributes += Xdmf::attribute("velocity", "Vector", xdmf.item("velocity", "Float", 3));
-    } else {
-        attributes += Xdmf::attribute("velocity_x", "Scalar", xdmf.column("velocity", 0));
-        attributes += Xdmf::attribute("velocity_y", "Scalar", xdmf.column("velocity", 1));
-    }
-    attributes += Xdmf::attribute("multiplicity", "Scalar", xdmf.item("multiplicity", "Int", 1));
-    attributes += Xdmf::attribute("subdomain", "Scalar", xdmf.item("subdomain", "Int", 1));
-    return fmt::format(R"(<?xml version="1.0"?>
-<Xdmf Version="3.0">
-  <Domain>
-    <Grid Name="{}" GridType="Uniform">
+    const auto node = [&](const char* name, const char* kind, const char* dataset, const char* type, int columns) {
+        return xdmf::attribute(name, kind, "Node", xdmf::item(h5, dataset, type, grains, columns));
+    };
+    const std::string attributes = node("radius", "Scalar", "radius", "Float", 1) +
+                                   node("velocity", "Vector", dim == 3 ? "velocity" : velocity_3d, "Float", 3) +
+                                   node("multiplicity", "Scalar", "multiplicity", "Int", 1) +
+                                   node("subdomain", "Scalar", "subdomain", "Int", 1);
+    return xdmf::document(fmt::format(R"(    <Grid Name="{}" GridType="Uniform">
       <Time Value="{}"/>
       <Topology TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1"/>
       <Geometry GeometryType="{}">{}</Geometry>
 {}    </Grid>
-  </Domain>
-</Xdmf>
 )",
-                       xml_escape(state.scene), state.time, xdmf.n, dim == 3 ? "XYZ" : "XY",
-                       xdmf.item("x", "Float", dim), attributes);
+                                      xdmf::escape(state.scene), state.time, grains, dim == 3 ? "XYZ" : "XY",
+                                      xdmf::item(h5, "x", "Float", grains, dim), attributes));
 }
 
 }  // namespace
@@ -162,8 +113,8 @@ std::string xdmf_beside(const std::string& path) {
 }
 
 StateWriter::StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains,
-                         std::size_t contacts)
-    : file_(files, path) {
+                         std::size_t contacts, For use)
+    : file_(files, path), pictured_(use == For::pictures && head.packing.dim == 2) {
     const hsize_t n = grains, c = contacts, w = head.walls.offset.size();
     const auto dim = static_cast<hsize_t>(head.packing.dim);
     file_.declare<double>("x", {n, dim});
@@ -171,6 +122,7 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     file_.write("box", head.packing.box, {dim});
     file_.attribute("dim", static_cast<std::int64_t>(head.packing.dim));
     file_.declare<double>("velocity", {n, dim});
+    if (pictured_) file_.declare<double>(velocity_3d, {n, 3});
     file_.declare<double>("spin", {n, static_cast<hsize_t>(head.spins())});
     for (const char* dataset : {"material", "subdomain", "multiplicity"}) file_.declare<int>(dataset, {n});
 
@@ -204,6 +156,12 @@ void StateWriter::append(const State& rows) {
     file_.append("x", rows.packing.x);
     file_.append("radius", rows.packing.radius);
     file_.append("velocity", rows.velocity);
+    if (pictured_) {
+        std::vector<double> velocity;
+        for (std::size_t k = 0; k < rows.velocity.size(); k += 2)
+            velocity.insert(velocity.end(), {rows.velocity[k], rows.velocity[k + 1], 0.0});
+        file_.append(velocity_3d, velocity);
+    }
     file_.append("spin", rows.spin);
     file_.append("material", rows.material);
     file_.append("subdomain", rows.subdomain);

@@ -69,8 +69,12 @@ State read_state(const std::string& path, const Share& share = {});
 // Writes a state by rows, so that nobody needs to have all of them. Throws OutputError.
 class StateWriter {
   public:
+    // For pictures a 2D state has its velocities once more, as ParaView reads them: (n, 3) in `paraview/velocity`.
+    enum class For { going_on, pictures };
+
     // `head`: all of the state but its rows, of which so many will come.
-    StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains, std::size_t contacts);
+    StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains, std::size_t contacts,
+                For use = For::pictures);
 
     // Rows of grains and contacts behind those that have come; the rest of `rows` is not looked at.
     void append(const State& rows);
@@ -78,9 +82,10 @@ class StateWriter {
 
   private:
     hdf5::Writer file_;
+    bool pictured_;
 };
 
-// The .xdmf file beside a state, through which ParaView opens it (velocity_x, velocity_y in 2D).
+// The .xdmf file beside a state for pictures, through which ParaView opens it.
 void write_xdmf(FileSet& files, const std::string& state_path, const State& head, std::size_t grains);
 std::string xdmf_beside(const std::string& state);  // "" of none
 

@@ -17,4 +17,5 @@
 #include "nscdd/step/by_nscdd.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"
+#include "nscdd/step/observables.hpp"
 #include "nscdd/step/simulation.hpp"

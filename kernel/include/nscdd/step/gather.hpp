@@ -28,6 +28,7 @@ struct GatheredContact {
     double gap;             // now
     double normal_impulse;  // without friction, that of the solver to the last bit
     typename M::Vec normal, impulse;
+    typename M::Vec branch;  // now, to the centre of i from that of j, or from its foot on the wall [m]
 
     // To hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
@@ -89,12 +90,12 @@ RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
 // Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, Ids ids = {}) {
-    constexpr std::size_t size = 5 + 2 * M::dim;
+    constexpr std::size_t size = 5 + 3 * M::dim;
     const auto& parts = simulation.parts();
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
-        const auto put = [&](const Contact<M>& c, int j, double gap) {
+        const auto put = [&](const Contact<M>& c, int j, double gap, const typename M::Vec& branch) {
             if (!ids.contain(grain(c.i).id)) return;
             double normal_impulse = c.r[0];
             if constexpr (M::friction) normal_impulse = c.r.dot(c.normal);
@@ -102,13 +103,16 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
                              {double(grain(c.i).id), double(j), double(parts[k].rank), gap, normal_impulse});
             detail::Wire<M>::put(c.normal, out[k][0]);
             detail::Wire<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
+            detail::Wire<M>::put(branch, out[k][0]);
         };
-        for (const auto& c : parts[k].problem.contacts)
-            put(c, grain(c.j).id,
-                (grain(c.i).position - grain(c.j).position).norm() - grain(c.i).radius - grain(c.j).radius);
+        for (const auto& c : parts[k].problem.contacts) {
+            const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
+            put(c, grain(c.j).id, branch.norm() - grain(c.i).radius - grain(c.j).radius, branch);
+        }
         for (const auto& c : parts[k].problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
-            put(c, -1 - c.j, wall.normal.dot(grain(c.i).position) - wall.offset - grain(c.i).radius);
+            const double distance = wall.normal.dot(grain(c.i).position) - wall.offset;
+            put(c, -1 - c.j, distance - grain(c.i).radius, distance * wall.normal);
         }
     }
     const std::vector<Buffer> in = simulation.comm().route(out);
@@ -118,7 +122,8 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
             const double* record = in[0].data() + p;
             contacts.push_back({static_cast<int>(record[0]), static_cast<int>(record[1]), static_cast<int>(record[2]),
                                 record[3], record[4], Eigen::Map<const typename M::Vec>(record + 5),
-                                Eigen::Map<const typename M::Vec>(record + 5 + M::dim)});
+                                Eigen::Map<const typename M::Vec>(record + 5 + M::dim),
+                                Eigen::Map<const typename M::Vec>(record + 5 + 2 * M::dim)});
         }
     std::sort(contacts.begin(), contacts.end(),
               [](const auto& a, const auto& b) { return std::pair(a.i, a.j) < std::pair(b.i, b.j); });

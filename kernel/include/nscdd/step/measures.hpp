@@ -24,6 +24,15 @@ struct Measures {
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
 };
 
+// Whether it pushes: its normal impulse is above zero.
+template <class M>
+bool carries_impulse(const Contact<M>& c) {
+    if constexpr (M::friction)
+        return c.r.dot(c.normal) > 0;
+    else
+        return c.r[0] > 0;
+}
+
 // After a step.
 template <class M>
 Measures<M> measure(const Simulation<M>& simulation) {
@@ -36,16 +45,10 @@ Measures<M> measure(const Simulation<M>& simulation) {
         m.angular_momentum.setZero();
         std::vector<int> carried(part.grains.size(), 0);
         const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
-        const auto carries = [](const Contact<M>& c) {
-            if constexpr (M::friction)
-                return c.r.dot(c.normal) > 0;
-            else
-                return c.r[0] > 0;
-        };
         for (const auto& c : part.problem.contacts) {
             const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
             m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
-            if (!carries(c)) continue;
+            if (!carries_impulse<M>(c)) continue;
             ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
             m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
@@ -53,7 +56,7 @@ Measures<M> measure(const Simulation<M>& simulation) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
             const double distance = wall.normal.dot(grain(c.i).position) - wall.offset;
             m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius - distance);
-            if (!carries(c)) continue;
+            if (!carries_impulse<M>(c)) continue;
             ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
             m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();
         }
