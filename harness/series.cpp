@@ -22,6 +22,12 @@ std::string quoted(const std::string& field) {
     return out + '"';
 }
 
+std::string header(const SeriesValue& value) {
+    std::vector<std::string> names;
+    for (const auto& name : column_names(value)) names.push_back(quoted(name));
+    return fmt::format("{}", fmt::join(names, ","));
+}
+
 }  // namespace
 
 std::vector<std::string> column_names(const SeriesValue& value) {
@@ -61,15 +67,13 @@ void SeriesWriter::add(const SeriesRow& row) {
             columns_[k].values.insert(columns_[k].values.end(), row[k].values.begin(), row[k].values.end());
         return;
     }
-    std::string header, line;
+    std::vector<std::string> headers, fields;
     for (const auto& value : row) {
-        if (!begun_)
-            for (const auto& name : column_names(value)) header += (header.empty() ? "" : ",") + quoted(name);
-        for (const double number : value.values) line += fmt::format("{}{}", line.empty() ? "" : ",", number);
+        headers.push_back(header(value));
+        for (const double number : value.values) fields.push_back(fmt::format("{}", number));
     }
-    if (!begun_) write_line(header);
-    begun_ = true;
-    write_line(line);
+    if (rows_ == 1) write_line(fmt::format("{}", fmt::join(headers, ",")));
+    write_line(fmt::format("{}", fmt::join(fields, ",")));
 }
 
 void SeriesWriter::save() {
@@ -91,9 +95,7 @@ void SeriesWriter::save() {
         file.write(column.name, column.values, shape);
         file.attribute("unit", column.unit, column.name);
         file.attribute("meaning", column.meaning, column.name);
-        std::string names;
-        for (const auto& name : column_names(column)) names += (names.empty() ? "" : ",") + quoted(name);
-        file.attribute("columns", names, column.name);
+        file.attribute("columns", header(column), column.name);
     }
     file.save();
 }

@@ -50,7 +50,6 @@ class SeriesWriter {
     FileSet* files_;
     bool csv_;
     std::ofstream text_;
-    bool begun_ = false;
     SeriesRow columns_;  // values of all rows so far, one behind the other
     std::size_t rows_ = 0;
 };

@@ -44,20 +44,20 @@ class SeriesRows {
             stress);
         add(row, "stress_walls", pressure, "mean normal force on the two walls of each axis over their area",
             stress_walls(simulation, seen.wall_force, box));
-        add(row, "wall_normal_force", "N", "of the grains on each wall, positive out of the sample",
-            normal_forces(simulation, seen.wall_force));
+        if (!walls_.empty())
+            add(row, "wall_normal_force", "N", "of the grains on each wall, positive out of the sample",
+                normal_forces(simulation, seen.wall_force));
         add(row, "solid_fraction", "1", "volume of the grains over that of the box", m.grains_volume / volume);
         add(row, "coordination", "1", "contacts that carry, per grain that has one",
             m.touched > 0 ? m.coordination() : NAN);
         add(row, "rattlers", "1", "share of grains without a contact that carries", seen.rattlers());
         add(row, "fabric", "1", "mean of normal (x) normal over contacts that carry", seen.fabric);
         add(row, "kinetic_energy", "J", "of the grains", m.kinetic_energy);
-        add(row, "kinetic_energy_walls", "J", "of the walls that a force drives",
-            report.energy.kinetic - m.kinetic_energy);
-        const double mean_stress = stress.trace() / dim;
+        add(row, "kinetic_energy_walls", "J", "of the walls that a force drives", energy_of_walls(simulation));
+        const double mean_stress = stress.trace() / dim, fastest = rate.cwiseAbs().maxCoeff();
         add(row, "inertial_number", "1",
             "largest strain rate of an axis times mean diameter times sqrt(density of the grains / mean stress)",
-            rate.cwiseAbs().maxCoeff() * 2 * seen.mean_radius * std::sqrt(seen.density() / mean_stress));
+            mean_stress > 0 ? fastest * 2 * seen.mean_radius * std::sqrt(seen.density() / mean_stress) : NAN);
         add_energy(row, report.energy);
         add(row, "contacts", "1", "detected in the step, open ones included", report.contacts);
         add(row, "contacts_carrying", "1", "of them with a normal impulse", m.contacts);
@@ -101,6 +101,12 @@ class SeriesRows {
         row.push_back({name, unit, meaning, {of_walls.size()}, walls_, of_walls});
     }
 
+    static double energy_of_walls(const Simulation<M>& simulation) {
+        double energy = 0;
+        for (const auto& wall : simulation.walls())
+            if (wall.driven) energy += 0.5 * wall.mass * wall.speed * wall.speed;
+        return energy;
+    }
     static std::vector<double> normal_forces(const Simulation<M>& simulation, const std::vector<Vec>& force) {
         std::vector<double> normal;
         for (std::size_t w = 0; w < force.size(); ++w) normal.push_back(-force[w].dot(simulation.walls()[w].normal));

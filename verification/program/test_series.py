@@ -1,0 +1,306 @@
+"""Time series and frames: equal to what NumPy computes from the state, on any number of subdomains, and readable where they are read."""
+import csv
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+import h5py
+import numpy as np
+
+from harness import PACKED, SCENE, ProgramTest
+
+REDUCED = pathlib.Path(__file__).resolve().parents[2] / "cases/reduced"
+READ_XDMF = pathlib.Path(__file__).resolve().with_name("read_xdmf.py")
+SIDES = 'motion = "pressure"\npressure = 1.0'
+
+
+def read_h5(path):
+    with h5py.File(path) as file:
+        return {name: item[...] for name, item in file.items()}, {name: dict(item.attrs) for name, item in file.items()}, dict(file.attrs)
+
+
+def read_csv(path):
+    with open(path, newline="") as file:
+        header, *rows = csv.reader(file)
+    return header, np.array(rows, float)
+
+
+def observables(path, h):
+    """Of the state of a last step, by their definitions alone."""
+    with h5py.File(path) as file:
+        x, radius, velocity, spin = (file[name][...] for name in ("x", "radius", "velocity", "spin"))
+        density = file["materials/density"][...][file["material"][...]]
+        i, j, normal, impulse, pushes = (file[f"contacts/{name}"][...] for name in ("i", "j", "normal", "impulse", "normal_impulse"))
+        offset, wall_normal, box = (file[name][...] for name in ("walls/offset", "walls/normal", "box"))
+    dim, n = x.shape[1], len(x)
+    size = np.pi * radius**2 if dim == 2 else 4 / 3 * np.pi * radius**3
+    mass, wall, carries = density * size, j < 0, pushes > 0
+    inertia = (0.5 if dim == 2 else 0.4) * mass * radius**2
+    w = np.where(wall, -1 - j, 0)
+    distance = np.einsum("cd,cd->c", wall_normal[w], x[i]) - offset[w]
+    branch = np.where(wall[:, None], distance[:, None] * wall_normal[w], x[i] - x[np.where(wall, 0, j)])
+    force, volume = impulse / h, box.prod()
+    stress = np.einsum("ci,cj->ij", force[carries], branch[carries]) / volume
+    touched = np.union1d(i[carries], j[carries & ~wall])
+    of_walls = np.array([(force[j == -1 - k] @ wall_normal[k]).sum() for k in range(len(offset))])
+    by_walls = [of_walls[np.abs(wall_normal[:, d]) == 1].mean() / (volume / box[d]) for d in range(dim)]
+    return {"box": box, "stress_contacts": stress, "stress_walls": by_walls, "wall_normal_force": of_walls,
+            "solid_fraction": size.sum() / volume, "coordination": (2 * carries.sum() - (carries & wall).sum()) / len(touched),
+            "rattlers": 1 - len(touched) / n, "fabric": np.einsum("ci,cj->ij", normal[carries], normal[carries]) / carries.sum(),
+            "kinetic_energy": 0.5 * (mass @ (velocity**2).sum(1) + inertia @ (spin**2).sum(1)),
+            "contacts": len(i), "contacts_carrying": carries.sum()}, {"pressure": np.trace(stress) / dim, "diameter": 2 * radius.mean(),
+                                                                      "density": mass.sum() / size.sum()}
+
+
+class SeriesTest(ProgramTest):
+    def pack(self, name, dimension, grains):
+        path = self.folder / f"{name}.h5"
+        if not path.exists():
+            text = f"dimension = {dimension}\ngrains = {grains}\nspread = 0.25\nseed = 4\n"
+            self.succeeds("pack", self.write(f"{name}-packing.toml", text), "-o", path, "--quiet")
+        return path
+
+    def biaxial(self):
+        return ("run", REDUCED / "biaxial.toml", "--packing", self.pack("disks", 2, 60), "--quiet")
+
+    def triaxial(self):
+        return ("run", REDUCED / "triaxial.toml", "--packing", self.pack("spheres", 3, 60), "--quiet")
+
+    def series(self, *command, ranks=0, name="series"):
+        path, state = self.folder / f"{name}.h5", self.folder / f"{name}-state.h5"
+        done = self.run_program(*command, "--series", path, "--series", path.with_suffix(".csv"), "--state", state, ranks=ranks)
+        self.assertIn(done.returncode, (0, 3), done.stderr)
+        return read_h5(path)
+
+
+class Series(SeriesTest):
+    def test_the_last_row_is_that_of_the_state(self):
+        for command, more in ((self.biaxial(), ("--scheme", "nlgs")), (self.biaxial(), ("--scheme", "dcs", "-n", 8)),
+                              (self.triaxial(), ("--scheme", "dcs", "-n", 8))):
+            with self.subTest(command=command, more=more):
+                columns, attributes, head = self.series(*command, *more, "--steps", 30)
+                expected, others = observables(self.folder / "series-state.h5", head["h"])
+                for name, value in expected.items():
+                    np.testing.assert_allclose(columns[name][-1], value, rtol=1e-9, atol=1e-12, err_msg=name)
+                rate = np.abs(np.diff(columns["strain"], axis=0)[-1]).max() / head["h"]
+                inertial = rate * others["diameter"] * np.sqrt(others["density"] / others["pressure"])
+                np.testing.assert_allclose(columns["inertial_number"][-1], inertial, rtol=1e-9)
+                self.assertEqual(attributes["stress_contacts"]["unit"], "N/m" if head["dim"] == 2 else "Pa")
+                self.assertTrue(all({"unit", "meaning", "columns"} <= keys.keys() for name, keys in attributes.items() if name != "box_at_start"))
+
+    def test_csv_is_hdf5(self):
+        columns, attributes, _ = self.series(*self.biaxial(), "--steps", 20)
+        header, rows = read_csv(self.folder / "series.csv")
+        self.assertEqual(rows.shape, (20, len(header)))
+        columns.pop("box_at_start")
+        for name, values in columns.items():
+            own = [header.index(column) for column in attributes[name]["columns"].split(",")]
+            np.testing.assert_array_equal(rows[:, own], values.reshape(20, -1), name)
+        self.assertEqual(sum(values[0].size for values in columns.values()), len(header))
+        np.testing.assert_array_equal(columns["step"], np.arange(1, 21))
+        for name in ("strain_x", "stress_contacts_xy", "wall_normal_force_top", "work_walls_total", "energy_error"):
+            self.assertIn(name, header)
+
+    def test_strain_is_the_motion_of_the_walls(self):
+        columns, _, head = self.series(*self.triaxial(), "--steps", 20)
+        height = columns["box_at_start"][2] - 0.01 * head["h"] * np.arange(1, 21)
+        np.testing.assert_allclose(columns["box"][:, 2], height, rtol=1e-12)
+        np.testing.assert_allclose(columns["strain"][:, 2], np.log(columns["box_at_start"][2] / height), rtol=1e-9)
+        np.testing.assert_allclose(columns["strain"], np.log(columns["box_at_start"] / columns["box"]), rtol=1e-9, atol=1e-15)
+
+    def test_walls_and_contacts_agree_on_the_stress_at_rest(self):
+        """Under a pressure of 1 on all sides, once the packing has come to rest."""
+        for name, command, motion in (("biaxial", self.biaxial(), "velocity = [0, -0.02]"), ("triaxial", self.triaxial(), "velocity = [0, 0, -0.01]")):
+            text = (REDUCED / f"{name}.toml").read_text()
+            scene = self.write(f"{name}.toml", text.replace(f'motion = "velocity"\n{motion}', SIDES))
+            self.assertNotEqual(scene.read_text(), text)
+            columns, _, head = self.series("run", scene, *command[2:], "--method", "auto", "--steps", 400)
+            dim = head["dim"]
+            by_contacts = np.diagonal(columns["stress_contacts"], axis1=1, axis2=2)[-50:].mean(0)
+            with self.subTest(name=name):
+                np.testing.assert_allclose(by_contacts, columns["stress_walls"][-50:].mean(0), rtol=0.03)
+                np.testing.assert_allclose(columns["stress_walls"][-50:].mean(0), np.ones(dim), rtol=0.03)
+
+    def test_the_energy_balance_closes(self):
+        text = PACKED.replace("friction = 0.3", "friction = 0.3\nrestitution = 0.5").replace("packing.h5", "spheres.h5")
+        self.pack("spheres", 3, 60)
+        for command in ((*self.biaxial(), "--steps", 60), (*self.triaxial(), "--scheme", "dcs", "-n", 4, "--steps", 60),
+                        ("run", self.write("falls.toml", text), "--steps", 200, "--quiet")):
+            with self.subTest(command=command):
+                columns, _, head = self.series(*command)
+                self.assertLessEqual(columns["energy_error"].max(), head["energy_tolerance"])
+                for name in ("work_external", "work_walls", "dissipated_impact", "dissipated_friction"):
+                    np.testing.assert_allclose(columns[f"{name}_total"], np.cumsum(columns[name]), rtol=1e-9, atol=1e-15, err_msg=name)
+                kinetic = columns["kinetic_energy"] + columns["kinetic_energy_walls"]  # at rest before
+                balance = columns["work_external_total"] + columns["work_walls_total"] - columns["dissipated_impact_total"] - columns["dissipated_friction_total"]
+                np.testing.assert_allclose(kinetic, balance, rtol=1e-6, atol=1e-12)
+                self.assertGreaterEqual(columns["dissipated_friction_total"][-1], 0)
+                self.assertGreater(columns["dissipated_impact_total"][-1], 0)
+
+    def test_any_subdomains_and_ranks(self):
+        options = ("--scheme", "dcs", "--tolerance", 1e-9, "--velocity-error", 1e-5, "--method", "auto", "--steps", 10)
+        one, _, _ = self.series(*self.biaxial(), *options, "-n", 1, name="one")
+        eight, _, _ = self.series(*self.biaxial(), *options, "-n", 8, name="eight")
+        for name in ("strain", "stress_contacts", "stress_walls", "solid_fraction", "kinetic_energy", "fabric", "work_walls_total", "time"):
+            np.testing.assert_allclose(eight[name], one[name], rtol=1e-3, atol=1e-3 * np.abs(one[name]).max(), err_msg=name)
+        self.series(*self.biaxial(), *options, "-n", 2, name="two")
+        self.series(*self.biaxial(), *options, name="mpi", ranks=2)
+        for ending in (".csv", ".h5"):
+            self.assertEqual((self.folder / f"two{ending}").read_bytes(), (self.folder / f"mpi{ending}").read_bytes())
+
+    def test_a_run_that_goes_on_begins_its_own_series(self):
+        whole, _, _ = self.series(*self.biaxial(), "--steps", 20, name="whole")
+        first, _, _ = self.series(*self.biaxial(), "--steps", 12, name="first")
+        rest, _, _ = self.series(*self.biaxial(), "--steps", 8, "--from", self.folder / "first-state.h5", name="rest")
+        for name in ("step", "time", "stress_contacts", "fabric", "kinetic_energy", "work_walls", "iterations"):
+            np.testing.assert_array_equal(np.concatenate((first[name], rest[name])), whole[name], name)
+        for name in ("strain", "work_walls_total", "dissipated_friction_total"):
+            np.testing.assert_allclose(first[name][-1] + rest[name], whole[name][12:], rtol=1e-9, atol=1e-14, err_msg=name)
+
+    def test_without_walls_on_all_sides(self):
+        columns, _, _ = self.series("run", self.write("scene.toml", SCENE), "--quiet")
+        for name in ("box", "strain", "stress_contacts", "stress_walls", "solid_fraction", "inertial_number"):
+            self.assertTrue(np.isnan(columns[name]).any(), name)
+        self.assertTrue(np.isfinite(columns["wall_normal_force"]).all())
+
+
+class Targets(SeriesTest):
+    def refused(self, fragment, *arguments):
+        endless = self.write("scene.toml", SCENE.replace("count = 5", "count = 2147483647"))
+        done = self.run_program("run", endless, *arguments, timeout=20)
+        lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:") and "warning" not in line]
+        self.assertEqual((done.returncode, len(lines)), (1, 1), done.stderr)
+        self.assertIn(fragment, lines[0])
+
+    def test_refusals(self):
+        out, folder = self.folder / "out.h5", self.folder / "none"
+        for fragment, *arguments in (
+                ("expected a name that ends in .h5, .hdf5 or .csv", "--series", self.folder / "out.txt"),
+                ("the folder", "--series", folder / "out.csv"), ("the folder", "--frames", folder / "out.h5"),
+                ("--series is the same file as the scene", "--series", self.linked("scene.csv")),
+                ("--series is the same file as --series", "--series", out, "--series", out),
+                ("--series is the same file as --state", "--series", out, "--state", out),
+                ("--frames is the same file as --series", "--series", out, "--frames", out),
+                ("the .xdmf beside --frames is the same file as --frames", "--frames", self.folder / "out.xdmf"),
+                ("the .xdmf beside --frames is the same file as the .xdmf beside --state", "--frames", out, "--state", self.folder / "out.hdf5"),
+                ("--frame-every is of frames", "--frame-every", 5),
+                ("--frame-every 5: the run makes steps 1 to 4", "--frames", out, "--frame-every", 5, "--steps", 4)):
+            with self.subTest(fragment=fragment):
+                self.refused(fragment, *arguments)
+        self.assertEqual({path.name for path in self.folder.iterdir()}, {"scene.toml", "scene.csv"})
+
+    def linked(self, name):
+        path = self.folder / name
+        path.symlink_to("scene.toml")
+        return path
+
+    def test_old_files_stay_where_a_run_fails(self):
+        text = SCENE.replace("[0.3, 0.1, 1.5]", "[0.3, 0.1, 0.6]")  # grains overlap by far
+        old = [self.write(name, "old") for name in ("out.csv", "out.h5", "frames.h5")]
+        done = self.run_program("run", self.write("scene.toml", text), "--series", old[0], "--series", old[1], "--frames", old[2], "--quiet")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual([path.read_text() for path in old], ["old"] * 3)
+        self.assertEqual(len(list(self.folder.iterdir())), 4)
+
+
+def pictures(path, out):
+    """What VTK's readers find, by pvpython where it is there; None where no reader is."""
+    for python in filter(None, (shutil.which("pvpython"), sys.executable)):
+        done = subprocess.run([python, READ_XDMF, path, out], capture_output=True, text=True, timeout=300)
+        if done.returncode == 0:
+            if "rror" in done.stderr or "nrecognized" in done.stderr:
+                raise AssertionError(done.stderr)
+            with np.load(out) as file:
+                return {name: file[name] for name in file}
+    return None
+
+
+class Frames(SeriesTest):
+    def run_frames(self, *command, every=5, steps=10, ranks=0, name="frames"):
+        path, state = self.folder / f"{name}.h5", self.folder / f"{name}-state.h5"
+        done = self.run_program(*command, "--frames", path, "--frame-every", every, "--steps", steps, "--state", state, ranks=ranks)
+        self.assertIn(done.returncode, (0, 3), done.stderr)
+        return path, state
+
+    def check_last(self, path, state, times):
+        with h5py.File(path) as frames, h5py.File(state) as end:
+            dim, h = end["x"].shape[1], end.attrs["time"] / end.attrs["step"]
+            np.testing.assert_allclose([frame.attrs["time"] for frame in frames.values()], times, rtol=1e-12)
+            last = list(frames.values())[-1]
+            self.assertEqual(last.attrs["time"], end.attrs["time"])
+            grains, contacts = last["grains"], last["contacts"]
+            for name in ("x", "velocity"):
+                np.testing.assert_array_equal(grains[name][:, :dim], end[name])
+                self.assertFalse(grains[name][:, dim:].any())
+            np.testing.assert_array_equal(grains["spin"][:, 2:] if dim == 2 else grains["spin"], end["spin"])
+            for name in ("radius", "subdomain", "multiplicity"):
+                np.testing.assert_array_equal(grains[name], end[name])
+            for name in ("gap", "subdomain"):
+                np.testing.assert_array_equal(contacts[name], end[f"contacts/{name}"])
+            np.testing.assert_allclose(contacts["force"][:, :dim], end["contacts/impulse"][...] / h, rtol=1e-12)
+            np.testing.assert_allclose(contacts["normal_force"], end["contacts/normal_impulse"][...] / h, rtol=1e-12)
+            i, j, ends = end["contacts/i"][...], end["contacts/j"][...], contacts["ends"][...].reshape(-1, 2, 3)
+            np.testing.assert_array_equal(contacts["grains"], np.stack((i, j), 1))
+            np.testing.assert_array_equal(ends[:, 0, :dim], end["x"][...][i])
+            np.testing.assert_allclose(ends[j >= 0, 1, :dim], end["x"][...][j[j >= 0]], rtol=1e-12, atol=1e-12)
+            wall, foot = -1 - j[j < 0], ends[j < 0, 1, :dim]
+            np.testing.assert_allclose(np.einsum("cd,cd->c", end["walls/normal"][...][wall], foot), end["walls/offset"][...][wall], atol=1e-12)
+
+    def test_frames_are_the_states(self):
+        for command in ((*self.biaxial(), "--scheme", "nlgs"), (*self.triaxial(), "--scheme", "dcs", "-n", 4)):
+            with self.subTest(command=command):
+                self.check_last(*self.run_frames(*command), 0.02 * np.array((5, 10)))
+
+    def test_ranks_and_more_grains_than_come_at_once(self):
+        grid = np.stack(np.meshgrid(np.arange(140), np.arange(125), indexing="ij"), -1).reshape(-1, 2) + 0.5
+        with h5py.File(self.folder / "many.h5", "w") as file:  # 17,500 disks, that touch
+            file["x"], file["radius"], file["box"] = grid, np.full(len(grid), 0.5), [140.0, 125]
+        command = ("run", REDUCED / "biaxial.toml", "--packing", self.folder / "many.h5", "--quiet", "--scheme", "dcs", "--max-iterations", 20)
+        own = self.run_frames(*command, "-n", 2, every=1, steps=2, name="own")
+        self.check_last(*own, (0.02, 0.04))
+        over_mpi = self.run_frames(*command, every=1, steps=2, ranks=2, name="mpi")
+        self.assertEqual(own[0].read_bytes(), over_mpi[0].read_bytes())
+
+    def test_a_run_that_goes_on_keeps_the_rhythm(self):
+        _, state = self.run_frames(*self.biaxial(), steps=8)
+        path, _ = self.run_frames(*self.biaxial(), "--from", state, steps=8, name="rest")
+        with h5py.File(path) as file:
+            self.assertEqual([frame.attrs["step"] for frame in file.values()], [10, 15])
+
+    def test_paraview_reads_all_arrays(self):
+        """Also steps without a contact: in free fall there are none at first."""
+        falls = self.write("falls.toml", SCENE.replace("0, 0, 0.5]", "0, 0, 0.52]").replace("[0.3, 0.1, 1.5]", "[0.3, 0.1, 2.5]").replace("h = 0.001", "h = 0.01"))
+        for command, blocks in (((*self.biaxial(), "--scheme", "dcs", "-n", 2), 2), ((*self.triaxial(),), 2), (("run", falls, "--quiet"), 2)):
+            path, state = self.run_frames(*command)
+            with self.subTest(command=command):
+                self.check_paraview(path, state)
+
+    def check_paraview(self, path, state):
+        found = pictures(path.with_suffix(".xdmf"), self.folder / "found.npz")
+        of_state = pictures(state.with_suffix(".xdmf"), self.folder / "found-state.npz")
+        if found is None:
+            self.skipTest("neither pvpython nor VTK's Python with readers of XDMF is there")
+        for reader in {name.split("/")[0] for name in found}:
+            with h5py.File(path) as frames, h5py.File(state) as end:
+                np.testing.assert_allclose(found[f"{reader}/times"], [frame.attrs["time"] for frame in frames.values()])
+                for k, frame in enumerate(frames.values()):
+                    grains, contacts = frame["grains"], frame["contacts"]
+                    expected = {f"grains/point/{name}": grains[name] for name in ("velocity", "spin", "radius", "subdomain", "multiplicity")}
+                    expected["grains/points"] = grains["x"]
+                    if len(contacts["gap"]) > 0:
+                        expected |= {f"contacts/cell/{name}": contacts[name] for name in ("force", "normal_force", "gap", "subdomain")}
+                        expected |= {"contacts/points": contacts["ends"], "contacts/cells": contacts["lines"][...].ravel()}
+                    for name, values in expected.items():
+                        np.testing.assert_array_equal(found[f"{reader}/{k}/{name}"], values[...], f"{reader} {k} {name}")
+                key, dim = next(name for name in of_state if name.startswith(f"{reader}/0/") and name.endswith("/points"))[:-7], end["x"].shape[1]
+                np.testing.assert_array_equal(of_state[f"{key}/points"][:, :dim], end["x"])
+                np.testing.assert_array_equal(of_state[f"{key}/point/velocity"][:, :dim], end["velocity"])
+                self.assertEqual(of_state[f"{key}/point/velocity"].shape[1], 3)
+                for name in ("radius", "subdomain", "multiplicity"):
+                    np.testing.assert_array_equal(of_state[f"{key}/point/{name}"], end[name])
+
+
+if __name__ == "__main__":
+    unittest.main()
