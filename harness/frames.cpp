@@ -31,14 +31,14 @@ FrameWriter::FrameWriter(FileSet& files, const std::string& path, const std::str
 
 void FrameWriter::begin(const FrameHead& head) {
     frames_.push_back(head);
-    lines_ = 0;
+    points_ = ends_ = 0;
     const std::string at = group(head);
     const hsize_t n = head.grains, c = head.contacts;
     file_.attribute("step", head.step, at);
     file_.attribute("time", head.time, at);
     for (const char* name : {"x", "velocity", "spin"}) file_.declare<double>(at + "/grains/" + name, {n, 3});
     file_.declare<double>(at + "/grains/radius", {n});
-    for (const char* name : {"subdomain", "multiplicity"}) file_.declare<int>(at + "/grains/" + name, {n});
+    for (const char* name : {"id", "subdomain", "multiplicity"}) file_.declare<int>(at + "/grains/" + name, {n});
     file_.declare<double>(at + "/contacts/ends", {2 * c, 3});
     file_.declare<int>(at + "/contacts/lines", {c, 2});
     file_.declare<int>(at + "/contacts/grains", {c, 2});
@@ -49,6 +49,9 @@ void FrameWriter::begin(const FrameHead& head) {
 
 void FrameWriter::append(const FrameRows& rows) {
     const std::string grains = group(frames_.back()) + "/grains/", contacts = group(frames_.back()) + "/contacts/";
+    std::vector<int> ids(rows.radius.size());
+    for (int& id : ids) id = points_++;
+    file_.append(grains + "id", ids);
     file_.append(grains + "x", rows.x);
     file_.append(grains + "radius", rows.radius);
     file_.append(grains + "velocity", rows.velocity);
@@ -56,7 +59,7 @@ void FrameWriter::append(const FrameRows& rows) {
     file_.append(grains + "subdomain", rows.subdomain);
     file_.append(grains + "multiplicity", rows.multiplicity);
     std::vector<int> lines(rows.contacts.grains.size());  // the ends of each contact follow each other
-    for (int& end : lines) end = lines_++;
+    for (int& end : lines) end = ends_++;
     file_.append(contacts + "lines", lines);
     file_.append(contacts + "ends", rows.contacts.ends);
     file_.append(contacts + "grains", rows.contacts.grains);
@@ -72,13 +75,13 @@ std::string FrameWriter::grid_of_grains(const FrameHead& head) const {
         return xdmf::item(h5, at + name, type, head.grains, columns);
     };
     std::string inside = fmt::format(
-        "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\"/>\n"
-        "        <Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
-        head.grains, item("x", "Float", 3));
+        "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{}\" NodesPerElement=\"1\">{}"
+        "</Topology>\n        <Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
+        head.grains, item("id", "Int", 1), item("x", "Float", 3));
     for (const char* name : {"velocity", "spin"})
         inside += xdmf::attribute(name, "Vector", "Node", item(name, "Float", 3));
     inside += xdmf::attribute("radius", "Scalar", "Node", item("radius", "Float", 1));
-    for (const char* name : {"subdomain", "multiplicity"})
+    for (const char* name : {"id", "subdomain", "multiplicity"})
         inside += xdmf::attribute(name, "Scalar", "Node", item(name, "Int", 1));
     return grid(head, "grains", inside);
 }

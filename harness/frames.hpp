@@ -50,7 +50,7 @@ class FrameWriter {
     FileSet& files_;
     std::string path_;
     hdf5::Writer file_;
-    int lines_ = 0;  // contacts of the frame that have come
+    int points_ = 0, ends_ = 0;  // of the frame, that have come
     std::vector<FrameHead> frames_;
 };
 

@@ -20,7 +20,8 @@ void require_range(const hdf5::Reader& file, const char* dataset, const std::vec
                                               first + static_cast<hsize_t>(bad - values.begin()), low, high, *bad));
 }
 
-constexpr const char* velocity_3d = "paraview/velocity";  // (n, 3) of a 2D state: ParaView's vectors have three columns
+// Of states for pictures: (n) which point is which vertex, and in 2D (n, 3), for ParaView's vectors have three columns.
+constexpr const char *vertices = "paraview/vertex", *velocity_3d = "paraview/velocity";
 
 std::string xdmf_text(const std::string& h5, const State& state, std::size_t grains) {
     const int dim = state.packing.dim;
@@ -33,11 +34,12 @@ std::string xdmf_text(const std::string& h5, const State& state, std::size_t gra
                                    node("subdomain", "Scalar", "subdomain", "Int", 1);
     return xdmf::document(fmt::format(R"(    <Grid Name="{}" GridType="Uniform">
       <Time Value="{}"/>
-      <Topology TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1"/>
+      <Topology TopologyType="Polyvertex" NumberOfElements="{}" NodesPerElement="1">{}</Topology>
       <Geometry GeometryType="{}">{}</Geometry>
 {}    </Grid>
 )",
-                                      xdmf::escape(state.scene), state.time, grains, dim == 3 ? "XYZ" : "XY",
+                                      xdmf::escape(state.scene), state.time, grains,
+                                      xdmf::item(h5, vertices, "Int", grains, 1), dim == 3 ? "XYZ" : "XY",
                                       xdmf::item(h5, "x", "Float", grains, dim), attributes));
 }
 
@@ -114,7 +116,7 @@ std::string xdmf_beside(const std::string& path) {
 
 StateWriter::StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains,
                          std::size_t contacts, For use)
-    : file_(files, path), pictured_(use == For::pictures && head.packing.dim == 2) {
+    : file_(files, path), pictured_(use == For::pictures), flat_(head.packing.dim == 2) {
     const hsize_t n = grains, c = contacts, w = head.walls.offset.size();
     const auto dim = static_cast<hsize_t>(head.packing.dim);
     file_.declare<double>("x", {n, dim});
@@ -122,7 +124,8 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     file_.write("box", head.packing.box, {dim});
     file_.attribute("dim", static_cast<std::int64_t>(head.packing.dim));
     file_.declare<double>("velocity", {n, dim});
-    if (pictured_) file_.declare<double>(velocity_3d, {n, 3});
+    if (pictured_) file_.declare<int>(vertices, {n});
+    if (pictured_ && flat_) file_.declare<double>(velocity_3d, {n, 3});
     file_.declare<double>("spin", {n, static_cast<hsize_t>(head.spins())});
     for (const char* dataset : {"material", "subdomain", "multiplicity"}) file_.declare<int>(dataset, {n});
 
@@ -157,6 +160,11 @@ void StateWriter::append(const State& rows) {
     file_.append("radius", rows.packing.radius);
     file_.append("velocity", rows.velocity);
     if (pictured_) {
+        std::vector<int> rows_of(rows.packing.size());
+        for (int& vertex : rows_of) vertex = vertices_++;
+        file_.append(vertices, rows_of);
+    }
+    if (pictured_ && flat_) {
         std::vector<double> velocity;
         for (std::size_t k = 0; k < rows.velocity.size(); k += 2)
             velocity.insert(velocity.end(), {rows.velocity[k], rows.velocity[k + 1], 0.0});

@@ -69,7 +69,8 @@ State read_state(const std::string& path, const Share& share = {});
 // Writes a state by rows, so that nobody needs to have all of them. Throws OutputError.
 class StateWriter {
   public:
-    // For pictures a 2D state has its velocities once more, as ParaView reads them: (n, 3) in `paraview/velocity`.
+    // For pictures a state has more, as ParaView reads it: the rows of its points, (n) in `paraview/vertex`, and in 2D
+    // its velocities once more, (n, 3) in `paraview/velocity`.
     enum class For { going_on, pictures };
 
     // `head`: all of the state but its rows, of which so many will come.
@@ -82,7 +83,8 @@ class StateWriter {
 
   private:
     hdf5::Writer file_;
-    bool pictured_;
+    bool pictured_, flat_;
+    int vertices_ = 0;  // that have come
 };
 
 // The .xdmf file beside a state for pictures, through which ParaView opens it.

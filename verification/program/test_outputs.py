@@ -38,7 +38,7 @@ class Targets(ProgramTest):
         spec = self.write("pack.toml", PACK)
         problem = self.folder / "problem.hdf5"
         write_local(problem, np.eye(2), np.array((-1.0, 0)), np.array((0.3,)))
-        return (("run", self.scene, "--json", target), ("run", self.scene, "--state", target), ("pack", spec, "-o", target),
+        return (("run", self.scene, "--json", target), ("run", self.scene, "--state", target), ("run", self.scene, "--frames", target), ("pack", spec, "-o", target),
                 ("export-fclib", self.scene, "--step", 2_000_000_000, "-o", target), ("solve-fclib", problem, "-o", target),
                 ("solve-fclib", problem, "--json", target))
 
