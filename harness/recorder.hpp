@@ -19,12 +19,16 @@ class Recorder {
         if (!request.frames.empty()) frames_.emplace(files, request.frames, request.scene.name);
     }
 
-    // Collective, after each step. Throws OutputError on the process that writes, or as write_state does.
+    // Collective, after each step. Throws as write_state does.
     void after(const StepReport& report) {
         const std::int64_t step = request_.start_step + simulation_.steps();
         if (rows_) {
             const SeriesRow row = rows_->next(simulation_, report, step, time_now(simulation_, request_));
-            for (auto& series : series_) series->add(row);
+            Writing writing(simulation_.comm());
+            writing.write([&] {
+                for (auto& series : series_) series->add(row);
+            });
+            writing.end();
         }
         if (!request_.frames.empty() && step % request_.frame_every == 0) write_frame(simulation_, request_, frames_);
     }

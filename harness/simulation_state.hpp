@@ -103,7 +103,11 @@ class Writing {
         }
     }
     // Collective. Throws std::invalid_argument, the same on every process, where something could not be written.
-    void end() const { refuse_together(comm_, complaints_); }
+    void end() const {
+        const double failed =
+            reduce(comm_, 0, [this](std::size_t k) { return Buffer{double(!complaints_[k].empty())}; })[0];
+        if (failed > 0) refuse_together(comm_, complaints_);
+    }
 
   private:
     Communicator& comm_;

@@ -1,6 +1,7 @@
 """Time series and frames: equal to what NumPy computes from the state, on any number of subdomains, and readable where they are read."""
 import csv
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -230,6 +231,19 @@ class Targets(SeriesTest):
         self.assertEqual(done.returncode, 1)
         self.assertEqual([path.read_text() for path in old], ["old"] * 3)
         self.assertEqual(len(list(self.folder.iterdir())), 4)
+
+
+    def test_old_files_stay_where_the_disk_is_full(self):
+        def small_disk():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+        for name, *options in (("out.csv", "--series"), ("out.h5", "--series"), ("frames.h5", "--frame-every", 2, "--frames")):
+            old = self.write(name, "old")
+            done = self.run_program(*self.biaxial(), "--steps", 200, *options, old, preexec_fn=small_disk, restore_signals=False)
+            lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
+            self.assertEqual((done.returncode, lines), (1, [f"nscdd: {old}: cannot write: File too large"]))
+            self.assertEqual((old.read_text(), list(self.folder.glob("*.part"))), ("old", []))
 
 
 def pictures(path, out):
