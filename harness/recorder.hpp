@@ -1,6 +1,8 @@
 // What a run writes step by step: time series and frames. Where none are asked for it does nothing.
 #pragma once
 
+#include <memory>
+
 #include "simulation_frames.hpp"
 #include "simulation_series.hpp"
 
