@@ -81,21 +81,22 @@ class Runner:
             self.records.append({"title": job.title, "commands": [shlex.join(c) for c in job.commands],
                                  "seconds": round(time.monotonic() - began, 2), "exit": code})
 
-    def run_after(self, makers, job):
-        concurrent.futures.wait(makers)
-        self.run(job)
-
     def run_all(self):
-        """Neighbours in the list that need not run alone go two at a time, each after the earlier jobs that make what it needs."""
+        """Two at a time, each as soon as the jobs that make what it needs have ended; one that must run alone after all before it."""
         workers = min(2, os.cpu_count() or 1)
+        waiting, running = list(self.jobs), {}
         with concurrent.futures.ThreadPoolExecutor(workers) as pool:
-            waiting, maker = [], {}
-            for job in self.jobs:
-                if job.alone:
-                    concurrent.futures.wait(waiting)
-                    self.run(job)
-                    continue
-                waiting.append(pool.submit(self.run_after, [maker[need] for need in job.needs if need in maker], job))
-                maker |= {str(output): waiting[-1] for output in job.outputs}
-            for future in waiting:
-                future.result()
+            while waiting or running:
+                for job in list(waiting):
+                    if len(running) == workers or job.alone and running:
+                        break
+                    unmade = {str(output) for other in [*waiting, *running.values()] if other is not job for output in other.outputs}
+                    if unmade.isdisjoint(map(str, job.needs)):
+                        waiting.remove(job)
+                        running[pool.submit(self.run, job)] = job
+                    if job.alone:
+                        break
+                done, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+                for future in done:
+                    del running[future]
+                    future.result()

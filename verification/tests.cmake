@@ -105,6 +105,7 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("simulated machines" program test_simulated)
     set_tests_properties("program: simulated machines" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     nscdd_program_test("judge of regressions" program test_regression)
+    nscdd_program_test("the paper at its smallest" program test_paper)
     # counts of the reduced scenes against those that were accepted: a minute on two cores
     add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/regression
              --results ${CMAKE_CURRENT_BINARY_DIR}/regression)

@@ -1,0 +1,104 @@
+"""The paper's tables and figures at their smallest: what is counted, simulated and measured, and a job that is gone on with."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+from harness import NSCDD, ProgramTest, load_script
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PROGRAM = str(pathlib.Path(NSCDD).resolve())
+script = load_script("paper")
+jobs = load_script("jobs.py")
+
+
+class Plan(unittest.TestCase):
+    def test_full_size_is_that_of_the_paper(self):
+        plan = script.Plan(pathlib.Path("results/paper"), False)
+        splittings = {(scene, scheme, n): partition for _, scene, variation, method, scheme, partition, n in plan.runs
+                      if method == "paper" and scene == "isotropic" and not variation}
+        for scheme in ("ccs", "dcs"):
+            self.assertEqual([splittings["isotropic", scheme, n] for n in (3, 4, 8)], ["grid 3x1x1", "grid 2x2x1", "grid 2x2x2"])
+        for scene in ("biaxial", "triaxial"):
+            self.assertIn(48, {n for _, name, _, _, scheme, _, n in plan.runs if (name, scheme) == (scene, "dcs")})
+
+    def test_a_grid_has_as_many_cells_as_subdomains(self):
+        for _, scene, _, _, partition, n, _ in script.table_of_runs():
+            if partition.startswith("grid "):
+                cells = [int(c) for c in partition[5:].split("x")]
+                self.assertEqual(len(cells), 2 if scene == "biaxial" else 3)
+                product = 1
+                for c in cells:
+                    product *= c
+                self.assertEqual(product, n)
+
+    def test_factors_of_a_platform_are_multiplied(self):
+        words = script.factors(str(ROOT / "cases/platforms/node48.xml"), 2, 1)
+        self.assertEqual(len(words), 1)
+        self.assertTrue(words[0].startswith("--cfg=smpi/lat-factor:"))
+        self.assertEqual(script.factors(str(ROOT / "cases/platforms/node48.xml"), 1, 1), [])
+
+
+class Order(ProgramTest):
+    def job(self, name, needs=(), command="true", alone=False, fine=(0,)):
+        out = str(self.folder / name)
+        return jobs.Job(name, [["sh", "-c", f"{command} && echo {name} >> {self.folder}/order && touch {out}"]], [out],
+                        [str(self.folder / need) for need in needs], 1, alone, fine)
+
+    def run_jobs(self, *all_jobs):
+        runner = jobs.Runner(all_jobs, self.folder)
+        runner.run_all()
+        made = (self.folder / "order").read_text().split() if (self.folder / "order").exists() else []
+        return made, [record["title"] for record in runner.failed()]
+
+    def test_a_job_waits_for_what_it_needs_and_others_do_not(self):
+        made, failed = self.run_jobs(self.job("slow", command="sleep 1"), self.job("after", ["slow"]), self.job("free"),
+                                     self.job("measured", alone=True), self.job("last"))
+        self.assertEqual((made, failed), (["free", "slow", "after", "measured", "last"], []))
+
+    def test_what_needs_a_failed_job_is_not_run(self):
+        made, failed = self.run_jobs(self.job("bad", command="false"), self.job("after", ["bad"]), self.job("other"))
+        self.assertEqual((made, sorted(failed)), (["other"], ["after", "bad"]))
+
+    def test_other_exit_codes_may_be_no_failure(self):
+        self.assertEqual(self.run_jobs(self.job("capped", command="exit 3", fine=(0, 3)))[1], [])
+
+
+@unittest.skipUnless(shutil.which("smpirun") and pathlib.Path(f"{PROGRAM}_simulated").exists(), "smpirun or nscdd_simulated is not there")
+class Quick(ProgramTest):
+    def run_script(self, *arguments):
+        return subprocess.run([sys.executable, ROOT / "scripts/paper", "--quick", "--results", self.folder, *arguments], capture_output=True,
+                              text=True, env={**os.environ, "NSCDD": PROGRAM})
+
+    def test_table_1(self):
+        done = self.run_script("--only", "table1,fig1")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        record = json.loads((self.folder / "paper.json").read_text())
+        self.assertTrue(record["quick"])
+        runs = {(row["scheme"], row["subdomains"]): row for row in record["runs"] if row["scene"] == "isotropic"}
+        self.assertEqual(set(runs), {("nlgs", 1), *((scheme, n) for scheme in ("ccs", "dcs") for n in (3, 4, 8))})
+        for row in runs.values():
+            self.assertEqual(len(row["iterations"]), row["steps"])
+            self.assertEqual((row["unconverged_steps"], row["residual_max"] <= row["tolerance"]), (0, True))
+            self.assertEqual(row["iterations"], runs["dcs" if row["scheme"] == "ccs" else row["scheme"], row["subdomains"]]["iterations"])
+        simulated = {(row["scheme"], row["subdomains"], row["slower"]): row for row in record["windows"]}
+        self.assertEqual(len(simulated), 2 * len(runs))
+        self.assertLess(simulated["dcs", 4, 1]["seconds_per_iteration"], simulated["dcs", 4, 3]["seconds_per_iteration"])
+        self.assertEqual(simulated["nlgs", 1, 1]["mpi_share"], 0)
+        for row in record["agreement"]:
+            self.assertTrue(all(part["ok"] for part in row["rows"]), row)
+        self.assertTrue((self.folder / "paper/fig1-network.h5").exists())
+
+        again = self.run_script("--only", "table1,fig1")
+        self.assertIn("0 of 0 jobs", again.stdout)
+
+    def test_an_item_that_is_not_known_is_named(self):
+        done = self.run_script("--only", "table2")
+        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, variations\n"))
+
+
+if __name__ == "__main__":
+    unittest.main()
