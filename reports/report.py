@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Report of a folder of results: OUT/index.html, figures as PNG and SVG, summary.json.
+"""Report of a folder of results: OUT/index.html, its figures beside it (SVG, pictures PNG), summary.json.
 
     python3 report.py results --out results/report
 
@@ -12,9 +12,9 @@ import sys
 from datetime import datetime, timezone
 from pathlib import Path
 
-from nscdd_report import sections
+from nscdd_report import section_main, section_records
 from nscdd_report.load import InputError, load
-from nscdd_report.page import commits, machines, page, verdict
+from nscdd_report.page import commits, machines, number, page, verdict
 from nscdd_report.style import write
 from nscdd_report.tables import count
 
@@ -22,40 +22,47 @@ PAPER = ("V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distribut
          "Decomposition (NSCDD): Algorithmic Structure and Scalability</i>, DD 21, LNCSE 98, 627\u2013636 (2014), "
          '<a href="https://doi.org/10.1007/978-3-319-05789-7_60">doi:10.1007/978-3-319-05789-7_60</a>')
 
+# To add one: a function of the results and the folder of the images, which returns blocks and HTML, in a file of its own.
+SECTIONS = (("communication", "Reduced scenes: communication", section_main.communication),
+            ("pictures", "Reduced scenes: partition and multiplicity", section_main.pictures),
+            ("scaling", "Reduced scenes: speed-up and iterations", section_main.scaling),
+            ("agreement", "Reduced scenes: agreement", section_main.agreement),
+            ("hard", "Hard cases", section_records.hard_cases),
+            ("accuracy", "Speed against error", section_records.speed_against_error),
+            ("acceleration", "Acceleration", section_records.acceleration),
+            ("converged", "What a converged step is worth", section_records.converged))
+
+
+def facts(results):
+    """What the page was made from, as (name, text)."""
+    runs, sources = results.runs, [*results.runs, *results.records]
+    dates = sorted(source["date"] for source in sources)
+    scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
+    systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))
+                                for r in sources}))
+    return [("Runs of the main job", f"{len(runs)}: {scenes}" if runs else "none"), ("Rows of hard cases", count(len(results.hard_rows))),
+            ("Made", f"{dates[0]} to {dates[-1]}"), ("Machine", machines(sources)), ("System", systems), ("Commit", commits(sources)),
+            ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"))], dates
+
 
 def make(folder, out):
     """Writes the report; returns whether it passes."""
     results = load(folder)
     out.mkdir(parents=True, exist_ok=True)
     verdict_html, passes = verdict(results)
-    communication, summary_tables = sections.communication(results)
-    scaling, summary_scaling = sections.scaling(results, out)
-    contents = [("communication", "Communication", communication),
-                ("pictures", "Partition and multiplicity", sections.pictures(results, out)),
-                ("scaling", "Speed-up and iterations", scaling),
-                ("agreement", "Agreement", sections.agreement(results)),
-                ("hard", "Hard cases", sections.hard_cases(results, out)),
-                ("accuracy", "Speed against error", sections.speed_against_error(results, out)),
-                ("acceleration", "Acceleration", sections.acceleration(results)),
-                ("converged", "What a converged step is worth", sections.converged(results, out))]
-    runs, sources = results.runs, [*results.runs, *results.records]
-    dates = sorted(source["date"] for source in sources)
-    scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
-    systems = "; ".join(sorted({", ".join(filter(None, (r["machine"].get("os"), r["machine"].get("compiler"))))
-                                for r in sources}))
-    facts = [("Scenes", scenes), ("Runs", f"{len(runs)} and {len(results.hard_rows)} rows of hard cases, made {dates[0]} to "
-                                          f"{dates[-1]}"), ("Machine", machines(sources)),
-             ("System", systems), ("Commit", commits(sources)),
-             ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"))]
+    sections = [(key, heading, make_parts(results, out)) for key, heading, make_parts in SECTIONS]
+    number(sections)
     lead = ("Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
-            "against sequential nonlinear Gauss\u2013Seidel (NLGS). Figures 1 to 4 and Table 1 are those of the paper, "
-            "at the size given in their captions.")
-    html = page("nscdd: report of the main job", lead, facts, verdict_html, contents, "Method: " + PAPER + ".")
+            "against sequential nonlinear Gauss\u2013Seidel (NLGS). Each caption says whether its numbers were measured on a real "
+            "machine, counted, computed, or SIMULATED on a machine that is not there.")
+    described, dates = facts(results)
+    html = page("nscdd: report", lead, described, verdict_html, sections, "Method: " + PAPER + ".")
+    runs, sources = results.runs, [*results.runs, *results.records]
     summary = {"schema": "nscdd.summary/1", "passes": passes, "failures": results.failures(),
                "unchecked": [run.name for run in results.unchecked()], "runs": len(runs),
                "compared_rows": sum(len(c["rows"]) for c in results.compares), "hard_rows": len(results.hard_rows),
                "largest_residual": {run.name: run.eta_max for run in runs}, "machine": machines(sources),
-               "commit": commits(sources), "dates": [dates[0], dates[-1]], **summary_tables, "scaling": summary_scaling}
+               "commit": commits(sources), "dates": [dates[0], dates[-1]], **results.summary}
     write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
     write(out / "index.html", html.encode())
     for line in results.failures():

@@ -7,9 +7,11 @@ from html import escape
 import numpy as np
 
 from . import tables
-from .style import SUBDOMAINS, plt, save, write
+from .style import SUBDOMAINS, plt, save
 
 SICONOS = "Siconos NSGS"
+DRAWN = ("NLGS", "NLGS, auto", "NSCDD 32, n_GS 1", "NSCDD 32, auto", "SPG", "APGD", "Newton", SICONOS)  # in the figures
+ALL_AT = 1e-4  # eta of the table of all solvers
 LEVELS = (1e-2, 1e-4, 1e-6)  # of the table
 DISTANCES = (1e-3, 1e-4, 1e-6)
 VIEWS = (("cpu", "eta", "CPU time of the solver [s]", "\u03b7"),
@@ -49,16 +51,23 @@ def points(rows, x, y):
     return [(row[x], row[y]) for row in rows if row[x] and row[y]]  # logarithmic: zeros have no place
 
 
-def draw_curves(record, cost, error, cost_label, error_label):
-    """A panel for each scene, a curve for each solver; an open circle where it stalled."""
+def chosen(record):
+    """The solvers that are drawn, at most eight: each method once, NSCDD on 32 subdomains plain and accelerated; the first eight
+    where none of these took part."""
+    present = solvers(record["runs"])
+    return [solver for solver in DRAWN if solver in present] or present[:8]
+
+
+def draw_curves(record, shown, cost, error, cost_label, error_label):
+    """A panel for each scene, a curve for each solver shown; an open circle where it stalled."""
     scenes = record["scenes"]
-    columns = min(3, len(scenes))
+    columns = min(4, len(scenes))
     figure, axes = plt.subplots(-(-len(scenes) // columns), columns, squeeze=False,
-                                figsize=(3.3 * columns + 2.2, 2.9 * -(-len(scenes) // columns)))
+                                figsize=(2.35 * columns + 1.6, 2.7 * -(-len(scenes) // columns)))
     handles = {}
     for axis, scene in zip(axes.flat, scenes):
         own = [row for row in record["runs"] if row["scene"] == scene["name"]]
-        for solver in solvers(own):
+        for solver in shown:
             rows = [row for row in own if row["solver"] == solver]
             drawn = points(rows, error, cost)
             if not drawn:
@@ -72,8 +81,8 @@ def draw_curves(record, cost, error, cost_label, error_label):
     for axis in list(axes.flat)[len(scenes):]:
         axis.set_axis_off()
     figure.supxlabel(error_label, fontsize=11)
-    figure.supylabel(cost_label, fontsize=11)
-    figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.supylabel(f"{cost_label}, {'measured' if cost == 'cpu' else 'counted'}", fontsize=11)
+    figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4)
     return figure
 
 
@@ -105,9 +114,9 @@ def draw_profiles(record, cost, label):
                                              **{key: value for key, value in look(solver).items() if "marker" not in key})
             axis.set(xscale="log", xlim=(1, 1e3), ylim=(0, 1.03))
             axis.set_title(f"{'hard cases' if group == 'hard' else 'FCLIB'}, $10^{{{round(math.log10(level))}}}$, {count} problems", fontsize=10)
-    figure.supxlabel(f"{label}, over that of the best solver", fontsize=11)
+    figure.supxlabel(f"{label}, {'measured' if cost == 'cpu' else 'counted'}, over that of the best solver", fontsize=11)
     figure.supylabel("share of problems", fontsize=11)
-    figure.legend(handles.values(), handles.keys(), loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4)
     return figure
 
 
@@ -158,6 +167,21 @@ def siconos_table(record):
     return tables.table(head, lines, "CPU time at equal error")
 
 
+def solver_table(record):
+    """CPU seconds and sweeps of every solver at one error, a column for each scene."""
+    lines = []
+    for solver in solvers(record["runs"]):
+        cells = [escape(solver)]
+        for scene in record["scenes"]:
+            own = [row for row in record["runs"] if (row["scene"], row["solver"]) == (scene["name"], solver)]
+            seconds, sweeps = at_level(own, ALL_AT), at_level(own, ALL_AT, "sweeps")
+            cells.append(tables.NONE if seconds is None else tables.number(seconds)
+                         + (f"<br><i>{tables.count(round(sweeps))}</i>" if sweeps is not None else ""))
+        lines.append(cells)
+    head = [[("solver", 1), *[(escape(scene["name"]), 1) for scene in record["scenes"]]]]
+    return tables.table(head, lines, f"All solvers at eta = {ALL_AT:g}")
+
+
 def scene_table(record):
     """What the scenes are, their reference answers, and that CCS makes the iterates of DCS."""
     lines = [[escape(scene["name"]), escape(scene["shows"]), tables.count(scene["grains"]), tables.count(scene["contacts"]),
@@ -179,18 +203,13 @@ def distance_table(record):
 
 
 def draw_all(record, folder):
-    """Writes all figures, as SVG alone; returns their names."""
+    """Writes all figures as SVG; returns their names."""
     names = []
-
-    def keep(figure, name):
-        names.append(f"{name}.svg")
-        write(folder / names[-1], save(figure, folder, name)["svg"])
-        (folder / f"{name}.png").unlink()
 
     if record["scenes"]:
         for cost, error, cost_label, error_label in VIEWS:
-            keep(draw_curves(record, cost, error, cost_label, error_label), f"accuracy-{cost}-{error}")
+            names.append(save(draw_curves(record, chosen(record), cost, error, cost_label, error_label), folder, f"accuracy-{cost}-{error}"))
     if record["profiles"]:
         for cost, label in (("cpu", "CPU time"), ("sweeps", "sweeps")):
-            keep(draw_profiles(record, cost, label), f"accuracy-profile-{cost}")
+            names.append(save(draw_profiles(record, cost, label), folder, f"accuracy-profile-{cost}"))
     return names

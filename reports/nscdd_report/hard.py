@@ -24,27 +24,27 @@ def table(rows):
 
 
 def family_table(rows, schemes):
-    """One line per case and quantity; found, error, bound and iterations of each scheme beside each other."""
+    """One line per case and quantity: what is expected and allowed, then what each scheme found, how far off, in how many iterations.
+    Where a scheme has another expectation or bound than the first, its cell says so."""
     lines, notes = [], []
     for key in dict.fromkeys((row["case"], row["quantity"]) for row in rows):
         by_scheme = {(row["scheme"], row["subdomains"]): row for row in rows if (row["case"], row["quantity"]) == key}
         first = next(iter(by_scheme.values()))
-        cells = [escape(key[0]), escape(key[1])]
+        cells = [escape(key[0]), escape(key[1]), RELATIONS[first["relation"]] + tables.number(first["expected"]), tables.number(first["bound"])]
         for scheme in schemes:
             row = by_scheme.get(scheme)
             if row is None:
-                cells += [tables.NONE] * 5
+                cells.append(tables.NONE)
                 continue
-            error = tables.number(row["error"])
-            cells += [RELATIONS[row["relation"]] + tables.number(row["expected"]), tables.number(row["found"]),
-                      error if hard_ok(row) else (error, "bad"), tables.number(row["bound"]), tables.count(row["iterations"])]
+            text = [tables.number(row["found"]), f"off {tables.number(row['error'])}", f"{tables.count(row['iterations'])} it."]
+            text += [f"expected {tables.number(row['expected'])}"] * (row["expected"] != first["expected"])
+            text += [f"bound {tables.number(row['bound'])}"] * (row["bound"] != first["bound"])
+            cells.append(("<br>".join([text[0], *(f"<i>{line}</i>" for line in text[1:])]), "" if hard_ok(row) else "bad"))
             if "note" in row:
                 notes.append(f'<p>{escape(row["case"])}, {escape(row["scheme"])}: {escape(row["note"])}</p>')
         lines.append([*cells, escape(first["bound_from"])])
-    head = [[("", 1), ("", 1)] + [(f"{escape(name.upper())}{f', {n} subdomains' if n > 1 else ''}", 5) for name, n in schemes]
-            + [("", 1)],
-            [("case", 1), ("quantity", 1)] + [(text, 1) for text in ("expected", "found", "error", "bound", "iterations")] * len(schemes)
-            + [("bound from", 1)]]
+    head = [[(text, 1) for text in ("case", "quantity", "expected", "bound")]
+            + [(f"{escape(name.upper())}{f', {n} subdomains' if n > 1 else ''}", 1) for name, n in schemes] + [("bound from", 1)]]
     return tables.table(head, lines, f"Hard cases: {rows[0]['family']}") + "".join(notes)
 
 
@@ -95,9 +95,16 @@ def draw_orders(rows):
     return figure
 
 
+def energy_cell(row):
+    if row is None:
+        return tables.NONE
+    text = "refused" if row["found"] is None else tables.number(row["found"]) + (f" ({row['exit']})" if row["exit"] else "")
+    return text if hard_ok(row) else (text, "bad")
+
+
 def energy_table(rows):
-    """Largest gain of energy of the long runs: a line for each scene but its last number, a column for each scheme and that
-    number, friction or restitution; the exit code where it is not zero. None if there are no such rows."""
+    """Largest gain of energy of the long runs: by scene but its last number, and by scheme and that number, friction or
+    restitution; the exit code where it is not zero. None if there are no such rows."""
     rows = [row for row in rows if row["family"] in ENERGY and ("exit" in row or "note" in row)]
     if not rows:
         return None
@@ -112,19 +119,12 @@ def energy_table(rows):
         if not own:
             continue
         columns = sorted({key for cells in own.values() for key in cells}, key=lambda key: (schemes.index(key[0]), key[1]))
-        lines = []
-        for scene, cells in own.items():
-            line = [escape(scene)]
-            for column in columns:
-                row = cells.get(column)
-                if row is None:
-                    line.append(tables.NONE)
-                    continue
-                text = "refused" if row["found"] is None else tables.number(row["found"]) + (f" ({row['exit']})" if row["exit"] else "")
-                line.append(text if hard_ok(row) else (text, "bad"))
-            lines.append(line)
-        numbers = [sum(scheme == key[0] for key in columns) for scheme in schemes]
-        head = [[("", 1), *[(escape(scheme.upper()), n) for scheme, n in zip(schemes, numbers) if n]],
-                [("scene", 1), *[(f"{last} {number:g}", 1) for _, number in columns]]]
+        titles = [f"{escape(scheme.upper())}, {last} {value:g}" for scheme, value in columns]
+        cells = [[energy_cell(by_column.get(column)) for by_column in own.values()] for column in columns]
+        names = list(map(escape, own))
+        if len(names) > len(titles):  # the longer list goes down
+            titles, names, cells = names, titles, list(zip(*cells))
+        lines = [[title, *line] for title, line in zip(titles, cells)]
+        head = [[("", 1), *[(name, 1) for name in names]]]
         tables_html.append(tables.table(head, lines, f"Energy gained: {family}"))
     return "\n".join(tables_html)

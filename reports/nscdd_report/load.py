@@ -3,7 +3,7 @@ import json
 from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
-NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window"))
+NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
 RECORDS = ("hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
@@ -78,7 +78,7 @@ class Run:
 
 
 class Record(dict):
-    """The JSON of the hard cases, of speed against error, of what acceleration saves, or of the velocity error; its command and fields are asked for like those of a run."""
+    """The JSON of a script, such as that of the hard cases; its command and fields are asked for like those of a run."""
 
     @property
     def command(self):
@@ -91,6 +91,7 @@ class Results:
     def __init__(self, runs, compares, jobs, records):
         self.runs, self.compares, self.jobs = runs, compares, jobs
         self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
+        self.summary = {}  # what sections add to summary.json
         self.records = [record for kind in RECORDS for record in records[kind]]
 
     @property

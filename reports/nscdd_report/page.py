@@ -1,9 +1,64 @@
-"""The page: one HTML file with its style and images inside."""
-import base64
+"""The page: its blocks (tables and figures with captions), contents and frame. Images lie beside it, named by relative links."""
+import dataclasses
+import re
 from html import escape
 from pathlib import Path
 
 STYLE = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
+# Where numbers come from; the first thing that a caption says.
+KINDS = {"simulated": "SIMULATED", "measured": "measured", "counted": "counted", "computed": "computed"}
+
+
+@dataclasses.dataclass
+class Block:
+    """A table or figure with its caption beneath. All text is HTML; the page numbers them."""
+    content: str
+    title: str
+    caption: str
+    source: str
+    kinds: tuple
+    wide: bool = False
+    what: str = "Table"
+    anchor: str = ""  # of links to it; made from its number if empty
+    label: str = ""  # "Table 2.1", set by number()
+
+    def html(self):
+        style = ' class="wide"' if self.wide else ""
+        tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
+        return (f'<figure id="{self.anchor}"{style}><div class="scroll">{self.content}</div>\n'
+                f"<figcaption><b>{self.label}. {self.title}.</b>{tags} {self.caption}{self.source}</figcaption></figure>")
+
+
+def table_block(content, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
+    return Block(content, title, caption, source, kinds, wide, "Table", anchor)
+
+
+def figure_block(file, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
+    """`file`: name of the image beside the page."""
+    plain = re.sub("<[^>]*>", "", title)
+    return Block(f'<img alt="{plain}" src="{escape(file)}">', title, caption, source, kinds, wide, "Fig.", anchor)
+
+
+def number(sections):
+    """Labels and anchors of all blocks: Table 2.1 is the first table of the second section."""
+    for place, (_, _, parts) in enumerate(sections, 1):
+        counts = {}
+        for part in parts:
+            if isinstance(part, Block):
+                counts[part.what] = counts.get(part.what, 0) + 1
+                part.label = f"{part.what} {place}.{counts[part.what]}"
+                part.anchor = part.anchor or re.sub(r"\W+", "-", part.label.lower())
+
+
+def contents(sections):
+    """The list of sections with their tables and figures."""
+    items = []
+    for place, (key, heading, parts) in enumerate(sections, 1):
+        blocks = [part for part in parts if isinstance(part, Block)]
+        inner = "".join(f'<li><a href="#{block.anchor}">{block.label}</a> {block.title}</li>' for block in blocks)
+        note = "" if blocks else ' <span class="missing">(not in these results)</span>'
+        items.append(f'<li><a href="#{key}">{place}. {escape(heading)}</a>{note}' + (f"<ul>{inner}</ul>" if inner else "") + "</li>")
+    return f'<nav aria-label="Contents"><h2>Contents</h2><ul class="contents">{"".join(items)}</ul></nav>'
 
 
 def machines(runs):
@@ -16,30 +71,21 @@ def commits(runs):
     return ", ".join(sorted({run["commit"][:12] for run in runs}))
 
 
-def origin(runs, kind):
-    """Where something comes from: commands, machine, commit; and whether it was measured or counted."""
-    commands = list(dict.fromkeys(run.command for run in runs))
-    text = (f"<b>{kind}.</b> From <code>{escape(commands[0])}</code>; {escape(machines(runs))}; "
-            f"commit {escape(commits(runs))}.")
+def command_list(commands):
+    """The first command, and the others folded."""
+    commands = list(dict.fromkeys(commands))
+    text = f"<code>{escape(commands[0])}</code>"
     if len(commands) > 1:
         items = "".join(f"<li><code>{escape(command)}</code></li>" for command in commands[1:])
         more = f"and {len(commands) - 1} more command{'s' * (len(commands) > 2)}"
         text += f" <details><summary>{more}</summary><ul>{items}</ul></details>"
-    return f'<div class="from">{text}</div>'
+    return text
 
 
-def image(images, kind, alternative):
-    """An <img> that carries its file: svg for lines, png for pictures."""
-    mime = {"svg": "image/svg+xml", "png": "image/png"}[kind]
-    data = base64.b64encode(images[kind]).decode()
-    return f'<img alt="{escape(alternative)}" src="data:{mime};base64,{data}">'
-
-
-def block(content, title, caption, source="", wide=False):
-    """A figure or table with its caption beneath. All HTML."""
-    style = ' class="wide"' if wide else ""
-    return (f'<figure{style}><div class="scroll">{content}</div>\n'
-            f"<figcaption><b>{title}.</b> {caption}{source}</figcaption></figure>")
+def origin(runs, kind=""):
+    """Where something comes from: commands, machine, commit; `kind` where a caption has several."""
+    return (f'<div class="from">{f"<b>{kind}.</b> " if kind else ""}{escape(machines(runs))}; commit {escape(commits(runs))}. From '
+            f"{command_list([run.command for run in runs])}</div>")
 
 
 def missing(text):
@@ -56,7 +102,7 @@ def verdict(results):
                f"<ul>{items}</ul></div>", False
     hard = f"All {len(results.hard_rows)} rows of the hard cases are within their bounds." if results.hard else ""
     if not results.runs and not results.hard:
-        return '<div class="verdict open"><b>Costs alone: nothing here is judged.</b></div>', True
+        return '<div class="verdict open"><b>No run of the main job and no hard case is in these results.</b></div>', True
     if not results.runs:
         return f'<div class="verdict good"><b>{hard}</b></div>', True
     text = f"{hard} All {len(results.runs)} runs converged".strip()
@@ -72,11 +118,12 @@ def verdict(results):
     return html, True
 
 
-def page(title, lead, facts, verdict_html, sections, footer):
-    """The whole document. facts: (name, text); sections: (id, heading, HTML)."""
-    links = "".join(f'<a href="#{key}">{escape(heading)}</a>' for key, heading, _ in sections)
+def page(title, lead, facts, opening, sections, footer):
+    """The whole document. facts: (name, text); opening: HTML before the contents; sections: (id, heading, parts), numbered."""
     described = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
-    body = "\n".join(f'<h2 id="{key}">{escape(heading)}</h2>\n{html}' for key, heading, html in sections)
+    body = "\n".join(f'<h2 id="{key}">{place}. {escape(heading)}</h2>\n'
+                     + "\n".join(part.html() if isinstance(part, Block) else part for part in parts)
+                     for place, (key, heading, parts) in enumerate(sections, 1))
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -88,9 +135,9 @@ def page(title, lead, facts, verdict_html, sections, footer):
 <body><main>
 <h1>{escape(title)}</h1>
 <p class="lead">{lead}</p>
-{verdict_html}
+{opening}
+{contents(sections)}
 <dl class="facts">{described}</dl>
-<nav>{links}</nav>
 {body}
 <footer>{footer}</footer>
 </main></body>

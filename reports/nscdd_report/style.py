@@ -1,6 +1,7 @@
 """One look for all figures, and how they are saved."""
 import io
 import os
+import re
 from pathlib import Path
 
 import matplotlib
@@ -49,13 +50,16 @@ def write(path, data):
     os.replace(part, path)
 
 
-def save(figure, folder, name):
-    """Writes NAME.png and NAME.svg and returns their bytes."""
-    images = {}
-    for kind, metadata in (("png", {}), ("svg", {"Date": None})):
-        stream = io.BytesIO()
-        figure.savefig(stream, format=kind, metadata=metadata)
-        images[kind] = stream.getvalue()
-        write(Path(folder) / f"{name}.{kind}", images[kind])
+def shorter(svg):
+    """With coordinates to a hundredth of a point, which no eye tells from six digits: a third of the bytes less."""
+    return re.sub(rb' (d|x|y|points)="[^"]*"', lambda found: re.sub(rb"(\.\d\d)\d+", rb"\1", found[0]), svg)
+
+
+def save(figure, folder, name, kind="svg"):
+    """Writes NAME.svg for lines, NAME.png for pictures; returns the name of the file."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format=kind, metadata={"Date": None} if kind == "svg" else {})
     plt.close(figure)
-    return images
+    data = stream.getvalue()
+    write(Path(folder) / f"{name}.{kind}", shorter(data) if kind == "svg" else data)
+    return f"{name}.{kind}"

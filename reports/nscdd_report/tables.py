@@ -1,4 +1,5 @@
 """Tables of the page, as HTML; and the same numbers for summary.json."""
+import re
 from html import escape
 from pathlib import Path
 
@@ -9,6 +10,9 @@ from .style import SCHEMES
 PAPER_TABLE_1 = {1: (0.0, 0.0), 3: (31.3, 14.0), 4: (35.6, 9.1), 8: (58.3, 18.4)}
 SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 NONE = "\u2013"
+PARTS = {word.replace("-", ""): word.replace("-", "&shy;") for word in (
+    "sub-domains", "iter-ations", "iter-ates", "trans-ferring", "trans-port", "acceler-ated", "con-verged", "con-vergence", "parti-tion",
+    "solu-tion", "conver-ged", "rel-ative", "quan-tity", "expect-ed", "mes-sages", "inter-face", "con-tacts", "trans-fer")}
 
 
 def number(value):
@@ -24,24 +28,31 @@ def number(value):
 
 
 def count(value):
-    """Whole number with thin spaces between thousands; one decimal below 100 if it has any."""
+    """Whole number with narrow no-break spaces between thousands; one decimal below 100 if it has any."""
     text = f"{value:,.1f}" if value < 100 and value != int(value) else f"{value:,.0f}"
-    return text.replace(",", "\u2009")
+    return text.replace(",", "\u202f")
 
 
 def percent(value):
     return f"{100 * value:.1f}"
 
 
+def parted(title):
+    """With places where its long words may be parted, so that many columns fit."""
+    return re.sub("|".join(PARTS), lambda word: PARTS[word[0]], title)
+
+
 def table(head, rows, label):
-    """head: rows of (text, columns spanned); rows: lists of cells, text or (text, class). Text is HTML."""
-    def cell(content, tag="td"):
+    """head: rows of (text, columns spanned); rows: lists of cells, text or (text, class). Text is HTML. Long text is set left."""
+    def cell(content):
         text, style = content if isinstance(content, tuple) else (content, "")
-        return f'<{tag} class="{style}">{text}</{tag}>' if style else f"<{tag}>{text}</{tag}>"
+        if not style and len(re.sub("<[^>]*>", "", text)) > 32:
+            style = "text"
+        return f'<td class="{style}">{text}</td>' if style else f"<td>{text}</td>"
     lines = [f'<table aria-label="{escape(label)}">', "<thead>"]
     for row in head:
         lines.append("<tr>" + "".join(
-            f'<th colspan="{span}" class="group">{text}</th>' if span > 1 else f"<th>{text}</th>"
+            f'<th colspan="{span}" class="group">{parted(text)}</th>' if span > 1 else f"<th>{parted(text)}</th>"
             for text, span in row) + "</tr>")
     lines += ["</thead>", "<tbody>"]
     lines += ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
@@ -107,14 +118,24 @@ def counted(results, role):
     return table(head, rows, "Messages and bytes per iteration"), values, used
 
 
+def compared_steps(compare):
+    """In words: one step from the reference's state, or the whole run, which differs more, as answers are not unique."""
+    steps, last = compare.get("steps"), compare.get("last_step")
+    if steps is None or last is None:
+        return NONE
+    return "one step, from the reference's last state" if steps == 1 < last else f"whole run, {count(steps)} step{'s' * (steps > 1)}"
+
+
 def agreement(compares):
-    """One row per run compared, one column per quantity; the bound in the head if all share it."""
+    """Two rows per run: one step from the reference's state, and the whole run. A column per quantity; the bound in the head if all
+    share it."""
+    compares = sorted(compares, key=lambda c: Path(c["candidate"]).stem)
     quantities = list(dict.fromkeys(row["quantity"] for compare in compares for row in compare["rows"]))
     bounds = {q: {row["bound"] for c in compares for row in c["rows"] if row["quantity"] == q} for q in quantities}
     rows = []
     for compare in compares:
         by_quantity = {row["quantity"]: row for row in compare["rows"]}
-        cells = [escape(Path(compare["candidate"]).stem), str(compare["subdomains"]), escape(compare["transport"])]
+        cells = [escape(Path(compare["candidate"]).stem), (compared_steps(compare), "text"), str(compare["subdomains"]), escape(compare["transport"])]
         for quantity in quantities:
             row = by_quantity.get(quantity)
             if row is None:
@@ -133,7 +154,7 @@ def agreement(compares):
         if len(bounds[quantity]) == 1:
             lines.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
         titles.append("<br>".join(lines))
-    head = [[(title, 1) for title in ("run", "subdomains", "transport", *titles, "")]]
+    head = [[(title, 1) for title in ("run", "compared", "subdomains", "transport", *titles, "")]]
     return table(head, rows, "Agreement with the reference")
 
 
