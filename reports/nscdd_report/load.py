@@ -4,7 +4,8 @@ from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
 NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
-RECORDS = ("hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
+RECORDS = ("paper", "hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
+OWN_FIGURES = ("physics", "peers")  # records that bring figures and tables: section_extra.py
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
 
@@ -88,11 +89,14 @@ class Record(dict):
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, runs, compares, jobs, records):
+    def __init__(self, folder, runs, compares, jobs, records):
+        self.folder = Path(folder)
         self.runs, self.compares, self.jobs = runs, compares, jobs
-        self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
+        self.paper, self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
+        self.physics, self.peers = (records[kind] for kind in OWN_FIGURES)
+        self.statements = None  # of the paper, set by its section: what the summary of verdicts needs
         self.summary = {}  # what sections add to summary.json
-        self.records = [record for kind in RECORDS for record in records[kind]]
+        self.records = [record for kind in (*RECORDS, *OWN_FIGURES) for record in records[kind]]
 
     @property
     def hard_rows(self):
@@ -142,6 +146,11 @@ class Results:
         lines += [f"hard case {row['case']} by {row['scheme']}: {row['quantity']}: "
                   + (row.get("note") or f"error {show(row['error'])} exceeds {row['bound']:.3g}")
                   for row in self.hard_rows if not hard_ok(row)]
+        for record in self.paper:
+            lines += [f"paper: {entry['scene']} {entry['scheme']} {entry['partition']}, one step: {row['quantity']} {show(row['value'])} exceeds "
+                      f"{row['bound']:g}" for entry in record["agreement"] for row in entry["rows"] if not row_ok(row)]
+            lines += [f"paper: {run['scene']} {run['scheme']} {run['partition']}, {run['method']}: not converged in {run['unconverged_steps']} of "
+                      f"{run['steps']} steps" for run in record["runs"] if run["unconverged_steps"] and not run["variation"]]
         lines += [f"job failed (exit {job['exit']}): {job['title']}" for job in self.jobs if job["exit"]]
         return lines
 
@@ -191,9 +200,29 @@ def read_json(path):
     return data
 
 
+def check_steps(path, data):
+    """Lists of a record of the paper that the schema cannot measure."""
+    for place, run in enumerate(data["runs"]):
+        for key in ("iterations", "contacts"):
+            if len(run[key]) != run["steps"]:
+                raise InputError(f"{path}: runs/{place}/{key}: {len(run[key])} entries for {run['steps']} steps")
+
+
+def check_own_figures(path, data, kind):
+    """Against the record's own schema where it has one; what all such records have in any case."""
+    if (SCHEMAS / f"{kind}.schema.json").is_file():
+        check(path, data, f"{kind}.schema.json")
+    for key, wanted in (("command", str), ("commit", str), ("date", str), ("machine", dict), ("figures", list), ("tables", list)):
+        if not isinstance(data.get(key), wanted):
+            raise InputError(f"{path}: field '{key}' is missing, or not of the form that the report reads")
+    for key in ("cpu", "cores"):
+        if key not in data["machine"]:
+            raise InputError(f"{path}: machine/{key} is missing")
+
+
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, records = [], [], [], {kind: [] for kind in RECORDS}
+    runs, compares, jobs, records = [], [], [], {kind: [] for kind in (*RECORDS, *OWN_FIGURES)}
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -207,6 +236,11 @@ def load(folder):
             compares.append(data)
         elif (kind := data["schema"].removeprefix("nscdd.").removesuffix("/1")) in RECORDS:
             check(path, data, f"{kind}.schema.json")
+            if kind == "paper":
+                check_steps(path, data)
+            records[kind].append(Record(data))
+        elif kind in OWN_FIGURES:
+            check_own_figures(path, data, kind)
             records[kind].append(Record(data))
         elif data["schema"] == "nscdd.job/1":
             try:
@@ -219,4 +253,4 @@ def load(folder):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(runs, compares, jobs, records)
+    return Results(folder, runs, compares, jobs, records)

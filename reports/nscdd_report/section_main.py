@@ -119,8 +119,8 @@ def agreement(results, out):
     if results.compares:
         caption = ("Difference of each run from the sequential reference, with the bound that it must keep; values "
                    "beyond their bound are in red. A run has two rows: one step, both from the last state of the reference, where both "
-                   "solve the same problem; and the whole run, whose bounds are wider, because small differences grow from step to step. Residuals are evaluated on the unsplit problem, whatever the "
-                   "partition.")
+                   "solve the same problem; and the whole run, whose bounds are wider, because small differences grow from step to step. "
+                   "Residuals are evaluated on the unsplit problem, whatever the partition.")
         command = next((c["command"] for c in results.compares if c.get("command")), None)
         used = [r for r in results.runs if r.key in {tuple(c[k] for k in ("scene", "scheme", "subdomains", "transport"))
                                                      for c in results.compares}]

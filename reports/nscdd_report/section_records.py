@@ -56,8 +56,9 @@ def speed_against_error(results, out):
                            + ("Distances are |V - V_ref|_M / |V_free|_M; where one stays while \u03b7 goes on falling, the solver went to "
                               "another answer, as velocities need not be unique with friction." if error == "distance" else ""))
                 figure = accuracy.draw_curves(record, shown, cost, error, cost_label, error_label)
-                parts.append(figure_block(save(figure, out, f"accuracy-{cost}-{error}"), f"{escape(cost_label[0].upper() + cost_label[1:])} against {escape(error_label)}",
-                                          caption, source, ("measured",) if cost == "cpu" else ("counted",), wide=True))
+                title = f"{cost_label[0].upper()}{cost_label[1:]} against {error_label}"
+                parts.append(figure_block(save(figure, out, f"accuracy-{cost}-{error}"), escape(title), caption, source,
+                                          ("measured",) if cost == "cpu" else ("counted",), wide=True))
             level = f"{accuracy.ALL_AT:g}"
             caption = (f"CPU seconds, and sweeps beneath, to \u03b7 = {level}, between the runs on both sides of it; a dash where a solver does not "
                        "get there or took no part. NSCDD: the work of all its subdomains. Newton has no sweeps.")

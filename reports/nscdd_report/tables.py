@@ -126,16 +126,15 @@ def compared_steps(compare):
     return "one step, from the reference's last state" if steps == 1 < last else f"whole run, {count(steps)} step{'s' * (steps > 1)}"
 
 
-def agreement(compares):
-    """Two rows per run: one step from the reference's state, and the whole run. A column per quantity; the bound in the head if all
-    share it."""
-    compares = sorted(compares, key=lambda c: Path(c["candidate"]).stem)
-    quantities = list(dict.fromkeys(row["quantity"] for compare in compares for row in compare["rows"]))
-    bounds = {q: {row["bound"] for c in compares for row in c["rows"] if row["quantity"] == q} for q in quantities}
-    rows = []
-    for compare in compares:
-        by_quantity = {row["quantity"]: row for row in compare["rows"]}
-        cells = [escape(Path(compare["candidate"]).stem), (compared_steps(compare), "text"), str(compare["subdomains"]), escape(compare["transport"])]
+def bounded(leading, entries, label):
+    """A line for each entry (leading cells, rows of quantity, value and bound, whether it says ok), a column for each quantity; the
+    bound in the head if all share it."""
+    quantities = list(dict.fromkeys(row["quantity"] for _, own, _ in entries for row in own))
+    bounds = {q: {row["bound"] for _, own, _ in entries for row in own if row["quantity"] == q} for q in quantities}
+    lines = []
+    for first, own, ok in entries:
+        by_quantity = {row["quantity"]: row for row in own}
+        cells = list(first)
         for quantity in quantities:
             row = by_quantity.get(quantity)
             if row is None:
@@ -145,17 +144,23 @@ def agreement(compares):
             if len(bounds[quantity]) > 1:
                 text += f" <i>\u2264\u202f{number(row['bound'])}</i>"
             cells.append(text if row_ok(row) else (text, "bad"))
-        good = compare["ok"] and all(map(row_ok, compare["rows"]))
-        rows.append([*cells, ("ok", "good") if good else ("fails", "bad")])
+        good = ok and all(map(row_ok, own))
+        lines.append([*cells, ("ok", "good") if good else ("fails", "bad")])
     titles = []
     for quantity in quantities:
         name, _, formula = quantity.partition(", ")
-        lines = [escape(name), *([f"<i>{escape(formula)}</i>"] if formula else [])]
+        parts = [escape(name), *([f"<i>{escape(formula)}</i>"] if formula else [])]
         if len(bounds[quantity]) == 1:
-            lines.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
-        titles.append("<br>".join(lines))
-    head = [[(title, 1) for title in ("run", "compared", "subdomains", "transport", *titles, "")]]
-    return table(head, rows, "Agreement with the reference")
+            parts.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
+        titles.append("<br>".join(parts))
+    return table([[(title, 1) for title in (*leading, *titles, "")]], lines, label)
+
+
+def agreement(compares):
+    """Two rows per run: one step from the reference's state, and the whole run."""
+    entries = [([escape(Path(c["candidate"]).stem), (compared_steps(c), "text"), str(c["subdomains"]), escape(c["transport"])], c["rows"], c["ok"])
+               for c in sorted(compares, key=lambda c: Path(c["candidate"]).stem)]
+    return bounded(("run", "compared", "subdomains", "transport"), entries, "Agreement with the reference")
 
 
 def all_runs(runs):

@@ -1,0 +1,124 @@
+"""Tables of the paper's section, as HTML: Table 1 beside the paper's, speed-ups, measured runs, packings, variations, all runs."""
+from html import escape
+
+from . import tables
+from .paper_data import SCENES, TABLE_1, family, mean, total
+from .tables import NONE, count, number, percent
+
+
+def or_none(value, text=number):
+    return NONE if value is None else text(value)
+
+
+def table_1(paper):
+    """Shares in MPI: the paper's, and simulated with present cores and with those three times slower; None if nothing is simulated."""
+    rows, found = [], False
+    for n, (splitting, *theirs) in TABLE_1.items():
+        cells = [str(n), escape(splitting), *[(f"{share:.1f}", "faint") for share in theirs]]
+        for slower in (1, 3):
+            for scheme in ("ccs", "dcs"):
+                share = paper.share(scheme, n, slower)
+                found |= n > 1 and share is not None
+                cells.append((NONE if share is None else percent(share), "strong"))
+        rows.append(cells)
+    head = [[("", 1), ("", 1), ("paper", 2), ("SIMULATED,<br>present cores", 2), ("SIMULATED,<br>cores 3 times slower", 2)],
+            [("subdomains", 1), ("splitting", 1)] + [("CCS %", 1), ("DCS %", 1)] * 3]
+    return tables.table(head, rows, "Table 1: share of time in MPI") if found else None
+
+
+def measured(paper):
+    """Whole runs on real cores; speed-up over measured sequential NLGS."""
+    rows = [[escape(row["scene"]), escape(row["scheme"].upper()), escape(row["method"]), escape(row["partition"]), str(row["ranks"]),
+             number(row["seconds"]), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
+             (percent(row["mpi_share"]), "strong") if row["scheme"] != "nlgs" else NONE, count(row["iterations_total"])]
+            for row, speed_up in paper.measured()]
+    head = [[(text, 1) for text in ("scene", "scheme", "method", "partition", "real ranks", "seconds, median", "seconds, all", "speed-up", "in MPI %",
+                                    "iterations")]]
+    return tables.table(head, rows, "Measured runs") if rows else None
+
+
+def speed_ups(paper, scene):
+    """Every simulated point of a scene, those of the paper's method and grid first; None if there are none."""
+    rows = []
+    keys = sorted({key for key in paper.windows if key[0] == scene and key[4] > 1},
+                  key=lambda key: (key[1] != "paper", key[5] != "node48", key[6], family(key[3]) != "grid", key[2], key[4], key[3]))
+    for _, method, scheme, partition, n, platform, slower in keys:
+        point = paper.point(scene, method, scheme, partition, n, platform, slower)
+        own = paper.point(scene, method, scheme, partition, n, platform, slower, method)
+        if point is None:
+            continue
+        band = NONE if point.speed_up is None or point.low == point.high else f"{number(point.low)} \u2013 {number(point.high)}"
+        rows.append([escape(method), escape(scheme.upper()), escape(partition), str(n),
+                     escape(platform) + (f", {slower:g}\u00d7 slower" if slower != 1 else ""),
+                     or_none(point.iterations, count), number(1e6 * point.seconds), percent(point.share),
+                     or_none(own and own.iteration_efficiency), (or_none(point.speed_up), "strong"), band, or_none(point.efficiency)])
+    head = [[("", 5), ("counted", 1), ("SIMULATED", 6)],
+            [(text, 1) for text in ("method", "scheme", "partition", "processes", "machine", "iterations, total", "\u00b5s an iteration", "in MPI %",
+                                    "efficiency of an iteration", "speed-up", "its band", "efficiency")]]
+    return tables.table(head, rows, f"Simulated points: {scene}") if rows else None
+
+
+def packings(paper):
+    rows = [[escape(row["scene"]), count(row["grains"]), (escape(row["source"]), "text"), f"{row['solid_fraction']:.4f}",
+             f"{row['solid_fraction_core']:.4f}", f"{row['coordination']:.3f}", percent(row["rattlers"]), number(row["largest_overlap"])]
+            for row in paper.record["packings"]]
+    head = [[("scene", 1), ("grains", 1), ("made by", 1), ("solid fraction", 2), ("contacts a grain", 1), ("rattlers %", 1), ("largest overlap", 1)],
+            [("", 1), ("", 1), ("", 1), ("all", 1), ("core", 1), ("core, without rattlers", 1), ("", 1), ("mean diameters", 1)]]
+    return tables.table(head, rows, "Packings") if rows else None
+
+
+def variations(paper):
+    """Each variation beside the run of the scene as it is, of the same method, scheme and splitting."""
+    rows = []
+    for run in paper.record["runs"]:
+        if not run["variation"]:
+            continue
+        base = paper.counted.get(paper.key(run))
+        each = mean(run["iterations"])
+        rows.append([escape(run["scene"]), escape(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]), escape(run["partition"]),
+                     str(run["subdomains"]), number(run["h"]), number(run["tolerance"]), str(run["steps"]), count(each),
+                     number(each / mean(base["iterations"])) if base and total(base) else NONE, count(mean(run["contacts"])),
+                     (f"{run['unconverged_steps']}", "bad" if run["unconverged_steps"] else "")])
+    head = [[(text, 1) for text in ("scene", "variation", "scheme", "method", "partition", "subdomains", "h [s]", "tolerance", "steps",
+                                    "iterations a step", "over the scene as it is", "contacts, mean", "steps not converged")]]
+    return tables.table(head, rows, "Variations") if rows else None
+
+
+def all_runs(paper):
+    """Whole runs, counted, by scene in the order of the paper; iterations over those of NLGS by the same method."""
+    rows = []
+    runs = sorted(paper.counted.values(), key=lambda run: (SCENES.index(run["scene"]), run["method"] != "paper", run["scheme"] != "nlgs",
+                                                           family(run["partition"]) != "grid", run["scheme"], run["subdomains"], run["partition"]))
+    for run in runs:
+        nlgs = paper.nlgs(run["scene"], run["method"])
+        eta = f"{number(run['residual_max'])} <i>\u2264\u202f{number(run['tolerance'])}</i>"
+        bad = run["unconverged_steps"] or run["residual_max"] is None
+        rows.append([escape(run["scene"]), escape(run["method"]), escape(run["scheme"].upper()), escape(run["partition"]), str(run["subdomains"]),
+                     str(run["steps"]), count(total(run)), count(mean(run["iterations"])),
+                     number(total(run) / total(nlgs)) if nlgs and total(nlgs) else NONE,
+                     count(mean(run["contacts"])), number(run["unknowns_mean"]), count(run["interface_grains"]),
+                     percent(run["interface_grains"] / run["grains"]), (eta, "bad" if bad else ""),
+                     (str(run["unconverged_steps"]), "bad" if run["unconverged_steps"] else "")])
+    head = [[("", 6), ("iterations", 3), ("mean", 2), ("shared grains", 2), ("", 2)],
+            [(text, 1) for text in ("scene", "method", "scheme", "partition", "sub&shy;domains", "steps", "total", "a step", "over NLGS", "contacts",
+                                    "unknowns", "mean", "%", "largest \u03b7", "not converged")]]
+    return tables.table(head, rows, "Runs of the paper's scenes") if rows else None
+
+
+def agreement(paper):
+    entries = [([escape(entry["scene"]), escape(entry["scheme"].upper()), escape(entry["method"]), escape(entry["partition"]),
+                 str(entry["subdomains"])], entry["rows"], True) for entry in paper.record["agreement"]]
+    return tables.bounded(("scene", "scheme", "method", "partition", "subdomains"), entries, "Agreement of one step with NLGS") if entries else None
+
+
+def statements(verdicts, links):
+    """The summary: statement, finding, verdict with its reason and rule, link to the evidence. links: {anchor: label}."""
+    style = {"agrees": "agrees", "differs": "differs", "cannot be told": "untold"}
+    lines = ['<table class="statements" aria-label="Statements of the paper">', "<thead><tr><th>statement of the paper</th><th>what we find</th>"
+             "<th>verdict</th><th>evidence</th></tr></thead>", "<tbody>"]
+    for one in verdicts:
+        link = f'<a href="#{one.anchor}">{links[one.anchor]}</a>' if one.anchor in links else NONE
+        why = f". {escape(one.why)}" if one.why else ""
+        lines.append(f'<tr><td>{escape(one.statement)}</td><td>{escape(one.finding) or NONE}</td><td class="{style[one.verdict]}"><b>'
+                     f'{one.verdict}</b>{why} <span class="rule">{escape(one.rule)}</span></td><td>{link}</td></tr>')
+    return "\n".join([*lines, "</tbody></table>"])

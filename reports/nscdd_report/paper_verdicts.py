@@ -1,0 +1,199 @@
+"""The paper's statements, what the record has on each, and the verdict by a rule that is written beside it. Nothing is judged by hand."""
+import dataclasses
+
+from .paper_data import TABLE_1, UNKNOWNS, mean, total
+from .tables import count, number
+
+AGREES, DIFFERS, UNTOLD = "agrees", "differs", "cannot be told"
+FEW = 8  # processes
+
+
+@dataclasses.dataclass
+class Verdict:
+    statement: str  # of the paper, in our words, with its place
+    finding: str
+    verdict: str
+    why: str  # where it differs or cannot be told
+    rule: str
+    anchor: str  # of the evidence
+
+
+def judge(statement, anchor, rule, finding, good, why):
+    return Verdict(statement, finding, AGREES if good else DIFFERS, "" if good else why, rule, anchor)
+
+
+def untold(statement, anchor, rule, lacks):
+    return Verdict(statement, "", UNTOLD, f"These results lack {lacks}.", rule, anchor)
+
+
+def percent(share):
+    return f"{100 * share:.1f}\u202f%"
+
+
+def span(values, text=number):
+    """least to largest, once where they are the same."""
+    low, high = text(min(values)), text(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def dcs_below_ccs(paper):
+    statement = "DCS spends a smaller share of its time in MPI than CCS (section 4.3, Table 1)."
+    rule = "Agrees if the share of DCS is the smaller one for each number of subdomains of Table 1, with present cores and with slower ones."
+    pairs = {(n, slower): (paper.share("ccs", n, slower), paper.share("dcs", n, slower)) for slower in (1, 3) for n in TABLE_1 if n > 1}
+    pairs = {key: pair for key, pair in pairs.items() if None not in pair}
+    if not pairs:
+        return untold(statement, "paper-table-1", rule, "simulated iterations of the isotropic compaction by both schemes")
+    ratios = [ccs / max(dcs, 1e-12) for ccs, dcs in pairs.values()]
+    wrong = [f"{n} subdomains{', cores 3 times slower' if slower > 1 else ''}" for (n, slower), (ccs, dcs) in pairs.items() if not dcs < ccs]
+    return judge(statement, "paper-table-1", rule, f"SIMULATED: CCS has {span(ratios)} times the share of DCS, {len(pairs)} pairs.", not wrong,
+                 f"Not so on {'; '.join(wrong)}.")
+
+
+def order_of_magnitude(paper, slower):
+    cores = "cores three times slower, as those of 2014" if slower > 1 else "present cores"
+    statement = "Shares in MPI: CCS 31.3, 35.6, 58.3 %, DCS 14.0, 9.1, 18.4 % on 3, 4, 8 subdomains (Table 1). " \
+                f"Order of magnitude, {cores}."
+    rule = "Agrees if each of our shares is within a factor of 3 of the paper's."
+    ratios = {(scheme, n): 100 * share / TABLE_1[n][column] for column, scheme in ((1, "ccs"), (2, "dcs")) for n in TABLE_1 if n > 1
+              and (share := paper.share(scheme, n, slower)) is not None}
+    if not ratios:
+        return untold(statement, "paper-table-1", rule, f"simulated iterations of the isotropic compaction with {cores}")
+    by_scheme = [f"{scheme.upper()} {span([ratio for (name, _), ratio in ratios.items() if name == scheme])}"
+                 for scheme in ("ccs", "dcs") if any(name == scheme for name, _ in ratios)]
+    outside = [f"{scheme.upper()} on {n}" for (scheme, n), ratio in ratios.items() if not 1 / 3 <= ratio <= 3]
+    both = [(paper.share(scheme, n, 1), paper.share(scheme, n, 3)) for scheme, n in ratios]
+    grows = [b / a for a, b in both if a and b]
+    why = f"Outside: {', '.join(outside)}. "
+    why += (f"The share is a ratio of network to core: with cores three times slower it is {span(grows)} times as large. " if grows else "")
+    return judge(statement, "paper-table-1", rule, f"SIMULATED: our shares over the paper's: {', '.join(by_scheme)}.", not outside,
+                 why + "The paper gives no seconds to tell core from network.")
+
+
+def scheme_keeps_iterations(paper):
+    statement = "The number of iterations does not depend on the communication scheme (section 5)."
+    rule = "Agrees if the iterations of whole runs by CCS and DCS differ by at most 1 % in each pair of the same scene and splitting."
+    runs = paper.counted
+    pairs = [(run, runs[(*key[:2], "dcs", *key[3:])]) for key, run in runs.items() if key[2] == "ccs" and (*key[:2], "dcs", *key[3:]) in runs]
+    if not pairs:
+        return untold(statement, "paper-runs", rule, "runs by both schemes on the same splitting")
+    differ = [abs(total(ccs) - total(dcs)) / max(1, total(dcs)) for ccs, dcs in pairs]
+    worst = max(zip(differ, pairs), key=lambda both: both[0])[1][0]
+    return judge(statement, "paper-fig-3", rule, f"Counted: {len(pairs)} pairs, largest difference {100 * max(differ):.2g} %.", max(differ) <= 0.01,
+                 f"Most in {worst['scene']}, {worst['partition']}, {worst['method']}.")
+
+
+def splitting_keeps_iterations(paper):
+    statement = "In 2D the number of iterations is nearly constant for all splittings (section 5, Fig. 3b)."
+    rule = "Agrees if the most total iterations of a splitting by grid are at most 1.1 times the least."
+    runs = sorted(paper.runs("biaxial", of="grid"), key=lambda run: run["subdomains"])
+    if len({(run["partition"], run["subdomains"]) for run in runs}) < 2:
+        return untold(statement, "paper-fig-3", rule, "whole runs of the biaxial test on two splittings")
+    least, most = min(map(total, runs)), max(map(total, runs))
+    up_to = max((n for n in {run["subdomains"] for run in runs} if (near := [total(r) for r in runs if r["subdomains"] <= n])
+                 and max(near) <= 1.1 * min(near)), default=None)
+    last = max(runs, key=lambda run: (run["subdomains"], total(run)))
+    finding = f"Counted: {count(least)} to {count(most)} on {runs[0]['subdomains']} to {last['subdomains']} subdomains, spread " \
+              f"{100 * (most / least - 1):.0f} %."
+    why = (f"Within 10 % up to {up_to} subdomains. " if up_to else "") + \
+        f"Shared are {percent(runs[0]['interface_grains'] / runs[0]['grains'])} of the grains by {runs[0]['subdomains']} subdomains, " \
+        f"{percent(last['interface_grains'] / last['grains'])} by {last['subdomains']}."
+    return judge(statement, "paper-fig-3", rule, finding, most <= 1.1 * least, why)
+
+
+def scheme_keeps_speed_up_2d(paper):
+    statement = "In 2D the speed-up does not change drastically with the scheme, at least for few processes (section 5, Fig. 3a)."
+    rule = f"Agrees if the speed-ups by CCS and DCS differ by less than a factor of 1.5 up to {FEW} processes."
+    ccs, dcs = (paper.curve("biaxial", "paper", scheme, "grid") for scheme in ("ccs", "dcs"))
+    ratios = {n: dcs[n].speed_up / ccs[n].speed_up for n in sorted(ccs.keys() & dcs.keys())}
+    few = {n: ratio for n, ratio in ratios.items() if n <= FEW}
+    if not few:
+        return untold(statement, "paper-fig-3", rule, "simulated iterations and counts of the biaxial test by both schemes")
+    finding = "SIMULATED: DCS over CCS: " + ", ".join(f"{number(ratio)} on {n}" for n, ratio in ratios.items()) + "."
+    outside = [str(n) for n, ratio in few.items() if not 1 / 1.5 < ratio < 1.5]
+    shares = [f"{percent(ccs[n].share)} and {percent(dcs[n].share)} on {n}" for n in list(few)[-1:]]
+    return judge(statement, "paper-fig-3", rule, finding, not outside,
+                 f"Outside on {', '.join(outside)} processes; CCS and DCS are in MPI for {shares[0]}.")
+
+
+def ccs_poor_3d(paper):
+    statement = "In 3D the centralised scheme has a very poor efficiency (section 5)."
+    rule = "Agrees if the efficiency at equal error by CCS is at most 0.5 on the most processes up to 48 that were simulated for both schemes, " \
+           "and below that of DCS there."
+    for scene in ("triaxial", "isotropic"):
+        ccs, dcs = (paper.curve(scene, "paper", scheme, "grid") for scheme in ("ccs", "dcs"))
+        numbers = [n for n in ccs.keys() & dcs.keys() if n <= 48]
+        if numbers:
+            break
+    else:
+        return untold(statement, "paper-fig-4", rule, "simulated iterations and counts of a 3D scene by both schemes")
+    n = max(numbers)
+    mine, other = ccs[n].efficiency, dcs[n].efficiency
+    return judge(statement, "paper-fig-4", rule, f"SIMULATED, {scene}, {n} processes: CCS {number(mine)}, DCS {number(other)}.",
+                 mine <= 0.5 and mine < other, f"CCS is in MPI for {percent(ccs[n].share)} of an iteration, DCS for {percent(dcs[n].share)}.")
+
+
+def speed_up_3d(paper):
+    statement = "In 3D the speed-up has a good quantitative behaviour (section 5, Fig. 4a)."
+    rule = "Agrees if the speed-up by DCS grows with each number of processes up to 48, and is at least half of the ideal on the most."
+    curve = {n: point for n, point in paper.curve("triaxial", "paper", "dcs", "grid").items() if n <= 48}
+    if len(curve) < 2:
+        return untold(statement, "paper-fig-4", rule, "simulated iterations and counts of the triaxial test by DCS")
+    numbers = sorted(curve)
+    values = [curve[n].speed_up for n in numbers]
+    last = curve[numbers[-1]]
+    nlgs = paper.nlgs("triaxial")
+    why = f"Of the loss on {last.n}: an iteration alone has an efficiency of {number(last.iteration_efficiency)}, and " \
+          f"{number(last.iterations / total(nlgs))} times the iterations of NLGS are made."
+    return judge(statement, "paper-fig-4", rule,
+                 "SIMULATED: " + ", ".join(f"{number(curve[n].speed_up)} on {n}" for n in numbers)
+                 + f"; efficiency {number(last.efficiency)} on {last.n}.",
+                 all(a < b for a, b in zip(values, values[1:])) and last.efficiency >= 0.5, why)
+
+
+def hundred_processors(paper):
+    statement = "About a hundred processors, for larger problems, take a supercomputing platform for a reasonable speed-up (section 5)."
+    rule = "Agrees if a simulated cluster of 64 to 256 processes reaches at least half of the ideal speed-up on the triaxial test, by any partition."
+    points = [point for of in ("grid", "bisection", "metis") for point in paper.curve("triaxial", "paper", "dcs", of, "cluster").values()
+              if 64 <= point.n <= 256]
+    if not points:
+        return untold(statement, "paper-beyond", rule, "simulated iterations of the triaxial test on 64 to 256 processes of the cluster")
+    best = max(points, key=lambda point: point.efficiency)
+    return judge(statement, "paper-beyond", rule,
+                 f"SIMULATED: speed-up {number(best.speed_up)} on {best.n} ({best.partition}), efficiency {number(best.efficiency)}.",
+                 best.efficiency >= 0.5, f"Ours is the problem of the paper, not a larger one; in MPI {percent(best.share)} of an iteration.")
+
+
+def unknowns(paper):
+    statement = "The 64,000 spheres have 6.5\u202f\u00d7\u202f10\u2075 contact unknowns on average (sections 2.1 and 5)."
+    rule = "Agrees if the mean of the sequential run is within 25 % of that."
+    run = paper.nlgs("triaxial")
+    if not run:
+        return untold(statement, "paper-runs", rule, "the sequential run of the triaxial test")
+    contacts = mean(run["contacts"])
+    return judge(statement, "paper-runs", rule, f"Counted: {number(run['unknowns_mean'])}, of {count(contacts)} contacts.",
+                 abs(run["unknowns_mean"] / UNKNOWNS - 1) <= 0.25,
+                 f"Ours are {count(run['grains'])} spheres with {number(2 * contacts / run['grains'])} contacts each, walls included.")
+
+
+def minimal_interface(counted):
+    statement = "Predicted boundary grains may turn out not to belong to the minimal interface (section 3.2, Fig. 1)."
+    rule = "Agrees if a grain of Fig. 1 was predicted in several subdomains and has contacts in one at most."
+    if counted is None:
+        return untold(statement, "paper-fig-1", rule, "the state of the network of Fig. 1")
+    return judge(statement, "paper-fig-1", rule,
+                 f"Counted: {counted['boundary_predicted']} of {counted['grains']} disks predicted, {counted['boundary']} found, "
+                 f"{counted['not_boundary']} of those predicted not on the interface.", counted["not_boundary"] > 0,
+                 f"All {counted['boundary_predicted']} predictions held: {counted['candidates']} candidates, {counted['contacts']} contacts.")
+
+
+def scatter_is_expensive(_):
+    statement = "Of CCS the scattering of updated multipliers is especially expensive (section 4.3)."
+    return untold(statement, "paper-table-1", "Would agree if scattering took more than half of the time of CCS in MPI.",
+                  "the time of scattering: waiting and transferring are told apart, gathering and scattering are not")
+
+
+def verdicts(paper, network_counts):
+    """All statements in the order of the paper; network_counts: of network.counts(), or None."""
+    return [unknowns(paper), minimal_interface(network_counts), dcs_below_ccs(paper), order_of_magnitude(paper, 1), order_of_magnitude(paper, 3),
+            scatter_is_expensive(paper), scheme_keeps_speed_up_2d(paper), scheme_keeps_iterations(paper), splitting_keeps_iterations(paper),
+            ccs_poor_3d(paper), speed_up_3d(paper), hundred_processors(paper)]

@@ -1,0 +1,180 @@
+"""The paper's section: its table and figures at full size beside its statements, and what it does not have (paper.json)."""
+from html import escape
+
+from . import network, packings, paper_figures, paper_tables
+from .page import Block, command_list, commits, figure_block, machines, missing, table_block
+from .paper_data import Paper
+from .paper_verdicts import AGREES, DIFFERS, UNTOLD, verdicts
+from .style import save
+from .tables import count
+
+NETWORK, SPHERES = "paper/fig1-network.h5", "paper/isotropic-dcs-grid-2x2x2.h5"  # in the folder of results
+FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4", "Fig. 4", "triaxial", True, "spheres"))
+
+
+def source(paper, entries):
+    """Machine and commit of the record, and the commands of these entries of it."""
+    record = paper.record
+    commands = [entry["command"] for entry in entries if "command" in entry]
+    return (f'<div class="from">{escape(machines([record]))}; commit {escape(commits([record]))}. From '
+            f"{command_list([record['command'], *commands])}</div>")
+
+
+def platform(paper):
+    files = [escape(str(value)) for key, value in paper.record["platform"].items() if key != "name"]
+    return f"Simulated: <code>{'</code>, <code>'.join(files)}</code>. "
+
+
+def communication(paper):
+    html = paper_tables.table_1(paper)
+    if not html:
+        yield missing("Table 1 of the paper, simulated iterations of the isotropic compaction (scripts/paper)")
+        return
+    windows = [w for w in paper.record["windows"] if w["scene"] == "isotropic" and w["method"] == "paper" and w["platform"] == "node48"]
+    caption = ("Share of an iteration spent in MPI, waiting and transferring, mean over the ranks, isotropic compaction by the paper's method and "
+               "splitting. The paper's numbers, in grey, are of whole runs of 500 steps of 55\u202f000 spheres on its 48 cores. " + platform(paper))
+    yield table_block(html, "Share of time in MPI (Table 1 of the paper)", caption, source(paper, windows), ("simulated",), anchor="paper-table-1")
+
+
+def real_ranks(paper):
+    html = paper_tables.measured(paper)
+    if not html:
+        yield missing("measured runs on real ranks (scripts/paper)")
+        return
+    caption = ("Wall-clock times of whole runs on real cores. Speed-up: over sequential NLGS by the paper's method of the same scene. In MPI: "
+               "mean over the ranks, of the whole run.")
+    yield table_block(html, "Real ranks", caption, source(paper, paper.record["measured"]), ("measured",), wide=True, anchor="paper-measured")
+
+
+def multiplicities(paper, results, out):
+    """Fig. 1; its counts, or None, are the first thing yielded."""
+    path = results.folder / NETWORK
+    if not path.is_file():
+        yield None
+        yield missing(f"Fig. 1 of the paper, the state {NETWORK}")
+    else:
+        drawn = network.predict(path)
+        found = network.counts(drawn)
+        yield found
+        caption = (f"A network of {found['grains']} disks. (a) The {found['candidates']} candidates of the last rough detection, where the disks "
+                   "were then: pairs, and disks at walls, closer than the skin. Each has the colour of the subdomain that owns the middle of the two "
+                   "centres; each disk that of the number of subdomains of its candidates, its predicted multiplicity. (b) The "
+                   f"{found['contacts']} contacts of the last step, {drawn['rough']['steps_since']} steps later, and the multiplicities that they "
+                   f"give; ringed, the {found['wrong']} wrongly predicted. Of {found['boundary_predicted']} predicted boundary disks "
+                   f"{found['not_boundary']} are not on the minimal interface. In parentheses: disks in (a), in (b). Dashed: the grid.")
+        yield figure_block(save(network.draw(drawn), out, "paper-fig1"), "Multiplicities before and after the fine detection (Fig. 1 of the paper)",
+                           caption, source(paper, []), ("counted",), wide=True, anchor="paper-fig-1")
+    path = results.folder / SPHERES
+    if not path.is_file():
+        yield missing(f"Fig. 2 of the paper, the state {SPHERES}")
+        return
+    state = packings.read_state(path)
+    caption = (f"{count(len(state['x']))} spheres under isotropic compaction, grid 2x2x2: (a) subdomain index, (b) multiplicity number, with the "
+               "number of grains in parentheses. The vertical quarter towards the reader is taken out.")
+    yield figure_block(save(packings.draw_spheres(state), out, "paper-fig2", "png"), "Subdomains and multiplicity (Fig. 2 of the paper)", caption,
+                       source(paper, []), ("counted",), anchor="paper-fig-2")
+
+
+def scalability(paper, out):
+    for anchor, label, scene, mean, grains in FIGURES:
+        figure, drawn = paper_figures.draw_scene(paper, scene, mean)
+        if figure is None:
+            yield missing(f"{label} of the paper, the {scene} test (scripts/paper)")
+            continue
+        runs = [run for run in paper.counted.values() if run["scene"] == scene]
+        size = f"{count(runs[0]['grains'])} {grains}, {runs[0]['steps']} steps. " if runs else ""
+        windows = [w for w in paper.record["windows"] if w["scene"] == scene]
+        kinds = tuple(kind for kind, there in zip(("simulated", "counted", "measured"), drawn) if there)
+        caption = (f"{size}The paper's method and grid. (a) Speed-up on the simulated node of 48 cores at equal error: T<sub>NLGS</sub> "
+                   "I<sub>NLGS</sub> / (T<sub>N</sub> I<sub>N</sub>), T the seconds of an iteration, I the iterations of the whole run; bands: half "
+                   "and twice the latency, half and twice the bandwidth, noise, where simulated. Lines go through the splitting that shares fewest "
+                   "grains, small marks are the others. Where a scheme was not counted, the iterations of the other are taken. (b) Iterations of "
+                   f"whole runs, {'mean over the steps' if mean else 'all steps'}. (c) Real ranks on real cores. " + platform(paper))
+        yield figure_block(save(figure, out, f"paper-{scene}"), f"{scene.capitalize()} test: speed-up and iterations ({label} of the paper)",
+                           caption, source(paper, [*windows, *runs]), kinds, wide=True, anchor=anchor)
+
+
+def points(paper):
+    for scene in ("biaxial", "triaxial", "isotropic"):
+        html = paper_tables.speed_ups(paper, scene)
+        if html:
+            caption = ("All that was simulated on the machines as given. Efficiency of an iteration: T<sub>NLGS</sub> / (N T<sub>N</sub>), both by "
+                       "the same method. Speed-up: at equal error over sequential NLGS by the paper's method, so that methods can be compared; "
+                       "efficiency: that over the number of processes. " + platform(paper))
+            html = f"<details><summary>{html.count('<tr>') - 2} points of the {scene} test</summary>{html}</details>"
+            windows = [w for w in paper.record["windows"] if w["scene"] == scene]
+            yield table_block(html, f"{scene.capitalize()} test, every simulated point", caption, source(paper, windows), ("simulated", "counted"),
+                              wide=True, anchor=f"paper-points-{scene}")
+
+
+def beyond(paper, out):
+    """What the paper does not have, on the same axes."""
+    yield "<h3>Beyond the paper: other partitions, the accelerated method, a cluster</h3>"
+    first = True
+    for scene in ("triaxial", "biaxial"):
+        figure = paper_figures.draw_beyond(paper, scene)
+        if figure is None:
+            yield missing(f"the {scene} test with other partitions, the accelerated method or on a cluster (scripts/paper)")
+            continue
+        windows = [w for w in paper.record["windows"] if w["scene"] == scene and w["scheme"] != "ccs"]
+        simulated = [w for w in windows if w["subdomains"] > 1]
+        caption = ("DCS. Speed-up at equal error over sequential NLGS by the paper's method, whatever the method; bands as before. Solid: the "
+                   "paper's method, dashed: accelerated. " + platform(paper))
+        yield figure_block(save(figure, out, f"paper-{scene}-beyond"), f"{scene.capitalize()} test: partitions, methods and machines", caption,
+                           source(paper, windows), ("simulated", "counted") if simulated else ("counted",), wide=True,
+                           anchor="paper-beyond" if first else f"paper-beyond-{scene}")
+        first = False
+
+
+def rest(paper):
+    record = paper.record
+    plain = [run for run in record["runs"] if not run["variation"]]
+    varied = [run for run in record["runs"] if run["variation"]]
+    for html, entries, title, kinds, anchor, caption, lacks in (
+            (paper_tables.all_runs(paper), plain, "Whole runs", ("counted",), "paper-runs",
+             "Iterations of all steps, and over those of sequential NLGS by the same method. Unknowns: impulse components of all contacts.",
+             "whole runs (scripts/paper)"),
+            (paper_tables.agreement(paper), record["agreement"], "Agreement of one step with NLGS", ("computed",), "paper-agreement",
+             "One step of each, from the last state of sequential NLGS, by <code>nscdd compare</code>, with the bound that it must keep.",
+             "comparisons with NLGS (scripts/paper)"),
+            (paper_tables.packings(paper), record["packings"], "Packings", ("counted",), "paper-packings",
+             "The core is two diameters from the walls. Overlaps are those before one common shrink of the radii, after which there is none.",
+             "packings (scripts/paper)"),
+            (paper_tables.variations(paper), varied, "Variations", ("counted",), "paper-variations",
+             "Whole runs with one thing changed. Iterations a step are compared with the same scheme and splitting on the scene as it is.",
+             "variations of the scenes (scripts/paper)")):
+        if not html:
+            yield missing(lacks)
+            continue
+        if html.count("<tr>") > 40:
+            html = f"<details><summary>{html.count('<tr>') - 2} rows</summary>{html}</details>"
+        yield table_block(html, title, caption, source(paper, entries), kinds, wide=True, anchor=anchor)
+
+
+def summary(paper, found, blocks):
+    """Verdicts in one table, before anything else on the page; number() has labelled the blocks when it is read."""
+    judged = verdicts(paper, found)
+    links = {block.anchor: block.label for block in blocks if isinstance(block, Block)}
+    tally = ", ".join(f"{sum(one.verdict == verdict for one in judged)} {words}" for verdict, words in
+                      ((AGREES, "agree"), (DIFFERS, "differ"), (UNTOLD, "cannot be told")))
+    quick = ('<div class="verdict open"><b>From a quick job with small sizes, made to test the command: its verdicts say nothing of the paper.'
+             "</b></div>" if paper.record["quick"] else "")
+    return (f'<h2 id="verdicts">What the paper says, and what we find</h2>{quick}<p>{len(judged)} statements: {tally}. Each verdict is computed from '
+            f'the record by the rule that stands beside it.</p><div class="scroll">{paper_tables.statements(judged, links)}</div>'), judged
+
+
+def section(results, out):
+    """All blocks of the paper, and what the summary needs, kept in results.statements."""
+    if not results.paper:
+        return [missing("the paper's tables and figures at full size (scripts/paper)")]
+    if len(results.paper) > 1:
+        names = ", ".join(record["command"] for record in results.paper)
+        return [missing(f"one record of the paper; there are {len(results.paper)}: {names}")]
+    paper = Paper(results.paper[0])
+    pictures = multiplicities(paper, results, out)
+    found = next(pictures)
+    parts = [*communication(paper), *real_ranks(paper), *pictures, *scalability(paper, out), *points(paper), *beyond(paper, out), *rest(paper)]
+    if paper.record["quick"]:
+        parts.insert(0, '<div class="verdict open"><b>From a quick job with small sizes, made to test the command.</b></div>')
+    results.statements = (paper, found, parts)
+    return parts

@@ -1,0 +1,305 @@
+#!/usr/bin/env python3
+"""Tests of the report's section on the paper, on a fabricated record: no value here was ever counted, simulated or measured."""
+import contextlib
+import copy
+import io
+import json
+import math
+import re
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import report  # noqa: E402  (after the path is set)
+from nscdd_report import network, paper_figures, paper_tables, style  # noqa: E402
+from nscdd_report.paper_data import Paper  # noqa: E402
+from nscdd_report.paper_verdicts import AGREES, DIFFERS, UNTOLD, verdicts  # noqa: E402
+
+GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000}
+SPLITTINGS = {"isotropic": ("grid 3x1x1", "grid 2x2x1", "grid 2x2x2"), "biaxial": ("grid 2x1", "grid 4x2", "grid 8x6"),
+              "triaxial": ("grid 2x1x1", "grid 2x2x2", "grid 4x4x3")}
+COUNTS = {"grains": 90, "candidates": 190, "contacts": 170, "boundary_predicted": 17, "boundary": 15, "wrong": 2, "not_boundary": 2}
+
+
+def subdomains(splitting):
+    return math.prod(map(int, splitting.split()[1].split("x")))
+
+
+def run(scene, scheme, partition, n, method="paper", variation=""):
+    """Iterations grow by 1 % to 8 % with the subdomains, and acceleration makes a fifth of them."""
+    each = int((1000 + 100 * (n > 1) * n**0.5 / 10) * (1 if method == "paper" else 0.2))
+    return {"scene": scene, "variation": variation, "grains": GRAINS[scene], "dimension": 2 if scene == "biaxial" else 3, "method": method,
+            "scheme": scheme, "partition": partition, "subdomains": n, "steps": 2, "h": 0.01, "tolerance": 1e-4, "iterations": [each, each],
+            "contacts": [2e5, 2.2e5], "unknowns_mean": 6.3e5, "interface_grains": 100.0 * (n - 1), "residual_max": 9e-5, "unconverged_steps": 0,
+            "command": f"nscdd run FABRICATED {scene} {scheme} {partition}"}
+
+
+def window(scene, scheme, partition, n, method="paper", platform="node48", slower=1, latency=1):
+    """An iteration of NLGS takes 1000 us; CCS loses 20 us for each subdomain in 3D, 2 us in 2D, DCS little."""
+    lost = 0 if n == 1 else (2e-6 if scene == "biaxial" else 20e-6) * n if scheme == "ccs" else (10e-6 if platform == "node48" else 2e-6) * latency
+    seconds = 1e-3 * slower / n + lost * slower
+    share = {"ccs": {3: 0.3, 4: 0.35, 8: 0.58}, "dcs": {3: 0.14, 4: 0.09, 8: 0.18}}.get(scheme, {}).get(n, min(0.9, lost / seconds))
+    return {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "platform": platform, "after_step": 9,
+            "slower": slower, "latency": latency, "bandwidth": 1, "noise": 0, "seconds_per_iteration": seconds, "mpi_share": share,
+            "wait_share": share, "transfer_share": 0, "command": f"nscdd window FABRICATED {scene} {scheme} {partition}"}
+
+
+def paper(**changed):
+    """A record in which every statement that can be told agrees."""
+    runs, windows, measured = [], [], []
+    for scene, splittings in SPLITTINGS.items():
+        runs.append(run(scene, "nlgs", "none", 1))
+        windows += [window(scene, "nlgs", "none", 1, platform=platform) for platform in ("node48", "cluster")]
+        for splitting in splittings:
+            n = subdomains(splitting)
+            for scheme in ("ccs", "dcs"):
+                runs.append(run(scene, scheme, splitting, n))
+                windows += [window(scene, scheme, splitting, n, latency=latency) for latency in (1, 2)]
+                windows += [window(scene, scheme, splitting, n, slower=3)] * (scene == "isotropic")
+        for method in ("paper", "auto"):
+            for partition in ("bisection", "metis"):
+                runs += [run(scene, "dcs", partition, n, method) for n in (8, 128)]
+                windows += [window(scene, "dcs", partition, n, method, "cluster") for n in (8, 128)]
+        measured += [{"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": ranks, "seconds": 100.0 / ranks,
+                      "seconds_all": [99.0 / ranks, 101.0 / ranks], "mpi_share": 0.04 * (ranks - 1), "iterations_total": 2000,
+                      "command": "mpirun FABRICATED"} for scheme, partition, ranks in (("nlgs", "none", 1), ("dcs", "grid 2x1", 2))]
+    runs.append(run("triaxial", "nlgs", "none", 1, variation="h = 0.1") | {"h": 0.1})
+    return {"schema": "nscdd.paper/1", "command": "scripts/paper FABRICATED", "commit": "fabricated", "date": "2000-01-01T00:00:00Z", "quick": False,
+            "machine": {"cpu": "Fabricated CPU", "cores": 2, "os": "Fabricated OS", "compiler": "g++ 0", "lanes": 1},
+            "platform": {"name": "node48", "file": "FABRICATED.xml", "costs_2d": "FABRICATED-2d.json", "costs_3d": "FABRICATED-3d.json"},
+            "packings": [{"scene": "triaxial", "grains": 64000, "source": "FABRICATED", "solid_fraction": 0.6, "solid_fraction_core": 0.63,
+                          "coordination": 5.9, "rattlers": 0.02, "largest_overlap": 1e-4, "command": "nscdd pack FABRICATED"}],
+            "runs": runs, "windows": windows, "measured": measured,
+            "agreement": [{"scene": "triaxial", "method": "paper", "scheme": "dcs", "partition": "grid 2x2x2", "subdomains": 8,
+                           "rows": [{"quantity": "velocities", "value": 0.01, "bound": 0.03, "ok": True}]}]} | changed
+
+
+def write_network(path):
+    """Four touching disks in a square, cut by a grid 2x1 at its middle. Since the rough detection the upper left one has moved away from
+    the upper right one: it was foreseen on both sides, and is on one."""
+    x = np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]])
+    moved = x + [[0, 0], [0, 0], [-0.1, 0], [0, 0]]
+    with h5py.File(path, "w") as file:
+        file["x"], file["radius"], file["box"] = moved, np.full(4, 0.5), np.full(2, 2.0)
+        file["subdomain"], file["multiplicity"] = np.array([0, 1, 0, 1], np.int32), np.array([2, 1, 1, 1], np.int32)
+        file["contacts/i"], file["contacts/j"] = np.array([0, 1, 0], np.int32), np.array([1, 3, 2], np.int32)
+        file["contacts/normal"], file["contacts/gap"] = np.array([[-1.0, 0], [0, -1], [0, -1]]), np.zeros(3)
+        file["contacts/subdomain"] = np.array([1, 1, 0], np.int32)
+        file["rough/kind"] = [b"grid"]
+        file["rough/partition"] = np.array([2, 1, 0.5, 0.5, 1.5, 1.5])
+        file["rough/x"], file["rough/skin"], file["rough/steps_since"] = x, [0.05], [3]
+        file["rough/offset"], file["walls/normal"] = [-0.2], [[0.0, 1.0]]  # a floor, beyond the skin
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder, self.out = Path(temporary.name, "results"), Path(temporary.name, "out")
+        (self.folder / "paper").mkdir(parents=True)
+        write_network(self.folder / "paper/fig1-network.h5")
+
+    def report(self, record):
+        (self.folder / "paper.json").write_text(json.dumps(record))
+        errors = io.StringIO()
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
+            code = report.main([str(self.folder), "--out", str(self.out)])
+        return code, errors.getvalue()
+
+    def page(self):
+        return (self.out / "index.html").read_text()
+
+    def assert_one_line(self, record, *words):
+        code, errors = self.report(record)
+        self.assertEqual((code, len(errors.strip().splitlines())), (1, 1), errors)
+        for word in words:
+            self.assertIn(word, errors)
+        self.assertFalse((self.out / "index.html").exists())
+
+
+class Page(Case):
+    def test_sections_appear_with_their_marks(self):
+        self.assertEqual(self.report(paper()), (0, ""))
+        page = self.page()
+        for title in ("Share of time in MPI (Table 1 of the paper)", "Real ranks", "Multiplicities before and after the fine detection (Fig. 1 of",
+                      "Biaxial test: speed-up and iterations (Fig. 3", "Triaxial test: speed-up and iterations (Fig. 4",
+                      "Biaxial test: partitions, methods", "Triaxial test, every simulated point", "Whole runs", "Packings", "Variations",
+                      "Agreement of one step"):
+            self.assertRegex(page, r"<figcaption><b>(Table|Fig\.) 1\.\d+\. " + re.escape(title))
+        self.assertIn(f"Not in these results: Fig. 2 of the paper, the state {'paper/isotropic-dcs-grid-2x2x2.h5'}", page)
+        self.assertLess(page.index('id="verdicts"'), page.index('aria-label="Contents"'))
+        for anchor in re.findall('href="#([^"]*)"', page):
+            self.assertIn(f'id="{anchor}"', page)
+        marks = dict(re.findall(r'<figcaption><b>[^<]*?\. ([^<]*)\.</b> <span class="tag (\w+)">', page))
+        self.assertEqual(marks["Share of time in MPI (Table 1 of the paper)"], "simulated")
+        self.assertEqual(marks["Real ranks"], "measured")
+        self.assertEqual(marks["Whole runs"], "counted")
+        self.assertIn('<td class="faint">31.3</td><td class="faint">14.0</td><td class="strong">30.0</td><td class="strong">14.0</td>', page)
+        summary = json.loads((self.out / "summary.json").read_text())["statements"]
+        self.assertEqual([one["verdict"] for one in summary].count(AGREES), 11)
+        self.assertEqual([one["verdict"] for one in summary].count(UNTOLD), 1)
+
+    def test_axes_say_what_is_simulated_counted_and_measured(self):
+        figure, _ = paper_figures.draw_scene(Paper(paper()), "biaxial", False)
+        self.assertEqual([re.findall("SIMULATED|counted|measured", axis.get_ylabel()) for axis in figure.axes],
+                         [["SIMULATED"], ["counted"], ["measured"]])
+        style.plt.close(figure)
+
+    def test_at_most_eight_curves(self):
+        figure = paper_figures.draw_beyond(Paper(paper()), "triaxial")
+        self.assertLessEqual(max(len(axis.lines) for axis in figure.axes), 8)
+        style.plt.close(figure)
+
+    def test_quick_record_is_told(self):
+        self.report(paper(quick=True))
+        self.assertIn("its verdicts say nothing of the paper", self.page())
+
+    def test_bound_exceeded_fails_the_page(self):
+        record = paper()
+        record["agreement"][0]["rows"][0].update(value=0.5)
+        code, errors = self.report(record)
+        self.assertEqual(code, 1)
+        self.assertIn("paper: triaxial dcs grid 2x2x2, one step: velocities 0.5 exceeds 0.03", errors)
+
+    def test_steps_not_converged_fail_the_page_but_in_variations(self):
+        record = paper()
+        record["runs"][-1]["unconverged_steps"] = 1
+        self.assertEqual(self.report(record)[0], 0)
+        record["runs"][0]["unconverged_steps"] = 1
+        self.assertIn("not converged in 1 of 2 steps", self.report(record)[1])
+
+    def test_empty_lists_are_said(self):
+        empty = {key: [] for key in ("packings", "runs", "windows", "measured", "agreement")}
+        self.assertEqual(self.report(paper(**empty)), (0, ""))
+        self.assertIn("Not in these results: Table 1 of the paper", self.page())
+
+    def test_own_figures_of_a_record_are_shown(self):
+        own = {"schema": "nscdd.physics/1", "command": "scripts/FABRICATED", "commit": "fabricated", "date": "2000-01-01T00:00:00Z",
+               "machine": {"cpu": "Fabricated CPU", "cores": 2}, "figures": ["shear.svg"],
+               "tables": [{"title": "A < B", "kind": "measured", "head": ["a"], "rows": [[1.5], ["x"]]}]}
+        path = self.folder / "physics.json"
+        if (Path(report.__file__).parent / "physics.schema.json").is_file():
+            self.skipTest("physics.json has a schema of its own")
+        path.write_text(json.dumps(own))
+        self.assert_one_line(paper(), "no SVG file 'shear.svg'")
+        (self.folder / "shear.svg").write_text("<svg/>")
+        self.assertEqual(self.report(paper()), (0, ""))
+        self.assertIn("A &lt; B", self.page())
+        self.assertTrue((self.out / "shear.svg").is_file())
+        path.write_text(json.dumps(own | {"tables": 3}))
+        self.out = self.folder.parent / "other"
+        self.assert_one_line(paper(), "physics.json", "'tables'")
+
+
+class Verdicts(unittest.TestCase):
+    def judge(self, record, counts=COUNTS):
+        return {one.statement: one for one in verdicts(Paper(record), counts)}
+
+    def one(self, words, *arguments):
+        return next(one for statement, one in self.judge(*arguments).items() if words in statement)
+
+    def test_each_flips_when_its_numbers_are_made_worse(self):
+        def windows(change, **which):
+            def apply(record):
+                for entry in record["windows"]:
+                    if all(entry[key] == value for key, value in which.items()):
+                        entry.update(change(entry))
+            return apply
+
+        def runs(change, **which):
+            def apply(record):
+                for entry in record["runs"]:
+                    if all(entry[key] == value for key, value in which.items()) and not entry["variation"]:
+                        entry.update(change(entry))
+            return apply
+
+        def times(factor):
+            return lambda entry: {"seconds_per_iteration": factor * entry["seconds_per_iteration"]}
+
+        def longer(entry):
+            return {"iterations": [2 * k for k in entry["iterations"]]}
+        cases = (("DCS spends a smaller share", windows(lambda _: {"mpi_share": 0.7}, scheme="dcs", subdomains=4)),
+                 ("Order of magnitude, present cores", windows(lambda _: {"mpi_share": 0.01}, scene="isotropic", scheme="ccs", slower=1)),
+                 ("Order of magnitude, cores three times", windows(lambda _: {"mpi_share": 0.9}, scheme="dcs", slower=3)),
+                 ("does not depend on the communication", runs(longer, scene="triaxial", scheme="ccs", subdomains=8)),
+                 ("nearly constant", runs(longer, scene="biaxial", subdomains=48)),
+                 ("does not change drastically", windows(times(2), scene="biaxial", scheme="ccs", subdomains=8)),
+                 ("very poor efficiency", windows(times(0.02), scheme="ccs", subdomains=48)),
+                 ("good quantitative behaviour", windows(times(3), scene="triaxial", scheme="dcs", subdomains=48)),
+                 ("About a hundred", windows(times(10), platform="cluster", subdomains=128)),
+                 ("contact unknowns", runs(lambda _: {"unknowns_mean": 1e6}, scene="triaxial", scheme="nlgs")))
+        for words, worsen in cases:
+            with self.subTest(words):
+                self.assertEqual(self.one(words, paper()).verdict, AGREES)
+                record = copy.deepcopy(paper())
+                worsen(record)
+                found = self.one(words, record)
+                self.assertEqual(found.verdict, DIFFERS)
+                self.assertTrue(found.why and found.rule and found.finding)
+        self.assertEqual(self.one("minimal interface", paper(), COUNTS | {"not_boundary": 0}).verdict, DIFFERS)
+
+    def test_without_numbers_nothing_can_be_told(self):
+        empty = paper(**{key: [] for key in ("runs", "windows")})
+        for one in self.judge(empty, None).values():
+            self.assertEqual(one.verdict, UNTOLD, one.statement)
+
+    def test_speed_up_is_at_equal_error(self):
+        record = paper()
+        point = Paper(record).curve("triaxial", "paper", "dcs", "grid")[8]
+        self.assertAlmostEqual(point.iteration_efficiency, 1e-3 / (8 * 135e-6))
+        self.assertAlmostEqual(point.speed_up, 1e-3 / 135e-6 * 1000 / 1028)
+        self.assertAlmostEqual(point.low, 1e-3 / 145e-6 * 1000 / 1028)
+        self.assertEqual(point.high, point.speed_up)
+
+    def test_of_several_splittings_the_line_takes_that_of_fewest_shared_grains(self):
+        record = paper()
+        record["runs"].append(run("biaxial", "dcs", "grid 8x1", 8) | {"interface_grains": 9e3})
+        record["windows"].append(window("biaxial", "dcs", "grid 8x1", 8))
+        data = Paper(record)
+        self.assertEqual(data.curve("biaxial", "paper", "dcs", "grid")[8].partition, "grid 4x2")
+        self.assertEqual(len([p for p in data.points("biaxial", "paper", "dcs", "grid") if p.n == 8]), 2)
+
+    def test_variation_is_compared_with_the_scene_as_it_is(self):
+        cells = re.findall("<td[^>]*>(.*?)</td>", paper_tables.variations(Paper(paper())))
+        self.assertEqual((cells[1], cells[10]), ("h = 0.1", "1"))
+
+
+class Network(Case):
+    def test_wrong_predictions_are_found(self):
+        drawn = network.predict(self.folder / "paper/fig1-network.h5")
+        self.assertEqual(list(drawn["predicted"]), [2, 1, 2, 1])  # the edge of the upper two is of subdomain 1, that of the left two of 0
+        found = network.counts(drawn)
+        self.assertEqual((found["candidates"], found["wrong"], found["not_boundary"]), (4, 1, 1))
+
+    def test_bisection_owns_points_as_the_kernel_says(self):
+        rough = {"kind": "bisection", "partition": np.array([0, 1.0, 1, 0.5, 1, 0.7])}
+        points = np.array([[0.5, 0.2], [0.5, 0.8], [1.0, 0.6], [1.5, 0.7]])
+        self.assertEqual(list(network.owners(rough, points)), [0, 1, 2, 3])
+
+    def test_damaged_state_is_one_line(self):
+        path = self.folder / "paper/fig1-network.h5"
+        with h5py.File(path, "a") as file:
+            del file["rough/skin"]
+        self.assert_one_line(paper(), "fig1-network.h5", "rough")
+
+
+class Input(Case):
+    def test_malformed_records_are_one_line(self):
+        record = paper()
+        record["windows"][3]["mpi_share"] = 1.5
+        self.assert_one_line(record, "paper.json", "windows/3/mpi_share", "1.5")
+        record = paper()
+        record["runs"][2]["iterations"] = [1]
+        self.assert_one_line(record, "paper.json", "runs/2/iterations", "1 entries for 2 steps")
+        record = paper()
+        del record["platform"]
+        self.assert_one_line(record, "paper.json", "'platform'")
+
+
+if __name__ == "__main__":
+    unittest.main()
