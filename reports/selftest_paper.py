@@ -264,6 +264,12 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(data.curve("biaxial", "paper", "dcs", "grid")[8].partition, "grid 4x2")
         self.assertEqual(len([p for p in data.points("biaxial", "paper", "dcs", "grid") if p.n == 8]), 2)
 
+    def test_sequential_iteration_takes_the_same_on_the_cluster(self):
+        record = paper()
+        with_own = Paper(record).curve("triaxial", "paper", "dcs", "metis", "cluster")[8].speed_up
+        record["windows"] = [w for w in record["windows"] if (w["platform"], w["subdomains"]) != ("cluster", 1)]
+        self.assertEqual(Paper(record).curve("triaxial", "paper", "dcs", "metis", "cluster")[8].speed_up, with_own)
+
     def test_variation_is_compared_with_the_scene_as_it_is(self):
         cells = re.findall("<td[^>]*>(.*?)</td>", paper_tables.variations(Paper(paper())))
         self.assertEqual((cells[1], cells[10]), ("h = 0.1", "1"))

@@ -6,6 +6,11 @@ from .paper_data import SCENES, TABLE_1, family, mean, total
 from .tables import NONE, count, number, percent
 
 
+def splitting(partition):
+    """grid 2x2x1 on one line."""
+    return escape(partition).replace(" ", "\u00a0")
+
+
 def or_none(value, text=number):
     return NONE if value is None else text(value)
 
@@ -13,8 +18,8 @@ def or_none(value, text=number):
 def table_1(paper):
     """Shares in MPI: the paper's, and simulated with present cores and with those three times slower; None if nothing is simulated."""
     rows, found = [], False
-    for n, (splitting, *theirs) in TABLE_1.items():
-        cells = [str(n), escape(splitting), *[(f"{share:.1f}", "faint") for share in theirs]]
+    for n, (cut, *theirs) in TABLE_1.items():
+        cells = [str(n), splitting(cut), *[(f"{share:.1f}", "faint") for share in theirs]]
         for slower in (1, 3):
             for scheme in ("ccs", "dcs"):
                 share = paper.share(scheme, n, slower)
@@ -28,7 +33,7 @@ def table_1(paper):
 
 def measured(paper):
     """Whole runs on real cores; speed-up over measured sequential NLGS."""
-    rows = [[escape(row["scene"]), escape(row["scheme"].upper()), escape(row["method"]), escape(row["partition"]), str(row["ranks"]),
+    rows = [[escape(row["scene"]), escape(row["scheme"].upper()), escape(row["method"]), splitting(row["partition"]), str(row["ranks"]),
              number(row["seconds"]), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
              (percent(row["mpi_share"]), "strong") if row["scheme"] != "nlgs" else NONE, count(row["iterations_total"])]
             for row, speed_up in paper.measured()]
@@ -48,7 +53,7 @@ def speed_ups(paper, scene):
         if point is None:
             continue
         band = NONE if point.speed_up is None or point.low == point.high else f"{number(point.low)} \u2013 {number(point.high)}"
-        rows.append([escape(method), escape(scheme.upper()), escape(partition), str(n),
+        rows.append([escape(method), escape(scheme.upper()), splitting(partition), str(n),
                      escape(platform) + (f", {slower:g}\u00d7 slower" if slower != 1 else ""),
                      or_none(point.iterations, count), number(1e6 * point.seconds), percent(point.share),
                      or_none(own and own.iteration_efficiency), (or_none(point.speed_up), "strong"), band, or_none(point.efficiency)])
@@ -75,7 +80,8 @@ def variations(paper):
             continue
         base = paper.counted.get(paper.key(run))
         each = mean(run["iterations"])
-        rows.append([escape(run["scene"]), escape(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]), escape(run["partition"]),
+        rows.append([escape(run["scene"]), escape(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]),
+                     splitting(run["partition"]),
                      str(run["subdomains"]), number(run["h"]), number(run["tolerance"]), str(run["steps"]), count(each),
                      number(each / mean(base["iterations"])) if base and total(base) else NONE, count(mean(run["contacts"])),
                      (f"{run['unconverged_steps']}", "bad" if run["unconverged_steps"] else "")])
@@ -89,11 +95,13 @@ def all_runs(paper):
     rows = []
     runs = sorted(paper.counted.values(), key=lambda run: (SCENES.index(run["scene"]), run["method"] != "paper", run["scheme"] != "nlgs",
                                                            family(run["partition"]) != "grid", run["scheme"], run["subdomains"], run["partition"]))
+    asked = {run["tolerance"] for run in runs}
+    largest = "largest \u03b7" + (f"<br><i>\u2264\u202f{number(min(asked))}</i>" if len(asked) == 1 else "")
     for run in runs:
         nlgs = paper.nlgs(run["scene"], run["method"])
-        eta = f"{number(run['residual_max'])} <i>\u2264\u202f{number(run['tolerance'])}</i>"
+        eta = number(run["residual_max"]) + (f" <i>\u2264\u202f{number(run['tolerance'])}</i>" if len(asked) > 1 else "")
         bad = run["unconverged_steps"] or run["residual_max"] is None
-        rows.append([escape(run["scene"]), escape(run["method"]), escape(run["scheme"].upper()), escape(run["partition"]), str(run["subdomains"]),
+        rows.append([escape(run["scene"]), escape(run["method"]), escape(run["scheme"].upper()), splitting(run["partition"]), str(run["subdomains"]),
                      str(run["steps"]), count(total(run)), count(mean(run["iterations"])),
                      number(total(run) / total(nlgs)) if nlgs and total(nlgs) else NONE,
                      count(mean(run["contacts"])), number(run["unknowns_mean"]), count(run["interface_grains"]),
@@ -101,12 +109,12 @@ def all_runs(paper):
                      (str(run["unconverged_steps"]), "bad" if run["unconverged_steps"] else "")])
     head = [[("", 6), ("iterations", 3), ("mean", 2), ("shared grains", 2), ("", 2)],
             [(text, 1) for text in ("scene", "method", "scheme", "partition", "sub&shy;domains", "steps", "total", "a step", "over NLGS", "contacts",
-                                    "unknowns", "mean", "%", "largest \u03b7", "not converged")]]
+                                    "unknowns", "mean", "%", largest, "not converged")]]
     return tables.table(head, rows, "Runs of the paper's scenes") if rows else None
 
 
 def agreement(paper):
-    entries = [([escape(entry["scene"]), escape(entry["scheme"].upper()), escape(entry["method"]), escape(entry["partition"]),
+    entries = [([escape(entry["scene"]), escape(entry["scheme"].upper()), escape(entry["method"]), splitting(entry["partition"]),
                  str(entry["subdomains"])], entry["rows"], True) for entry in paper.record["agreement"]]
     return tables.bounded(("scene", "scheme", "method", "partition", "subdomains"), entries, "Agreement of one step with NLGS") if entries else None
 

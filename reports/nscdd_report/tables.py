@@ -52,7 +52,7 @@ def table(head, rows, label):
     lines = [f'<table aria-label="{escape(label)}">', "<thead>"]
     for row in head:
         lines.append("<tr>" + "".join(
-            f'<th colspan="{span}" class="group">{parted(text)}</th>' if span > 1 else f"<th>{parted(text)}</th>"
+            f'<th colspan="{span}" class="{"group" if text else ""}">{parted(text)}</th>' if span > 1 else f"<th>{parted(text)}</th>"
             for text, span in row) + "</tr>")
     lines += ["</thead>", "<tbody>"]
     lines += ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
