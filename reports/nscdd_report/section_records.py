@@ -51,8 +51,8 @@ def speed_against_error(results, out):
             for cost, error, cost_label, error_label in accuracy.VIEWS:
                 caption = (f"{len(shown)} of the {others} solvers, {escape('; '.join(shown))}; all are in the table that follows. Better to the "
                            "right and further down; a circle where a solver stalled, within "
-                           f"{tables.count(record['budget']['sweeps'])} sweeps. In-process subdomains take turns on one core, so "
-                           "their CPU time is the work of all. "
+                           f"{tables.count(record['budget']['sweeps'])} sweeps. "
+                           + ("In-process subdomains take turns on one core, so their CPU time is the work of all. " if cost == "cpu" else "")
                            + ("Distances are |V - V_ref|_M / |V_free|_M; where one stays while \u03b7 goes on falling, the solver went to "
                               "another answer, as velocities need not be unique with friction." if error == "distance" else ""))
                 figure = accuracy.draw_curves(record, shown, cost, error, cost_label, error_label)
