@@ -4,8 +4,7 @@ from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
 NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
-RECORDS = ("paper", "hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
-OWN_FIGURES = ("physics", "peers")  # records that bring figures and tables: section_extra.py
+RECORDS = ("paper", "physics", "hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
 
@@ -92,11 +91,10 @@ class Results:
     def __init__(self, folder, runs, compares, jobs, records):
         self.folder = Path(folder)
         self.runs, self.compares, self.jobs = runs, compares, jobs
-        self.paper, self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
-        self.physics, self.peers = (records[kind] for kind in OWN_FIGURES)
+        self.paper, self.physics, self.hard, self.accuracy, self.acceleration, self.velocity_error = (records[kind] for kind in RECORDS)
         self.statements = None  # of the paper, set by its section: what the summary of verdicts needs
         self.summary = {}  # what sections add to summary.json
-        self.records = [record for kind in (*RECORDS, *OWN_FIGURES) for record in records[kind]]
+        self.records = [record for kind in RECORDS for record in records[kind]]
 
     @property
     def hard_rows(self):
@@ -208,21 +206,9 @@ def check_steps(path, data):
                 raise InputError(f"{path}: runs/{place}/{key}: {len(run[key])} entries for {run['steps']} steps")
 
 
-def check_own_figures(path, data, kind):
-    """Against the record's own schema where it has one; what all such records have in any case."""
-    if (SCHEMAS / f"{kind}.schema.json").is_file():
-        check(path, data, f"{kind}.schema.json")
-    for key, wanted in (("command", str), ("commit", str), ("date", str), ("machine", dict), ("figures", list), ("tables", list)):
-        if not isinstance(data.get(key), wanted):
-            raise InputError(f"{path}: field '{key}' is missing, or not of the form that the report reads")
-    for key in ("cpu", "cores"):
-        if key not in data["machine"]:
-            raise InputError(f"{path}: machine/{key} is missing")
-
-
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, records = [], [], [], {kind: [] for kind in (*RECORDS, *OWN_FIGURES)}
+    runs, compares, jobs, records = [], [], [], {kind: [] for kind in RECORDS}
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -238,9 +224,6 @@ def load(folder):
             check(path, data, f"{kind}.schema.json")
             if kind == "paper":
                 check_steps(path, data)
-            records[kind].append(Record(data))
-        elif kind in OWN_FIGURES:
-            check_own_figures(path, data, kind)
             records[kind].append(Record(data))
         elif data["schema"] == "nscdd.job/1":
             try:

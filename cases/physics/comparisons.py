@@ -1,0 +1,223 @@
+"""Rows and curves of scripts/physics: what is measured in its runs, each beside what is published (published.py).
+
+`work` has the runs and packings: told(name) is a run as (JSON, series, path of the frames) or None, runs are the names of those with frames,
+generators those of the packings by name, folder and packings where files are, left_out the packings that cannot be made, with the reason."""
+import math
+
+import granular
+import numpy as np
+from published import EXPECTED, jamming, round_to, row, same
+
+SOLVERS = ("nlgs", "dcs")
+BINS = 60  # of a curve
+POWER, POWER_ERROR = 0.4, 0.05  # of the inertial number, with which strength without friction exceeds that at rate 0 (peyneau)
+
+
+def rows_of_spread(work, curves):
+    groups, commands = {}, []
+    for solver in SOLVERS:
+        found = [work.told(path.stem) for path in sorted(work.folder.glob(f"spread-{solver}-*.json"))]
+        groups[solver] = [told[1] for told in found if told]
+        commands += [told[0]["command"] for told in found if told]
+    if any(len(group) < 2 for group in groups.values()):
+        return [row(same(quantity), None, note="no runs") for quantity in ("q/p", "volumetric strain", "coordination")]
+    edges = bins(*groups["nlgs"], *groups["dcs"])
+    curves["spread"] = {"axial": few((edges[1:] + edges[:-1]) / 2)}
+    rows = []
+    for key, quantity in (("q/p", "q/p"), ("volumetric", "volumetric strain"), ("coordination", "coordination")):
+        binned = {solver: np.array([granular.binned(told, key, edges) for told in group]) for solver, group in groups.items()}
+        curves["spread"][key] = {solver: [few(curve) for curve in group] for solver, group in binned.items()}
+        nlgs, dcs = binned["nlgs"], binned["dcs"]
+        apart = granular.distance(dcs, nlgs)
+        spread = float(np.sqrt(np.nanmean(np.nanvar(nlgs, axis=0, ddof=1))))
+        within = np.mean((dcs >= nlgs.min(0)) & (dcs <= nlgs.max(0)))
+        rows.append(row(same(quantity), granular.permutation(dcs, nlgs), command=commands[-1], note=(
+            f"{len(dcs)} curves against {len(nlgs)}, each from positions perturbed by 1e-9 radius; means {apart:.2g} apart (rms over strain), "
+            f"one NLGS curve varies by {spread:.2g}; {100 * within:.0f} % of the points of DCS are between the least and the largest of NLGS")))
+    return rows
+
+
+def bins(*series):
+    """Edges between 0 and the axial strain that all have got to, a few steps apart at least."""
+    return np.linspace(0, min(told["axial"][-1] for told in series), min(BINS, len(series[0]["axial"]) // 5) + 1)
+
+
+def few(values, digits=5):
+    """For JSON: few digits, null for NaN."""
+    return [round_to(value, digits) if math.isfinite(value) else None for value in map(float, values)]
+
+
+def curve(told):
+    """A shear test in a few points."""
+    run, series, frames = told
+    edges = bins(series)
+    at = {int(step): strain for step, strain in zip(series["step"], series["axial"])}
+    core = granular.fractions(frames, run["dimension"])
+    works = {f"{name} total": few(granular.binned(series, f"{name}_total", edges))
+             for name in ("work_walls", "dissipated_friction", "dissipated_impact")}
+    return {"axial": few((edges[1:] + edges[:-1]) / 2), **{name: few(granular.binned(series, name, edges)) for name in
+            ("sine", "q/p", "volumetric", "coordination", "fabric")}, **works,
+            "core": {"axial": few(at[step] for step in core), "solid fraction": few(core.values())}}
+
+
+def angle(series, rows):
+    """Friction angle of a window and its standard error, degrees."""
+    mean, error = granular.mean_and_error(series["sine"][rows])
+    return granular.degrees(mean), math.degrees(error / math.sqrt(1 - mean**2))
+
+
+def peak(series):
+    """Strain, friction angle and rate of dilation at the peak of the strength, over 2 % of strain."""
+    width = min(0.02, series["axial"][-1] / 4)
+    places = np.linspace(width / 2, series["axial"][-1] - width / 2, 100)
+    windows = [np.abs(series["axial"] - place) <= width / 2 for place in places]
+    best = max(range(len(places)), key=lambda k: series["sine"][windows[k]].mean())
+    return places[best], granular.degrees(series["sine"][windows[best]].mean()), *granular.slope(series, windows[best])
+
+
+def rows_of_spheres(work):
+    """The critical state of spheres with friction."""
+    keys = ("sphere angle", "sphere fraction", "sphere dilation", "sphere peak", "sphere contacts")
+    if not (told := work.told("triaxial")):
+        return [row(EXPECTED[key], None, note="no run") for key in (*keys, "sphere rate")]
+    (run, series, frames), rows = told, granular.last(told[1])
+    command, grains = run["command"], run["grains"]
+    critical, error = angle(series, rows)
+    window = f"{grains} spheres, mean of axial strains {series['axial'][rows][0]:.2f} to {series['axial'][-1]:.2f}"
+    where, highest, rate, rate_error = peak(series)
+    first = series["step"][rows][0]
+    core = [phi for step, phi in granular.fractions(frames, run["dimension"]).items() if step >= first]
+    values = ((critical, error, f"{window}; q/p {series['q/p'][rows].mean():.3f}; fabric deviator {series['fabric'][rows].mean():.3f}"),
+              (*granular.mean_and_error(core), f"{window}; the whole box with layers at the walls has {series['solid_fraction'][rows].mean():.3f}"),
+              (*granular.slope(series, rows), window),
+              (highest - critical - 10 * rate, math.hypot(error, 10 * rate_error),
+               f"peak {highest:.1f} degrees at strain {where:.3f} where the rate of dilation is {rate:.2f}; critical {critical:.1f} degrees"),
+              (*granular.mean_and_error(series["coordination"][rows]), f"{window}; rattlers {100 * series['rattlers'][rows].mean():.1f} %"))
+    made = [row(EXPECTED[key], value, spread, note, command) for key, (value, spread, note) in zip(keys, values)]
+    slow = work.told("triaxial-slow")
+    if not slow:
+        return [*made, row(EXPECTED["sphere rate"], None, note="no run")]
+    low = granular.last(slow[1])
+    both = (series["axial"] >= slow[1]["axial"][low][0]) & (series["axial"] <= slow[1]["axial"][-1])
+    (fast, one), (calm, other) = angle(series, both), angle(slow[1], low)
+    inertia = [np.median(told["inertial_number"][window]) for told, window in ((slow[1], low), (series, both))]
+    note = f"{calm:.1f} degrees at I = {inertia[0]:.1e}, {fast:.1f} at {inertia[1]:.1e}, same strains"
+    return [*made, row(EXPECTED["sphere rate"], calm - fast, math.hypot(one, other), note, slow[0]["command"])]
+
+
+def rows_without_friction(work):
+    found = {name: work.told(name) for name in ("frictionless", "frictionless-slow")}
+    if not all(found.values()):
+        return [row(EXPECTED[key], None, note="no run") for key in ("free angle", "free dilation")]
+    angles, rates = [], []
+    for run, series, _ in found.values():
+        rows = granular.last(series, 1 / 2)
+        angles.append(angle(series, rows))
+        rates.append(np.median(series["inertial_number"][rows]))
+    (fast, one), (slow, other) = angles
+
+    def limit(power):
+        """The strength without rate, where what exceeds it is a power of the rate."""
+        ratio = (rates[0] / rates[1])**power
+        return (ratio * slow - fast) / (ratio - 1), math.hypot(ratio * other, one) / (ratio - 1)
+    value, error = limit(POWER)
+    error = math.hypot(error, limit(POWER + POWER_ERROR)[0] - value)
+    run, series, frames = found["frictionless-slow"]
+    core = list(granular.fractions(frames, run["dimension"]).values())
+    half = core[len(core) // 2:]
+    return [row(EXPECTED["free angle"], value, error, f"{fast:.2f} degrees at I = {rates[0]:.1e} and {slow:.2f} at {rates[1]:.1e}, last half of the "
+                f"strain; what exceeds the limit taken as I to the power {POWER} +- {POWER_ERROR}, after the source", run["command"]),
+            row(EXPECTED["free dilation"], np.mean(half) - core[0], granular.mean_and_error(half)[1],
+                f"from {core[0]:.4f} to {np.mean(half):.4f}, mean of the last half, axial strain {series['axial'][-1]:.2f}", run["command"])]
+
+
+def rows_of_disks(work):
+    keys = ("disk sine", "disk fraction", "disk dilation")
+    if not (told := work.told("biaxial")):
+        return [row(EXPECTED[key], None, note="no run") for key in keys]
+    (run, series, frames), rows = told, granular.last(told[1])
+    first = series["step"][rows][0]
+    core = [phi for step, phi in granular.fractions(frames, run["dimension"]).items() if step >= first]
+    window = f"{run['grains']} disks, mean of axial strains {series['axial'][rows][0]:.2f} to {series['axial'][-1]:.2f}"
+    values = ((*granular.mean_and_error(series["sine"][rows]), f"{window}; contacts per grain {series['coordination'][rows].mean():.2f}, "
+               f"fabric deviator {series['fabric'][rows].mean():.3f}"),
+              (*granular.mean_and_error(core), window), (*granular.slope(series, rows), window))
+    return [row(EXPECTED[key], value, error, note, run["command"]) for key, (value, error, note) in zip(keys, values)]
+
+
+def rows_of_forces(work, curves):
+    rows = []
+    for key, name, first in (("disk", "biaxial", 2 / 3), ("free", "isotropic", 1 / 2), ("sphere", "triaxial", 2 / 3)):
+        expected = [k for k in (f"{key} decay", f"{key} power") if k in EXPECTED] + (["weak deviator"] if key == "disk" else [])
+        told = work.told(name)
+        if not told:
+            rows += [row(EXPECTED[k], None, note="no run") for k in expected]
+            continue
+        run, series, frames = told
+        begin = series["step"][granular.last(series, 1 - first)][0] if name != "isotropic" else first * run["steps"]
+        parts = list(granular.forces(frames, run["dimension"], begin))
+        f = np.concatenate([part["f"] for part in parts])
+        share = {k: granular.mean_and_error([part[k] for part in parts]) for k in ("weak", "weak pressure", "weak deviator")}
+        beta = granular.mean_and_error([granular.decay(part["f"]) for part in parts])[1]
+        alpha = granular.mean_and_error([granular.power(part["f"]) for part in parts])[1]
+        edges = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 8, 36)[1:]])
+        counts = np.histogram(f, edges)[0]
+        curves.setdefault("forces", {})[name] = {
+            "f": few((edges[1:] + edges[:-1]) / 2), "P": few(counts / np.diff(edges) / len(f), 4), "counts": counts.tolist(),
+            "decay": round_to(granular.decay(f)), "above the mean": round_to((f > 1).mean())}
+        n = f"{len(f)} forces of {len(parts)} frames"
+        values = {"decay": (granular.decay(f), beta, f"{n}; from twice the mean force on {granular.decay(f, 2.0):.2f}"),
+                  "power": (granular.power(f), alpha, f"{n}; between 0.02 and 1 mean force"),
+                  "deviator": (*share["weak deviator"], f"{100 * share['weak'][0]:.0f} % of the contacts are weak and carry "
+                               f"{100 * share['weak pressure'][0]:.0f} % of the pressure")}
+        rows += [row(EXPECTED[k], *values[k.split()[-1]], run["command"]) for k in expected]
+    return rows
+
+
+def rows_of_jamming(work):
+    rows = []
+    for name, generator in work.generators.items():
+        path = work.packings / f"{name}.h5"
+        there = path.exists() and name not in work.left_out
+        told = granular.packing(path) if there else {}
+        dimension = told.get("dimension", 2 if name in ("biaxial", "disks-5k") else 3)
+        for key, expected in jamming(dimension).items():
+            expected = expected | {"quantity": f"{expected['quantity']}: {told['grains'] if there else name}, by "
+                                               f"{'LAMMPS' if generator == 'lammps' else 'our contact dynamics'}"}
+            widened = "; half the gap is less than the shrink that took overlaps away" if there and told["isostatic of other gaps"][0] == 0 else ""
+            notes = {"solid fraction": f"rattlers {100 * told['free']:.1f} %",
+                     "contacts": f"gaps up to {granular.GAP:g} diameters; the file says {told['coordination']} with gaps up to 1e-4",
+                     "isostatic": "with half and twice the gap " + " and ".join(f"{x:.3f}" for x in told["isostatic of other gaps"]) + widened
+                     } if there else {}
+            rows.append(row(expected, told.get(key), None, notes.get(key, work.left_out.get(name, "no packing")), told.get("command", "")))
+    return rows
+
+
+def rows_of_care(work):
+    """Whether the runs were slow, fine and exact enough for what is said of them."""
+    found = {name: told for name in (*work.runs, *(path.stem for path in sorted(work.folder.glob("spread-*.json")))) if (told := work.told(name))}
+    shear = {name: told for name, told in found.items() if name != "isotropic"}
+    if not shear:
+        return [row(EXPECTED[key], None, note="no runs") for key in ("inertia", "motion", "overlap", "energy")]
+    inertia = {name: float(np.median(series["inertial_number"])) for name, (_, series, _) in shear.items()}
+    moved = {name: granular.motion(frames, run["dimension"], run["h"]) for name, (run, _, frames) in shear.items() if frames.exists()}
+    energy = {name: float(series["energy_error"].max()) for name, (_, series, _) in found.items()}
+    overlaps = {name: granular.overlap(frames) for name, (_, _, frames) in found.items() if frames.exists()}
+    most = lambda values: max(values, key=values.get)  # noqa: E731
+    told = []
+    for key, values, note in (("inertia", inertia, "{}; the first steps, in which the walls begin to move, have more"),
+                              ("motion", {name: value[0] for name, value in moved.items()},
+                               "{}; the largest of any grain " + f"{max(value[1] for value in moved.values()):.3f}"),
+                              ("overlap", overlaps, "{}; of contacts that carry, the mean of a frame, the largest of all frames"),
+                              ("energy", energy, "{}; " + f"{sum(run['steps'] for run, _, _ in found.values())} steps, of which "
+                               f"{sum(run['unconverged_steps'] for run, _, _ in found.values())} hit the cap of iterations")):
+        name = most(values)
+        told.append(row(EXPECTED[key], values[name], None, note.format(name), found[name][0]["command"]))
+    return told
+
+
+def all_rows(work):
+    """Rows, and the curves of the figures."""
+    curves = {"shear": {name: curve(told) for name in work.runs if name != "isotropic" and (told := work.told(name))}}
+    return [*rows_of_spread(work, curves), *rows_of_spheres(work), *rows_without_friction(work), *rows_of_disks(work), *rows_of_jamming(work),
+            *rows_of_forces(work, curves), *rows_of_care(work)], curves
