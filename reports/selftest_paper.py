@@ -178,23 +178,6 @@ class Page(Case):
         self.assertEqual(self.report(paper(**empty)), (0, ""))
         self.assertIn("Not in these results: Table 1 of the paper", self.page())
 
-    def test_own_figures_of_a_record_are_shown(self):
-        own = {"schema": "nscdd.physics/1", "command": "scripts/FABRICATED", "commit": "fabricated", "date": "2000-01-01T00:00:00Z",
-               "machine": {"cpu": "Fabricated CPU", "cores": 2}, "figures": ["shear.svg"],
-               "tables": [{"title": "A < B", "kind": "measured", "head": ["a"], "rows": [[1.5], ["x"]]}]}
-        path = self.folder / "physics.json"
-        if (Path(report.__file__).parent / "physics.schema.json").is_file():
-            self.skipTest("physics.json has a schema of its own")
-        path.write_text(json.dumps(own))
-        self.assert_one_line(paper(), "no SVG file 'shear.svg'")
-        (self.folder / "shear.svg").write_text("<svg/>")
-        self.assertEqual(self.report(paper()), (0, ""))
-        self.assertIn("A &lt; B", self.page())
-        self.assertTrue((self.out / "shear.svg").is_file())
-        path.write_text(json.dumps(own | {"tables": 3}))
-        self.out = self.folder.parent / "other"
-        self.assert_one_line(paper(), "physics.json", "'tables'")
-
 
 class Verdicts(unittest.TestCase):
     def judge(self, record, counts=COUNTS):

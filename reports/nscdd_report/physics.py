@@ -1,13 +1,11 @@
 """Granular physics beside published numbers: the figures of scripts/physics, and the section of the page."""
-import io
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 from . import tables
-from .page import block, image, origin
-from .style import DCS, INK, NLGS, SUBDOMAINS, plt, save, write
+from .page import figure_block, origin, table_block
+from .style import DCS, INK, NLGS, SUBDOMAINS, plt, save
 
 SHEAR = {"triaxial": ("spheres, friction 0.3", SUBDOMAINS[0], "-"), "triaxial-slow": ("spheres, friction 0.3, half the rate", SUBDOMAINS[5], "--"),
          "biaxial": ("disks, friction 0.3", SUBDOMAINS[1], "-"), "frictionless": ("spheres, no friction", SUBDOMAINS[3], "-"),
@@ -104,11 +102,7 @@ def drawable(record, name):
 
 
 def write_svg(record, name, folder):
-    stream = io.BytesIO()
-    figure = FIGURES[name](record)
-    figure.savefig(stream, format="svg", metadata={"Date": None})
-    plt.close(figure)
-    write(Path(folder) / f"{name}.svg", stream.getvalue())
+    return save(FIGURES[name](record), folder, name)
 
 
 def value_text(row):
@@ -158,19 +152,21 @@ CAPTIONS = {
 }
 
 
-def section(record, out):
-    """HTML of the section; figures go to the folder `out` too."""
+def section(results, out):
+    return [part for record in results.physics for part in parts_of(record, out)]
+
+
+def parts_of(record, out):
     counts = {verdict: sum(row["verdict"] == verdict for row in record["rows"]) for verdict in MARK}
-    parts = [f"<p>{len(record['rows'])} comparisons: {counts['agrees']} agree, {counts['differs']} differ, "
-             f"{counts['cannot be told']} cannot be told.</p>"]
+    yield (f"<p>{len(record['rows'])} comparisons: {counts['agrees']} agree, {counts['differs']} differ, "
+           f"{counts['cannot be told']} cannot be told.</p>")
     if record["quick"]:
-        parts.append("<p>From a quick job with few grains and steps, made to test the command: its numbers say nothing.</p>")
-    source = origin([record], "Computed")
-    for name, (title, caption) in CAPTIONS.items():
-        if drawable(record, name):
-            parts.append(block(image(save(FIGURES[name](record), out, name), "svg", title), title, caption, source, wide=True))
+        yield "<p>From a quick job with few grains and steps, made to test the command: its numbers say nothing.</p>"
+    source = origin([record])
     caption = ("Each result beside a published number. A verdict allows the published number or range, and a margin of ours for other samples "
                "and loadings, which the rule states; errors are standard errors of means in time. Where a result is outside by less than two of "
                "them, nothing can be told. Published numbers are quoted; few were checked in the papers for this page (published.py says which).")
-    parts.append(block(row_table(record), "Granular physics", caption, source, wide=True))
-    return "\n".join(parts)
+    yield table_block(row_table(record), "Granular physics beside published numbers", caption, source, wide=True)
+    for name, (title, caption) in CAPTIONS.items():
+        if drawable(record, name):
+            yield figure_block(write_svg(record, name, out), title, caption, source, wide=True)
