@@ -7,6 +7,8 @@ import subprocess
 import sys
 import unittest
 
+import jsonschema
+
 from harness import NSCDD, ProgramTest, load_script
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -77,6 +79,7 @@ class Quick(ProgramTest):
         done = self.run_script("--only", "table1,fig1")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = json.loads((self.folder / "paper.json").read_text())
+        jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
         self.assertTrue(record["quick"])
         runs = {(row["scheme"], row["subdomains"]): row for row in record["runs"] if row["scene"] == "isotropic"}
         self.assertEqual(set(runs), {("nlgs", 1), *((scheme, n) for scheme in ("ccs", "dcs") for n in (3, 4, 8))})
