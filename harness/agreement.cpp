@@ -81,10 +81,10 @@ double largest(const std::vector<double>& values) {
 
 // By the run's own figures, or as many as it says if that is more. But for eta by the default bounds, whatever those of
 // the run were.
-std::int64_t unconverged(const RunReport& run, double tolerance) {
+std::int64_t unconverged(const RunReport& run, double tolerance, double allowed_error) {
     std::int64_t count = 0;
     for (std::size_t k = 0; k < run.residual.size(); ++k)
-        count += !(run.residual[k] <= tolerance && run.velocity_error[k] <= most_velocity_error &&
+        count += !(run.residual[k] <= tolerance && run.velocity_error[k] <= allowed_error &&
                    run.energy_made[k] <= most_energy_made && run.penetration[k] <= most_penetration * (1 + 1e-12));
     return std::max(count, run.unconverged_steps);
 }
@@ -128,9 +128,10 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     const bool one_step = a.steps == 1 && b.steps == 1;
     // A candidate could excuse itself by a tolerance of its own; one that is finer than the reference's need not be.
     const double tolerance = std::max(a.tolerance, default_tolerance);
+    const double allowed_error = std::max(a.velocity_error_allowed, most_velocity_error);
     const double energy_scale = 0.5 * a.free_velocity_norm * a.free_velocity_norm;
     return {{"largest residual eta, <= 1e-4 or the reference's tolerance", largest(b.residual), tolerance},
-            {"steps without convergence", static_cast<double>(unconverged(b, tolerance)), 0},
+            {"steps without convergence", static_cast<double>(unconverged(b, tolerance, allowed_error)), 0},
             {"velocities, |V - V_ref|_M / |V_free|_M",
              relative(velocity_distance(reference, candidate), a.free_velocity_norm), one_step ? 0.03 : 0.5},
             {"kinetic energy, difference / (|V_free|_M^2 / 2)",

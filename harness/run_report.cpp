@@ -131,6 +131,7 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     run.tolerance = top.non_negative("tolerance");
     run.residual = top.numbers("residual", run.steps, true);
     run.velocity_error = top.numbers("velocity_error", run.steps, true);
+    run.velocity_error_allowed = top.non_negative("velocity_error_allowed");
     run.energy_made = top.numbers("energy_made", run.steps, true);
     run.penetration = top.numbers("penetration", run.steps, true);
     run.contacts = top.numbers("contacts", run.steps);
