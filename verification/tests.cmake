@@ -114,6 +114,7 @@ if(NSCDD_PROGRAM)
         SKIP_REGULAR_EXPRESSION "regression: skipped" ENVIRONMENT "NSCDD=$<TARGET_FILE:nscdd>;PYTHONDONTWRITEBYTECODE=1")
     # six minutes
     nscdd_program_test("killed a hundred times" "program;full" test_checkpoint.HundredKills.test_killed_at_random_moments)
+    nscdd_program_test("beside other codes" program test_peers)
     # Half a minute each: two of scripts that measure, and a count of iterations that is seldom off
     nscdd_program_test("speed against error" "program;full" test_accuracy)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)

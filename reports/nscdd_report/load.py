@@ -3,7 +3,7 @@ import json
 from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
-NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
+NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions", "peers"))
 RECORDS = ("paper", "physics", "hard", "accuracy", "acceleration", "velocity_error")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 

@@ -1,0 +1,192 @@
+"""Against what a user would pick: CPU time of LAMMPS on a settling bed and of Siconos on exported steps, at equal error; cited figures."""
+import statistics
+from html import escape
+
+from . import tables
+from .accuracy import SICONOS, at_level
+from .page import block, image, origin
+from .style import CCS, DCS, NLGS, plt, save, write
+
+LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
+CUSTOMARY = "customary"
+
+
+def median(row):
+    return statistics.median(row["cpus"])
+
+
+def settled(row):
+    """Whether a run of either code is an answer: the bed is at rest and nothing went wrong on the way."""
+    return "refused" not in row and row.get("stable", True) and row.get("at_rest", False)
+
+
+def named(row):
+    """What a run of the settling bed was asked for, in words."""
+    if "k" in row:
+        return (f"k = {row['k']:.3g} Pa, dt = {row['dt']:.3g} s, damping {row['damping']:g}, skin {row['skin']:g} d"
+                + (f" looked at every {row['check']} steps" if row["check"] > 1 else ""))
+    return f"h = {row['h']:.3g} s {row['arguments']}"
+
+
+def frontier(rows):
+    """Those that no other row beats in both time and mean overlap, from the cheapest on."""
+    best, kept = float("inf"), []
+    for row in sorted(rows, key=lambda row: (median(row), row["mean_overlap"])):
+        if row["mean_overlap"] < best:
+            best = row["mean_overlap"]
+            kept.append(row)
+    return kept
+
+
+def usable(rows):
+    return [row for row in rows if settled(row)]
+
+
+def cheapest(rows):
+    """Of each stiffness the cheapest row, from the softest on."""
+    best = {}
+    for row in sorted(rows, key=median):
+        best.setdefault(row["k"], row)
+    return [best[k] for k in sorted(best)]
+
+
+def stable_steps(record):
+    """LAMMPS at its largest stable step."""
+    return cheapest([row for row in usable(record["lammps"]) if row["role"] != CUSTOMARY])
+
+
+def customary_steps(record):
+    return cheapest([row for row in usable(record["lammps"]) if row["role"] == CUSTOMARY])
+
+
+def ratios(record):
+    """Of each run of LAMMPS that counts: its time over that of our cheapest run that is as good by the mean overlap, and by the largest too."""
+    found, ours = [], usable(record["ours"])
+    for role, rows in (("largest stable step", stable_steps(record)), (CUSTOMARY, customary_steps(record))):
+        for row in rows:
+            good = [own for own in ours if own["mean_overlap"] <= row["mean_overlap"]]
+            both = [own for own in good if own["largest_overlap"] <= row["largest_overlap"]]
+            best, best_both = (min(some, key=median, default=None) for some in (good, both))
+            found.append({"step": role, "k": row["k"], "dt": row["dt"], "lammps_cpu": median(row), "mean_overlap": row["mean_overlap"],
+                          "largest_overlap": row["largest_overlap"], "ours": best and named(best), "ours_cpu": best and median(best),
+                          "ours_mean_overlap": best and best["mean_overlap"], "ours_largest_overlap": best and best["largest_overlap"],
+                          "ratio": best and median(row) / median(best), "ratio_both": best_both and median(row) / median(best_both)})
+    return found
+
+
+def draw(record):
+    """CPU time against the mean overlap, log-log: all measured."""
+    figure, axis = plt.subplots(figsize=(6.2, 4.2))
+    ours = usable(record["ours"])
+    curves = (("contact dynamics, this program", frontier(ours), {"color": DCS, "marker": "o", "linestyle": "-"}),
+              ("LAMMPS, largest stable step", stable_steps(record), {"color": CCS, "marker": "s", "linestyle": "-"}),
+              ("LAMMPS, a tenth of a contact's time", customary_steps(record), {"color": NLGS, "marker": "s", "linestyle": "--"}))
+    rest = [row for row in ours if row not in curves[0][1]]
+    axis.plot([row["mean_overlap"] for row in rest], [median(row) for row in rest], "o", color=DCS, markerfacecolor="none", markersize=4)
+    for label, rows, look in curves:
+        if rows:
+            axis.plot([row["mean_overlap"] for row in rows], [median(row) for row in rows], label=label, markersize=5, **look)
+    axis.set(xscale="log", yscale="log", xlabel="mean overlap at the end, over the mean diameter", ylabel="user CPU time [s]")
+    axis.invert_xaxis()
+    axis.legend(loc="best")
+    return figure
+
+
+def run_table(record):
+    """Every run of the settling bed."""
+    def cells(row):
+        text = [escape(named(row)), f"{median(row):.2f} <i>({len(row['cpus'])})</i>"]
+        if "mean_overlap" not in row:
+            return [*text, *[tables.NONE] * 5, (escape(row.get("refused") or row["why"]), "bad")]
+        verdict = ("", "") if settled(row) else ("gains energy" if not row.get("stable", True) else "not at rest", "bad")
+        return [*text, tables.number(row["mean_overlap"]), tables.number(row["largest_overlap"]), tables.number(row["kinetic_energy"]),
+                f"{1e3 * row['bed_height']:.1f}", f"{row['coordination']:.2f}", verdict]
+    lines = [[code, row["role"], *cells(row)] for code, rows in (("ours", record["ours"]), ("LAMMPS", record["lammps"])) for row in rows]
+    head = [[(text, 1) for text in ("code", "tried", "run", "user CPU [s] <i>(runs)</i>", "mean overlap [d]", "largest overlap [d]",
+                                    "kinetic energy left [J]", "bed height [mm]", "coordination", "")]]
+    return tables.table(head, lines, "Settling bed, all runs")
+
+
+def ratio_table(record):
+    def value(number):
+        return tables.NONE if number is None else tables.number(number)
+    lines = [[escape(row["step"]), f"{row['k']:.2g}", f"{row['dt']:.2g}", value(row["mean_overlap"]), value(row["largest_overlap"]),
+              value(row["lammps_cpu"]), escape(row["ours"] or tables.NONE), value(row["ours_mean_overlap"]), value(row["ours_largest_overlap"]),
+              value(row["ours_cpu"]), (value(row["ratio"]), "strong"), value(row["ratio_both"])] for row in record["ratios"]]
+    head = [[("LAMMPS", 6), ("ours", 4), ("LAMMPS over ours", 2)],
+            [(text, 1) for text in ("step", "k [Pa]", "dt [s]", "mean [d]", "largest [d]", "CPU [s]", "run", "mean [d]", "largest [d]", "CPU [s]",
+                                    "equal mean", "equal mean and largest")]]
+    return tables.table(head, lines, "CPU time of LAMMPS over ours at equal overlap")
+
+
+def siconos_levels(record):
+    """[(scene, eta, {solver: CPU seconds or None})]."""
+    found = []
+    for scene in dict.fromkeys(row["scene"] for row in record["siconos"]):
+        own = [row for row in record["siconos"] if row["scene"] == scene]
+        for level in LEVELS:
+            found.append((scene, level, {solver: at_level([row for row in own if row["solver"] == solver], level)
+                                         for solver in dict.fromkeys(row["solver"] for row in own)}))
+    return found
+
+
+def siconos_table(record):
+    lines = []
+    for scene, level, cost in siconos_levels(record):
+        theirs = cost.pop(SICONOS, None)
+        cells = [escape(scene), tables.number(level), tables.number(theirs) if theirs else tables.NONE]
+        for value in cost.values():
+            cells += [tables.number(value) if value else tables.NONE,
+                      (tables.number(theirs / value), "strong") if theirs and value else tables.NONE]
+        lines.append(cells)
+    solvers = list(dict.fromkeys(row["solver"] for row in record["siconos"] if row["solver"] != SICONOS))
+    pairs = [pair for name in solvers for pair in ((f"{escape(name)} [s]", 1), ("times faster", 1))]
+    head = [[("scene", 1), ("\u03b7", 1), ("Siconos NSGS [s]", 1), *pairs]]
+    return tables.table(head, lines, "CPU time of Siconos and ours at equal error")
+
+
+def cited_table(record):
+    lines = [[escape(row[key]) for key in ("code", "quantity", "value", "of", "source")] for row in record["cited"]]
+    return tables.table([[(text, 1) for text in ("code", "quantity", "value", "of", "source")]], lines, "Cited figures")
+
+
+def summary(record):
+    """Lines for the terminal."""
+    for row in record["settle"]["ratios"]:
+        text = f"LAMMPS, {row['step']}, mean overlap {row['mean_overlap']:.1e} d: {row['lammps_cpu']:.2f} s; "
+        yield text + (f"ours {row['ours_cpu']:.2f} s by {row['ours']}: ratio {row['ratio']:.2f}" if row["ours"] else "none of ours is as good")
+    for scene, level, cost in siconos_levels(record):
+        theirs, values = cost.pop(SICONOS, None), ", ".join(f"{name} {value:.3g} s" for name, value in cost.items() if value)
+        yield f"{scene}, eta {level:g}: Siconos " + (f"{theirs:.3g} s" if theirs else "not there") + f"; {values}"
+
+
+def draw_all(record, folder):
+    """Writes the figure beside the record, as SVG alone."""
+    if usable(record["settle"]["ours"]):
+        write(folder / "peers.svg", save(draw(record["settle"]), folder, "peers")["svg"])
+        (folder / "peers.png").unlink()
+
+
+def section(record, out):
+    """The section of the page, as HTML. `record`: a Record, with its command."""
+    bed, parts, source = record["settle"], [], origin([record], "Measured")
+    if record["quick"]:
+        parts.append("<p>From a quick job with few grains, made to test the command: its times say nothing.</p>")
+    parts += [f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"]]
+    if usable(bed["ours"]):
+        caption = (f"{tables.count(bed['grains'])} spheres settle in a box for {bed['seconds']:g} s: user CPU time on one core against the mean "
+                   "overlap of what overlaps at the end, better to the right and further down. Open circles: our runs that another of ours "
+                   "beats in both. LAMMPS at the largest step at which energy does not grow, and at a tenth of the time of a contact.")
+        parts.append(block(image(save(draw(bed), out, "fig-peers"), "svg", "CPU time against mean overlap"), "Settling bed", caption, source))
+    if bed["ratios"]:
+        parts.append(block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, wide=True))
+    if bed["ours"]:
+        parts.append(block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", source, wide=True))
+    if record["siconos"]:
+        caption = ("One step of reduced scenes of the paper from impulses zero: CPU time of the solvers' calls at equal \u03b7, by our measure for "
+                   "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>.")
+        parts.append(block(siconos_table(record), "Siconos against ours", caption, source, wide=True))
+    caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
+    source = '<div class="from"><b>Cited.</b> From <code>cases/peers/cited.json</code>.</div>'
+    parts.append(block(cited_table(record), "Cited", caption, source, wide=True))
+    return "\n".join(parts)
