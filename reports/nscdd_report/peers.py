@@ -88,6 +88,8 @@ def draw(record):
             axis.plot([row["mean_overlap"] for row in rows], [median(row) for row in rows], label=label, markersize=5, **look)
     axis.set(xscale="log", yscale="log", xlabel="mean overlap at the end, over the mean diameter", ylabel="user CPU time [s]")
     axis.invert_xaxis()
+    for which in (axis.yaxis.set_major_formatter, axis.yaxis.set_minor_formatter):
+        which(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else "")
     axis.legend(loc="best")
     return figure
 

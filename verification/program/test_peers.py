@@ -49,7 +49,8 @@ class Ratios(unittest.TestCase):
     def test_only_a_run_that_is_as_good_is_compared(self):
         ours = [row(1.0, 1e-3, 1e-2), row(2.0, 1e-4, 5e-3), row(4.0, 5e-5, 1e-4), row(0.1, 1e-5, at_rest=False), row(3.0, 2e-4)]
         lammps = {"k": 1e7, "dt": 1e-5, "damping": 1.0, "skin": 0.2, "check": 1, "stable": True}
-        record = {"ours": ours, "lammps": [row(6.0, 2e-4, 1e-3, **lammps), row(1.0, 1e-6, stable=False, k=1), row(9.0, 1e-6, 1e-6, **lammps | {"k": 2e7})]}
+        record = {"ours": ours, "lammps": [row(6.0, 2e-4, 1e-3, **lammps),
+                                           row(1.0, 1e-6, stable=False, k=1), row(9.0, 1e-6, 1e-6, **lammps | {"k": 2e7})]}
         self.assertEqual([r["cpus"][0] for r in peers.frontier(ours[:3] + ours[4:])], [1.0, 2.0, 4.0])
         good, none = peers.ratios(record)
         self.assertEqual((good["ratio"], good["ratio_both"], good["ours_cpu"]), (3.0, 1.5, 2.0))
