@@ -13,7 +13,7 @@ import sys
 from datetime import datetime, timezone
 from pathlib import Path
 
-from nscdd_report import physics, section_main, section_paper, section_records
+from nscdd_report import peers, physics, section_main, section_paper, section_records
 from nscdd_report.load import InputError, load
 from nscdd_report.page import commits, machines, number, page, verdict
 from nscdd_report.style import write
@@ -27,6 +27,7 @@ PAPER = ("V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distribut
 # no section where it returns none.
 SECTIONS = (("paper", "The paper, table by table", section_paper.section),
             ("physics", "Physics", physics.section),
+            ("peers", "Beside other codes", peers.section),
             ("communication", "Reduced scenes: communication", section_main.communication),
             ("pictures", "Reduced scenes: partition and multiplicity", section_main.pictures),
             ("scaling", "Reduced scenes: speed-up and iterations", section_main.scaling),

@@ -4,8 +4,8 @@ from html import escape
 
 from . import tables
 from .accuracy import SICONOS, at_level
-from .page import block, image, origin
-from .style import CCS, DCS, NLGS, plt, save, write
+from .page import figure_block, origin, table_block
+from .style import CCS, DCS, NLGS, plt, save
 
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
 CUSTOMARY = "customary"
@@ -163,32 +163,34 @@ def summary(record):
 
 
 def draw_all(record, folder):
-    """Writes the figure beside the record, as SVG alone."""
+    """Writes the figure beside the record."""
     if usable(record["settle"]["ours"]):
-        write(folder / "peers.svg", save(draw(record["settle"]), folder, "peers")["svg"])
-        (folder / "peers.png").unlink()
+        save(draw(record["settle"]), folder, "peers")
 
 
-def section(record, out):
-    """The section of the page, as HTML. `record`: a Record, with its command."""
-    bed, parts, source = record["settle"], [], origin([record], "Measured")
+def section(results, out):
+    return [part for record in results.peers for part in parts_of(record, out)]
+
+
+def parts_of(record, out):
+    bed, source, measured = record["settle"], origin([record]), ("measured",)
     if record["quick"]:
-        parts.append("<p>From a quick job with few grains, made to test the command: its times say nothing.</p>")
-    parts += [f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"]]
+        yield "<p>From a quick job with few grains, made to test the command: its times say nothing.</p>"
+    for line in record["left_out"]:
+        yield f'<p class="missing">Left out: {escape(line)}.</p>'
     if usable(bed["ours"]):
         caption = (f"{tables.count(bed['grains'])} spheres settle in a box for {bed['seconds']:g} s: user CPU time on one core against the mean "
                    "overlap of what overlaps at the end, better to the right and further down. Open circles: our runs that another of ours "
                    "beats in both. LAMMPS at the largest step at which energy does not grow, and at a tenth of the time of a contact.")
-        parts.append(block(image(save(draw(bed), out, "fig-peers"), "svg", "CPU time against mean overlap"), "Settling bed", caption, source))
+        yield figure_block(save(draw(bed), out, "peers"), "CPU time against mean overlap", caption, source, measured)
     if bed["ratios"]:
-        parts.append(block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, wide=True))
+        yield table_block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured,
+                          wide=True)
     if bed["ours"]:
-        parts.append(block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", source, wide=True))
+        yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", source, measured, wide=True)
     if record["siconos"]:
         caption = ("One step of reduced scenes of the paper from impulses zero: CPU time of the solvers' calls at equal \u03b7, by our measure for "
                    "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>.")
-        parts.append(block(siconos_table(record), "Siconos against ours", caption, source, wide=True))
+        yield table_block(siconos_table(record), "Siconos against ours", caption, source, measured, wide=True)
     caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
-    source = '<div class="from"><b>Cited.</b> From <code>cases/peers/cited.json</code>.</div>'
-    parts.append(block(cited_table(record), "Cited", caption, source, wide=True))
-    return "\n".join(parts)
+    yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', wide=True)
