@@ -70,7 +70,7 @@ def slip(scene, result, k=0):
 # --- static stacks: impulses and sweeps --------------------------------------------------------------------------
 
 def column(case):
-    """Contact k carries the weight above it, times h. [METHOD.md 1: V = 0, statics]"""
+    """Contact k carries the weight above it, times h. [METHOD.md 2.1: V = 0, statics]"""
     scene, result = case.scene, case.run()
     m, h, tolerance = masses(scene), scene["step"]["h"], scene["solver"]["tolerance"]
     exact = np.cumsum(m[::-1])[::-1] * gravity(scene) * h

@@ -1,5 +1,5 @@
-// What single precision would cost, METHOD.md section 8: impulses, normals and velocities rounded as if they were
-// stored so, in sweeps that are those of nlgs() otherwise.
+// What single precision would cost, reports/findings/single-precision.md: impulses, normals and velocities rounded as
+// if they were stored so, in sweeps that are those of nlgs() otherwise.
 #include "solver_problems.hpp"
 
 using namespace nscdd;

@@ -1,7 +1,7 @@
 // The interface problem (7): from the velocities of all copies to velocities on which they agree.
 //
-// Both ways are the same map to round-off (METHOD.md, section 3). F_Gamma is never stored: it is what the masses say it
-// is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
+// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it is what the masses say
+// it is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen

@@ -16,7 +16,7 @@ using StepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communi
 namespace detail {
 
 // Alg. 1: a sweep on every subdomain, interface contacts first; while their grains' velocities are under way the rest.
-// Interface contacts last in two cases (METHOD.md, section 3). Before a test of convergence, which otherwise sees a
+// Interface contacts last in two cases (METHOD.md, section 6.6). Before a test of convergence, which otherwise sees a
 // larger eta: 1 to 9 % more iterations. Where accelerated, for all iterations must have one order (else 20 to 30 %
 // more), and have to wait for the sums of products anyway: the exchange is under way at the same time.
 template <class M>

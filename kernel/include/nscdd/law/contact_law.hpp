@@ -11,7 +11,7 @@ namespace nscdd::inline NSCDD_ABI {
 // The impulse r' that satisfies the law at this contact while all others keep theirs.
 //   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
 //   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
-//               disk |r_t| <= mu r_n' (two stages, not the projection on the cone: METHOD.md, section 1)
+//               disk |r_t| <= mu r_n' (two stages, not the projection on the cone: METHOD.md, section 3)
 template <class M>
 typename M::Impulse contact_law(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
     if constexpr (M::friction) {

@@ -18,7 +18,7 @@ struct ErrorMeasures {
     double natural_map = 0;            // |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
     double natural_map_velocity = 0;   // F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
     double natural_map_impulse = 0;    // the same F over |r|
-    double eta = 0;                    // energy residual (METHOD.md, section 2)
+    double eta = 0;                    // energy residual (METHOD.md, section 5.1)
     double least_normal_impulse = 0;   // least r_n over the largest impulse: negative where a contact pulls
     double cone_excess = 0;            // most that |r_t| exceeds mu r_n, over the largest impulse
     double least_normal_velocity = 0;  // least u_n over the largest velocity: negative where a contact closes

@@ -24,7 +24,7 @@ struct ResidualParts {
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
     double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
-    // eta: METHOD.md, section 2, with the larger of both energies below so that r = 0 is not an answer for free.
+    // eta: METHOD.md, section 5.1, with the larger of both energies below so that r = 0 is not an answer for free.
     double eta() const {
         if (!std::isfinite(round_off)) return round_off;  // without friction the law takes a NaN for an open contact
         if (change < 1e-28 * round_off) return 0;
@@ -32,7 +32,7 @@ struct ResidualParts {
     }
 
     // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
-    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 2).
+    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
     double velocity_error() const {
         if (eta() == 0) return 0;
         if (turned.energy == 0) return std::numeric_limits<double>::infinity();

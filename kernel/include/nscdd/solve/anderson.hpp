@@ -34,10 +34,10 @@ class Anderson {
     // whose round-off throws grains out.
     static constexpr double reach = 5;
     // After so many iterations one in so many starts from the iterate itself: else slow problems end in a cycle of
-    // combinations that go nowhere near as far as they should (both: METHOD.md, section 7).
+    // combinations that go nowhere near as far as they should (both: METHOD.md, section 8).
     static constexpr int many = 200, pause = 5;
     // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
-    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 7).
+    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 8).
     static double metric(double split, double whole) {
         const double square = split / whole * (split / whole);
         return split * square * square;

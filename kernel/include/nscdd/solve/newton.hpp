@@ -161,7 +161,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     return report;
 }
 
-// The same by the energy residual, METHOD.md section 2, with the mean of the diagonal of W_cc for W_cc.
+// The same by the energy residual, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {

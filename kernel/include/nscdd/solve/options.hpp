@@ -23,7 +23,7 @@ struct SolveOptions {
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
-    // The same with what has been found to need the fewest iterations (METHOD.md, section 7).
+    // The same with what has been found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
