@@ -86,7 +86,7 @@ class Quick(ProgramTest):
         if all(map(importlib.util.find_spec, ("siconos", "scipy"))):
             self.assertIn(peers.SICONOS, {r["solver"] for r in record["siconos"]})
         self.assertTrue((self.folder / "peers.svg").exists())
-        page = peers.section(Record(record), self.folder)
+        page = "".join(part if isinstance(part, str) else part.html() for part in peers.parts_of(Record(record), self.folder))
         for words in ("Cited", "All runs of the settling bed", "quick job"):
             self.assertIn(words, page)
 

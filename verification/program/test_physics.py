@@ -93,7 +93,7 @@ class Quick(unittest.TestCase):
         self.assertEqual(len(record["figures"]), 4)
         for name in record["figures"]:
             self.assertIn(b"<svg", (self.folder / name).read_bytes())
-        told = script.shown.section(Record(record), self.folder)
+        told = "".join(part if isinstance(part, str) else part.html() for part in script.shown.parts_of(Record(record), self.folder))
         self.assertIn(f"{len(record['rows'])} comparisons", told)
         self.assertEqual(told.count("<img"), 4)
 
