@@ -3,7 +3,7 @@
 #pragma once
 
 #include "nscdd/nscdd.hpp"
-#include "nscdd/solve/block_nlgs.hpp"
+#include "nscdd/reference/block_nlgs.hpp"
 
 namespace scenes {
 
@@ -40,13 +40,13 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template class Dcs<M, ClosedForm>;                                                                          \
     prefix template class Ccs<M, Factorised<>>;                                                                        \
     prefix template class Dcs<M, Factorised<>>;                                                                        \
-    prefix template StepSolver<M> by_nlgs(const SolveOptions&);                                                        \
-    prefix template StepSolver<M> by_newton(const NewtonOptions&);                                                     \
-    prefix template StepSolver<M> by_gradient(const SolveOptions&, Descent);                                           \
-    prefix template StepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                                   \
-    prefix template StepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                                   \
-    prefix template StepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                                 \
-    prefix template StepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&);
+    prefix template AnyStepSolver<M> by_nlgs(const SolveOptions&);                                                     \
+    prefix template AnyStepSolver<M> by_newton(const NewtonOptions&);                                                  \
+    prefix template AnyStepSolver<M> by_gradient(const SolveOptions&, Descent);                                        \
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                                \
+    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                                \
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                              \
+    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&);
 
 // Of problems with a stored W.
 #define COMPILED_DIMENSION(prefix, dim)                                                                          \

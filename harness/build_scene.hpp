@@ -4,10 +4,9 @@
 #include <ranges>
 
 #include "exact_sum.hpp"
-#include "nscdd/partition/bisection.hpp"
-#include "nscdd/partition/metis.hpp"
 #include "nscdd/step/simulation.hpp"
-#include "run.hpp"
+#include "registry/laws.hpp"
+#include "registry/partitions.hpp"
 
 namespace nscdd {
 
@@ -18,20 +17,6 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
     std::vector<PairImpulse<M>> impulses;
     std::optional<RoughDetection<M>> rough;  // of a state to go on from
 };
-
-// The partitions that --partition offers: a line for each.
-template <class M>
-Partitioner<M> choose_partition(const RunRequest& request) {
-    const double imbalance = request.imbalance;
-    if (request.partition == "bisection") return by_bisection<M>(imbalance);
-    if (request.partition == "metis") return by_metis<M>(imbalance);
-    GridCells<M::dim> cells{};
-    if (!request.grid.empty()) {
-        if (request.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
-        std::copy(request.grid.begin(), request.grid.end(), cells.begin());
-    }
-    return by_grid<M>(cells);
-}
 
 namespace build_detail {
 
@@ -106,8 +91,8 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     settings.theta = scene.step.theta;
     settings.rough_every = scene.step.rough_every;
     settings.gravity = scene.gravity;
-    settings.materials = Materials(static_cast<int>(scene.materials.size()));
-    for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, {pair.friction, pair.restitution});
+    settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
+    for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair));
     settings.partition = choose_partition<M>(request);
     const State& from = request.from;
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {

@@ -163,8 +163,8 @@ nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationReques
     options.max_iterations = 50;
     std::vector<MeasuredCost> costs;
     double contacts = 0;
-    const StepSolver<M> measure = [&](std::vector<Subdomain<M>>& parts, Communicator& comm,
-                                      PhaseSeconds& seconds) -> SolveReport {
+    const AnyStepSolver<M> measure = [&](std::vector<Subdomain<M>>& parts, Communicator& comm,
+                                         PhaseSeconds& seconds) -> SolveReport {
         by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
         for (const Subdomain<M>& part : parts) contacts += double(part.problem.contact_count()) / double(parts.size());
         for (auto& part : parts) part.sweeper.load(part.problem);

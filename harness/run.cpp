@@ -107,7 +107,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (!over_mpi && processes > 1) throw InputError("--transport in-process runs in one process, not under mpirun");
     if (sequential(request.scheme) && request.subdomains > 1)
         throw InputError(
-            fmt::format("--scheme {} is sequential: give ccs or dcs for more than one subdomain", request.scheme));
+            fmt::format("--scheme {} is sequential: give {} for more than one subdomain", request.scheme,
+                        fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or ")));
     request.threads = std::max(arguments.threads, 1);
     if (request.threads > 1 && over_mpi)
         throw InputError("--threads is of one process: under mpirun each has one thread");
@@ -188,12 +189,7 @@ std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& sce
 }
 
 RunFunction choose_model(const Scene& scene) {
-    bool friction = false;
-    for (const auto& pair : scene.pairs) friction |= pair.friction > 0;
-    // spins that never change need no model of their own unless something turns
-    for (const auto& grain : scene.grains) friction |= !grain.spin.isZero(0) || !grain.torque.isZero(0);
-    if (scene.dimension == 2) return friction ? run_model<2, true> : run_model<2, false>;
-    return friction ? run_model<3, true> : run_model<3, false>;
+    return scene.dimension == 2 ? choose_law<2>(scene.law) : choose_law<3>(scene.law);
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {

@@ -10,7 +10,8 @@
 #include "checkpoint.hpp"
 #include "fclib.hpp"
 #include "nscdd/comm/communicator.hpp"
-#include "nscdd/solve/options.hpp"
+#include "nscdd/iterate/options.hpp"
+#include "registry/registry.hpp"
 #include "replace_file.hpp"
 #include "report_json.hpp"
 #include "scene.hpp"
@@ -42,10 +43,10 @@ struct RunRequest {
     std::vector<double> box;  // of the packing or the state; empty if there is none
     std::int64_t start_step = 0;
     double start_time = 0;        // [s]
-    std::string scheme = "nlgs";  // nlgs, newton, spg, apgd, ccs, dcs
+    std::string scheme = "nlgs";  // of offered_schemes()
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
-    std::string partition = "bisection";  // grid, bisection, metis
+    std::string partition = "bisection";  // of offered_partitions()
     std::vector<int> grid;                // cells per axis; empty: chosen
     double imbalance = 1.1;               // of a partition that is kept (Partitioner)
     bool over_mpi = false;
@@ -79,21 +80,17 @@ struct RunResult {
     std::optional<ExportedProblem> exported;
 };
 
-// Collective. One instantiation per model, in run_model.cpp.in. Lets go of the rows of packing and state once they are
+// Collective. Lets go of the rows of packing and state once they are
 // in the simulation. On the process that hosts rank 0 the state, series and frames that are asked for are written into
 // `files`.
 using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
-template <int dim, bool friction>
-RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files);
 
-// Chooses the model that the scene needs and no more.
+// In the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);
 
-// Of one subdomain: all schemes but CCS and DCS.
-inline bool sequential(const std::string& scheme) { return scheme != "ccs" && scheme != "dcs"; }
-
-// Of sweeps: all schemes but Newton and the gradients, which neither relax nor accelerate.
-inline bool sweeps(const std::string& scheme) { return scheme == "nlgs" || !sequential(scheme); }
+// By the name of the law; each dimension is compiled by itself, run_model.cpp.in.
+template <int dim>
+RunFunction choose_law(const std::string& law);
 
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {

@@ -9,25 +9,13 @@
 #include "local_form.hpp"
 #include "progress.hpp"
 #include "recorder.hpp"
+#include "registry/schemes.hpp"
 #include "run_costs.hpp"
-#include "suitesparse.hpp"
 #include "window_model.hpp"
 
 namespace nscdd {
 
 namespace run_detail {
-
-// The way to solve a step, and the name of what solves its interface problem.
-template <class M>
-struct Chosen {
-    StepSolver<M> solve;
-    std::string interface;
-};
-
-template <class Scheme>
-Chosen<typename Scheme::Model> chosen(const SolveOptions& options) {
-    return {by_nscdd<Scheme>(options), Scheme::interface_name};
-}
 
 inline SolveOptions solve_options(const SolverSettings& solver, const std::string& scheme) {
     SolveOptions options;
@@ -45,29 +33,8 @@ inline SolveOptions solve_options(const SolverSettings& solver, const std::strin
 }
 
 template <class M>
-Chosen<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
-    if (request.scheme == "nlgs") return {by_nlgs<M>(options), "none"};
-    if (request.scheme == "newton") {
-        NewtonOptions newton;
-        newton.tolerance = options.tolerance;
-        newton.velocity_error = options.velocity_error;
-        newton.energy_made = options.energy_made;
-        newton.penetration = options.penetration;
-        newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
-        return {by_newton<M, UmfPack>(newton), "none"};
-    }
-    if (request.scheme == "spg") return {by_gradient<M>(options, Descent::spectral), "none"};
-    if (request.scheme == "apgd") return {by_gradient<M>(options, Descent::accelerated), "none"};
-    const bool factorised = request.interface.empty() ? request.scheme == "ccs" : request.interface == "factorised";
-    if (request.scheme == "ccs")
-        return factorised ? chosen<Ccs<M, Cholmod>>(options) : chosen<Ccs<M, ClosedForm>>(options);
-    if (!factorised) return chosen<Dcs<M, ClosedForm>>(options);
-    return {by_nscdd<Dcs<M, Cholmod>>(options), "elementary"};  // each rank factorises X of its own boundary, (10)
-}
-
-template <class M>
 std::string model_name() {
-    return std::to_string(M::dim) + (M::friction ? "D Coulomb" : "D frictionless");
+    return std::to_string(M::dim) + "D " + M::Law::name;
 }
 template <class M>
 std::string model_name(std::span<const Wall<M>> walls) {
@@ -89,7 +56,7 @@ nlohmann::json final_measures(const Simulation<M>& simulation) {
     nlohmann::json json = {
         {"kinetic_energy", m.kinetic_energy},
         {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
-        {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.turns)},
+        {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.rotations)},
         {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
         {"coordination", m.coordination()}};
     nlohmann::json rows = nlohmann::json::array();
@@ -161,11 +128,12 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
 
 }  // namespace run_detail
 
-template <int dim, bool friction>
+template <class M>
 RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     using namespace run_detail;
-    using M = Model<dim, std::conditional_t<friction, Coulomb, Frictionless>>;
     const Scene& scene = request.scene;
+    if (request.export_options && !SolvedOnCone<typename M::Law>)
+        throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
     BuiltScene<M> built = build_scene<M>(request, comm);
     request.packing = {};
     request.from = {};
@@ -303,7 +271,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
                  {"densities", densities},
                  {"wall_masses", wall_masses},
                  {"final", measures}});
-    if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
+    if constexpr (SolvedOnCone<typename M::Law>)
+        if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
     if (request.goes_on()) json["from"] = request.from_file;
     result.json = std::move(json);
     return result;

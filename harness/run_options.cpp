@@ -1,6 +1,6 @@
 #include "run_options.hpp"
 
-#include "nscdd/solve/anderson.hpp"
+#include "nscdd/iterate/anderson.hpp"
 #include "number_option.hpp"
 
 namespace nscdd {
@@ -12,19 +12,20 @@ void add_source_options(CLI::App& command, RunArguments& run, const std::string&
     command.add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
 }
 
-void add_scheme_options(CLI::App& command, RunArguments& run, const std::vector<std::string>& schemes,
-                        const std::string& help) {
-    command.add_option("--scheme", run.scheme, help)->check(CLI::IsMember(schemes))->capture_default_str();
+void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&)) {
+    const auto every = [](const PartitionInfo&) { return true; };
+    command.add_option("--scheme", run.scheme, help_of(offered_schemes(), wanted))
+        ->check(CLI::IsMember(names_of(offered_schemes(), wanted)))
+        ->capture_default_str();
     command
         .add_option("--interface", run.interface,
                     "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
         ->check(CLI::IsMember({"closed-form", "factorised"}));
     command
-        .add_option(
-            "--partition", run.partition,
-            "How space is dealt to subdomains: grid: equal cells, as in the paper; bisection: cut by cut, equal "
-            "numbers of contacts; metis: the same with few grains shared (default: bisection, with --grid grid)")
-        ->check(CLI::IsMember({"grid", "bisection", "metis"}));
+        .add_option("--partition", run.partition,
+                    "How space is dealt to subdomains: " + help_of(offered_partitions(), every) +
+                        " (default: bisection, with --grid grid)")
+        ->check(CLI::IsMember(names_of(offered_partitions(), every)));
     command
         .add_option("--method", run.method,
                     "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)")
@@ -41,9 +42,7 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         "another scene is refused: names of scene, materials and walls, densities, normals, and number, "
         "radii and materials of the grains must be the same. Forces and motions, friction, "
         "restitution, h and the solver may change");
-    add_scheme_options(*command, run, {"nlgs", "newton", "spg", "apgd", "ccs", "dcs"},
-                       "nlgs: sequential reference; newton: the same to high accuracy; spg, apgd: projected gradients, "
-                       "spectral and accelerated; ccs, dcs: NSCDD");
+    add_scheme_options(*command, run, [](const SchemeInfo&) { return true; });
     command
         ->add_option("-n,--subdomains", run.subdomains,
                      "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")

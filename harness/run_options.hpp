@@ -12,9 +12,8 @@ namespace nscdd {
 // The scene, --packing, --from (`going_on`: what it says to this subcommand), --adopt.
 void add_source_options(CLI::App& command, RunArguments& run, const std::string& going_on);
 
-// --scheme, one of these with what `help` says of them, --interface, --partition, --method.
-void add_scheme_options(CLI::App& command, RunArguments& run, const std::vector<std::string>& schemes,
-                        const std::string& help);
+// --scheme, one of those that `wanted` says, --interface, --partition, --method.
+void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&));
 
 CLI::App* add_run(CLI::App& app, RunArguments& arguments);
 

@@ -296,7 +296,7 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     add_source_options(
         *command, run,
         "Go on from a state that `nscdd run --state` wrote: steps are counted, and one timed, from there");
-    add_scheme_options(*command, run, {"ccs", "dcs"}, "Of two ranks and more");
+    add_scheme_options(*command, run, [](const SchemeInfo& s) { return s.decomposed; });
     command->add_option("--ranks", arguments.ranks, "Numbers of ranks, such as 1,2,4,8; 1 is sequential NLGS")
         ->required()
         ->delimiter(',')

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <set>
 
+#include "registry/laws.hpp"
 #include "toml_table.hpp"
 
 namespace nscdd {
@@ -37,6 +38,9 @@ class SceneReader {
         if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
         scene_.dimension = dim_;
         scene_.gravity = top_.vector("gravity", dim_, zero());
+        const bool law_given = top_.has("law");
+        const std::vector<std::string> laws = law_names();
+        scene_.law = law_given ? laws[static_cast<std::size_t>(top_.choice("law", laws))] : "coulomb";
 
         std::vector<TomlTable> materials = top_.tables("material");
         if (materials.size() > most_materials)  // each pair of them has a place in a table
@@ -57,12 +61,23 @@ class SceneReader {
         read_step(*step);
         if (auto table = top_.table("solver")) read_solver(*table);
         top_.finish();
+        if (!law_given && !needs_friction()) scene_.law = "frictionless";
         return std::move(scene_);
     }
 
   private:
     Eigen::VectorXd zero() const { return Eigen::VectorXd::Zero(dim_); }
     int spins() const { return dim_ == 3 ? 3 : 1; }
+
+    bool needs_friction() const {
+        for (const ScenePair& pair : scene_.pairs)
+            for (const auto& [key, value] : pair.coefficients)
+                if (value > 0) return true;
+        // spins that never change need no model of their own unless something turns
+        for (const SceneGrain& grain : scene_.grains)
+            if (!grain.spin.isZero(0) || !grain.torque.isZero(0)) return true;
+        return false;
+    }
 
     int material(const TomlTable& table, std::string_view key, const std::string& name) const {
         const auto& all = scene_.materials;
@@ -90,10 +105,13 @@ class SceneReader {
         const auto [a, b] =
             std::minmax({material(table, "materials", names[0]), material(table, "materials", names[1])});
         if (!paired_.insert({a, b}).second) table.fail("", "is given twice");
-        scene_.pairs.push_back({.a = a,
-                                .b = b,
-                                .friction = table.number("friction", non_negative, 0.0),
-                                .restitution = table.number("restitution", unit_interval, 0.0)});
+        ScenePair& pair = scene_.pairs.emplace_back();
+        pair.a = a;
+        pair.b = b;
+        pair.restitution = table.number("restitution", unit_interval, 0.0);
+        visit_law(scene_.law, [&](const auto& law) {
+            for (const auto& key : law.keys) pair.coefficients[key.name] = table.number(key.name, non_negative, 0.0);
+        });
         table.finish();
     }
 
@@ -105,11 +123,12 @@ class SceneReader {
 
     void read_grain(TomlTable& table) {
         const Eigen::VectorXd no_spin = Eigen::VectorXd::Zero(spins());
+        const bool turns = law_has_friction(scene_.law);
         scene_.grains.push_back({.position = table.vector("position", dim_),
                                  .velocity = table.vector("velocity", dim_, zero()),
-                                 .spin = table.vector("spin", spins(), no_spin),
+                                 .spin = turns ? table.vector("spin", spins(), no_spin) : no_spin,
                                  .force = table.vector("force", dim_, zero()),
-                                 .torque = table.vector("torque", spins(), no_spin),
+                                 .torque = turns ? table.vector("torque", spins(), no_spin) : no_spin,
                                  .radius = table.number("radius", positive),
                                  .material = material(table)});
         table.finish();

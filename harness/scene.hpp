@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,10 +17,10 @@ struct SceneMaterial {
     double density = 0;  // [kg/m^3] of spheres, [kg/m^2] of disks, > 0
 };
 
-struct ScenePair {           // materials not paired have neither friction nor restitution
-    int a = 0, b = 0;        // indices into Scene::materials, a <= b
-    double friction = 0;     // Coulomb's coefficient, >= 0
-    double restitution = 0;  // Newton's, in [0, 1]
+struct ScenePair {                               // of materials not paired all are 0
+    int a = 0, b = 0;                            // indices into Scene::materials, a <= b
+    double restitution = 0;                      // Newton's, in [0, 1]
+    std::map<std::string, double> coefficients;  // of the contact law, by the keys that it has, >= 0
 };
 
 struct SceneGrain {
@@ -77,10 +78,11 @@ struct SolverSettings {
 struct Scene {
     std::string file;  // it was read from
     std::string name;
-    int dimension = 0;                     // 2 or 3
-    Eigen::VectorXd gravity;               // (dim) [m/s^2]
-    std::string packing_file;              // beside the scene file; empty if there is no [packing]
-    int packing_material = 0;              // of its grains; the first material if there is no [packing]
+    int dimension = 0;         // 2 or 3
+    std::string law;           // of registry/laws.hpp; unless it is given coulomb, or frictionless where that suffices
+    Eigen::VectorXd gravity;   // (dim) [m/s^2]
+    std::string packing_file;  // beside the scene file; empty if there is no [packing]
+    int packing_material = 0;  // of its grains; the first material if there is no [packing]
     std::vector<SceneMaterial> materials;  // at least one
     std::vector<ScenePair> pairs;
     std::vector<SceneGrain> grains;  // may be empty: then a packing must come from elsewhere

@@ -60,7 +60,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     RunArguments& run = arguments.run;
     run.scheme = "dcs";
     add_source_options(*command, run, "Go on from a state that `nscdd run --state` wrote: its next step is timed");
-    add_scheme_options(*command, run, {"nlgs", "ccs", "dcs"}, "nlgs on one rank; ccs, dcs on one subdomain a rank");
+    add_scheme_options(*command, run, [](const SchemeInfo& s) { return s.sweeps; });
     command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     command->add_option("--skip", arguments.skip, "Iterations before the window")
         ->check(CLI::PositiveNumber)

@@ -33,12 +33,12 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     options.tolerance = 0;  // both solves end at their cap
     std::vector<Buffer> repeats;
     double contacts = 0;
-    const StepSolver<M> time = [&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) -> SolveReport {
+    const AnyStepSolver<M> time = [&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) -> SolveReport {
         const std::vector<Subdomain<M>> start = parts;
         contacts = reduce(comm, 1, [&](std::size_t k) { return Buffer{double(parts[k].problem.contact_count())}; })[0];
         const auto spent = [&](int iterations) {
             options.max_iterations = iterations;
-            const StepSolver<M> solve = solver(options);
+            const AnyStepSolver<M> solve = solver(options);
             parts = start;
             PhaseSeconds seconds;
             comm.reduce(std::vector<Buffer>(1), 0);  // all begin together

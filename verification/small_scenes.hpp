@@ -149,7 +149,7 @@ std::vector<T> share(const std::vector<T>& rows, const nscdd::Communicator& comm
 }
 
 template <class M>
-Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, const nscdd::StepSolver<M>& solve) {
+Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, const nscdd::AnyStepSolver<M>& solve) {
     nscdd::Simulation<M> simulation(comm, scene.settings, share(scene.grains, comm), share(scene.impulses, comm));
     Outcome<M> outcome;
     const nscdd::Traffic before = comm.traffic();

@@ -17,6 +17,7 @@ endforeach()
 # The fast sweep as users compile it: optimised, contracted, for this processor unless NSCDD_NATIVE is off, all warnings on
 add_executable(test_sweep_as_shipped unit/test_sweep_as_shipped.cpp)
 target_link_libraries(test_sweep_as_shipped PRIVATE nscdd::kernel catch_main)
+target_include_directories(test_sweep_as_shipped PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_compile_options(test_sweep_as_shipped PRIVATE -O3 -Wall -Wextra $<$<BOOL:${NSCDD_NATIVE}>:-march=native>
                        $<$<BOOL:${NSCDD_WERROR}>:-Werror>)
 catch_discover_tests(test_sweep_as_shipped TEST_PREFIX "test_sweep_as_shipped: " PROPERTIES LABELS unit TIMEOUT 600)

@@ -7,7 +7,7 @@
 //
 // Without packings of your own: close-packed lattices of nearly equal grains, all neighbours of which touch.
 #include "bench_scene.hpp"
-#include "nscdd/solve/nlgs_plain.hpp"
+#include "nlgs_plain.hpp"
 
 using namespace nscdd;
 using namespace nscdd::bench;
@@ -28,6 +28,7 @@ struct Loaded {
         for (int step = 0; step < 40; ++step) simulation.step(by_nlgs<M>(fifty()));
         problem = simulation.parts()[0].problem;
         sweeper.load(problem);
+        prepare_contacts(problem);  // for the scalar sweep
     }
     static Loaded& shared() {
         static Loaded loaded;

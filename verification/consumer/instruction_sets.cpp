@@ -10,7 +10,7 @@ namespace {
 
 // Ten grains on top of each other: how far the impulse on the floor is from their weight, relative to it.
 template <class M>
-double error_of(const nscdd::StepSolver<M>& solve, int ranks) {
+double error_of(const nscdd::AnyStepSolver<M>& solve, int ranks) {
     constexpr double gravity = 10;
     nscdd::SimulationSettings<M> settings;
     settings.gravity = -gravity * M::Vec::UnitY();
@@ -36,7 +36,7 @@ double largest_error() {
     using namespace nscdd;
     const auto options = SolveOptions{.tolerance = 1e-10}.accelerated();
     // compiled only: what is factorised is in Eigen's dynamic matrices, which are for one instruction set a program
-    [[maybe_unused]] const StepSolver<M> factorised = by_nscdd<Ccs<M, Factorised<>>>(options);
+    [[maybe_unused]] const AnyStepSolver<M> factorised = by_nscdd<Ccs<M, Factorised<>>>(options);
     return std::max({error_of<M>(by_nlgs<M>(options), 1), error_of<M>(by_nscdd<Ccs<M, ClosedForm>>(options), 2),
                      error_of<M>(by_nscdd<Dcs<M, ClosedForm>>(options), 2)});
 }

@@ -2,7 +2,7 @@
 // solved a little.
 #include "hdf5_image.hpp"
 #include "local_form.hpp"
-#include "nscdd/solve/block_nlgs.hpp"
+#include "nscdd/reference/block_nlgs.hpp"
 
 using namespace nscdd;
 

@@ -1,7 +1,7 @@
 // The one-contact solve against the law itself: Signorini first, then Coulomb's disk |r_t| <= mu r_n'.
 #include <numbers>
 
-#include "nscdd/solve/nlgs.hpp"
+#include "nscdd/sweep/nlgs.hpp"
 #include "random_scenes.hpp"
 
 using namespace nscdd;
@@ -94,7 +94,7 @@ Small kernel_answer(const OneContact& c) {
     contact.bias = c.bias;
     contact.r = c.r;
     if constexpr (M::friction) contact.friction_coefficient = c.mu;
-    return contact_law<M>(contact, typename M::Impulse(c.v), 1 / c.wn, 1 / c.wt);
+    return solve_contact<M>(contact, typename M::Impulse(c.v), 1 / c.wn, 1 / c.wt);
 }
 
 enum State { open, stick, slip };

@@ -1,5 +1,5 @@
 // The matrix-free sweep against H, M^-1 and W = H^T M^-1 H written out.
-#include "nscdd/solve/nlgs_plain.hpp"
+#include "nlgs_plain.hpp"
 #include "random_scenes.hpp"
 
 using namespace nscdd;
@@ -80,6 +80,7 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
     run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
         ContactProblem<M>& fast = parts[0].problem;
         ContactProblem<M> plain = fast;
+        prepare_contacts(fast);
         REQUIRE(fast.contacts.size() > 50);
         REQUIRE(fast.wall_contacts.size() > 10);
         for (int s = 0; s < 5; ++s) {

@@ -198,7 +198,10 @@ void with_torn_copies(int ranks, bool driven, auto&& inspect) {
     run.step();
     run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
         Dcs<M> dcs;
-        for (auto& part : parts) sweep(part.problem);
+        for (auto& part : parts) {
+            prepare_contacts(part.problem);
+            sweep(part.problem);
+        }
         inspect(parts, comm);
         return nscdd_solve<M>(parts, comm, dcs, run.options, seconds);
     });

@@ -25,9 +25,9 @@ struct Setting {
 
 // Solves in pieces of check_every iterations and notes eta after each.
 template <class M>
-StepSolver<M> in_pieces(const Solver& solver, double tolerance, std::vector<double>& eta) {
+AnyStepSolver<M> in_pieces(const Solver& solver, double tolerance, std::vector<double>& eta) {
     const SolveOptions piece{.tolerance = tolerance, .check_every = check_every, .max_iterations = check_every};
-    const StepSolver<M> once = solver.scheme == Scheme::nlgs ? by_nlgs<M>(piece) : by_nscdd<Dcs<M>>(piece);
+    const AnyStepSolver<M> once = solver.scheme == Scheme::nlgs ? by_nlgs<M>(piece) : by_nscdd<Dcs<M>>(piece);
     return [once, &eta](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
         SolveReport report;
         for (report.converged = false; !report.converged && report.iterations < 20000;) {

@@ -327,6 +327,7 @@ TEMPLATE_TEST_CASE("Sweeps, eta and velocities are those of matrix-free NLGS", "
     CHECK(error_measures(local, r).eta == Approx(residual_parts(problem).eta()).epsilon(1e-6));
 
     ContactProblem<M> swept = problem;
+    prepare_contacts(swept);
     for (int k = 0; k < 7; ++k) sweep(swept), block_sweep(local, r);
     const auto expected = local_impulses(swept);
     double largest = 0;

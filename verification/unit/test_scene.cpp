@@ -86,7 +86,7 @@ TEST_CASE("a scene is read whole", "[scene]") {
     REQUIRE(scene.pairs.size() == 1);
     CHECK(scene.pairs[0].a == 0);
     CHECK(scene.pairs[0].b == 1);
-    CHECK(scene.pairs[0].friction == 0.3);
+    CHECK(scene.pairs[0].coefficients.at("friction") == 0.3);
     CHECK(scene.pairs[0].restitution == 0.1);
 
     REQUIRE(scene.grains.size() == 1);
@@ -116,6 +116,20 @@ TEST_CASE("a scene is read whole", "[scene]") {
     CHECK(scene.solver.method == "auto");
     CHECK_FALSE(scene.solver.window);
     CHECK(scene.solver.relaxation == 1);
+}
+
+TEST_CASE("a scene has the law that it names, else no friction where nothing needs it", "[scene]") {
+    const Scratch scratch;
+    const auto law = [&](const std::string& text) { return read_scene(scratch.write("law.toml", text)).law; };
+    CHECK(law(good) == "coulomb");
+    const std::string smooth = replaced(good, "friction = 0.3\n", "");
+    const std::string turning = replaced(smooth, "radius = 0.5", "radius = 0.5\nspin = [0, 0, 1]");
+    CHECK(law(smooth) == "frictionless");
+    CHECK(law(turning) == "coulomb");
+    CHECK(law("law = \"coulomb\"\n" + smooth) == "coulomb");
+    CHECK(law("law = \"frictionless\"\n" + smooth) == "frictionless");
+    CHECK(complaint<InputError>([&] { law("law = \"frictionless\"\n" + turning); }).find("unknown key 'spin'") !=
+          std::string::npos);
 }
 
 TEST_CASE("a 2D scene has one spin, given bare or as an array", "[scene]") {
@@ -193,6 +207,10 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"name = \"plate\"", "name = \"glass\"", "bad.toml:15: material 'glass': name is given twice"},
         {"name = \"plate\"", "name = 3", "bad.toml:15: [[material]] 1: name must be a string, found 3"},
         {"friction = 0.3", "friction = -0.3", "bad.toml:19: pair 'plate'-'glass': friction must be >= 0, found -0.3"},
+        {"dimension = 3", "dimension = 3\nlaw = \"glue\"",
+         "bad.toml:3: law must be one of frictionless, coulomb, found 'glue'"},
+        {"dimension = 3", "dimension = 3\nlaw = \"frictionless\"",
+         "bad.toml:20: pair 'plate'-'glass': unknown key 'friction' (known here: materials, restitution)"},
         {"restitution = 0.1", "restitution = 1.1",
          "bad.toml:20: pair 'plate'-'glass': restitution must be in [0, 1], found 1.1"},
         {"[\"plate\", \"glass\"]", "[\"plate\"]", "bad.toml:18: [[pair]] 0: materials must be 2 strings"},

@@ -18,7 +18,7 @@ void sweep_rounded(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts
     for (Contact<M>& c : contacts) {
         double inv_wt = 0;
         if constexpr (M::friction) inv_wt = c.inv_wt;
-        const typename M::Impulse next = contact_law<M>(c, relative_velocity(problem, c, kind), c.inv_wn, inv_wt);
+        const typename M::Impulse next = solve_contact<M>(c, relative_velocity(problem, c, kind), c.inv_wn, inv_wt);
         const bool rounds = what == Rounded::impulses || what == Rounded::impulses_alone;
         const typename M::Impulse stored = rounds ? single(next) : next;
         // the velocities take what is stored, or what was computed before

@@ -37,7 +37,7 @@ Buffer numbers_of(const Simulation<M>& simulation) {
 }
 
 template <class M>
-void goes_on_exactly(const Scene<M>& scene, const StepSolver<M>& solve, int ranks) {
+void goes_on_exactly(const Scene<M>& scene, const AnyStepSolver<M>& solve, int ranks) {
     InProcess comm(ranks);
     Simulation<M> whole(comm, scene.settings, scene.grains, scene.impulses);
     std::vector<Stored<M>> at;  // after steps 4 and 11, which no rough detection follows

@@ -3,8 +3,8 @@
 #include <random>
 
 #include "../catch.hpp"
-#include "nscdd/solve/nlgs_plain.hpp"
-#include "nscdd/solve/sweeper.hpp"
+#include "nlgs_plain.hpp"
+#include "nscdd/sweep/sweeper.hpp"
 
 using namespace nscdd;
 

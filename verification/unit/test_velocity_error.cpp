@@ -30,7 +30,7 @@ SimulationSettings<M> on_a_floor(double friction = 0) {
 }
 
 template <class M>
-StepSolver<M> solver(bool accelerated, int ranks) {
+AnyStepSolver<M> solver(bool accelerated, int ranks) {
     const SolveOptions options = accelerated ? SolveOptions{}.accelerated() : SolveOptions{};
     return ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options);
 }

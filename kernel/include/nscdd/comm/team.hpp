@@ -27,14 +27,14 @@ class Team {
     Team(const Team&) = delete;
     Team& operator=(const Team&) = delete;
 
-    // task(k) once for k = 0 to count-1: each thread takes a fixed stretch of them, so that what it works on stays in
-    // its cache. Throws what the first of the tasks to throw, in order of the stretches, has thrown.
+    // task(k) once for k = 0 to count-1: each thread takes a fixed share of them, one after the other, so that
+    // their data stay in its cache. If tasks throw, throws what the first of them, by k, has thrown.
     void each(std::size_t count, const std::function<void(std::size_t)>& task) {
         count_ = count;
         task_ = &task;
         busy_.store(static_cast<unsigned>(others_.size()), std::memory_order_relaxed);
         begin();
-        stretch(0);
+        share(0);
         for (unsigned busy; (busy = busy_.load(std::memory_order_acquire)) != 0;) await(busy_, busy);
         std::exception_ptr first;
         for (std::exception_ptr& thrown : thrown_) {
@@ -61,11 +61,11 @@ class Team {
         for (unsigned done = 0;; ++done) {
             await(loop_, done);
             if (task_ == nullptr) return;
-            stretch(thread);
+            share(thread);
             if (busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) busy_.notify_one();
         }
     }
-    void stretch(std::size_t thread) noexcept {
+    void share(std::size_t thread) noexcept {
         const std::size_t threads = thrown_.size();
         try {
             for (std::size_t k = count_ * thread / threads; k < count_ * (thread + 1) / threads; ++k) (*task_)(k);

@@ -40,8 +40,7 @@ struct WallBody {
 
 template <bool friction>
 struct ContactFriction {
-    double inv_wt = 0;  // 1/W_t of the split masses
-    double friction_coefficient = 0;
+    double inv_wt = 0;   // 1/W_t of the split masses
     double lever_i = 0;  // r + g/2: contact point in the middle of the gap, so pairs exchange no angular momentum
     double lever_j = 0;
 };
@@ -49,13 +48,16 @@ template <>
 struct ContactFriction<false> {};
 
 template <class M>
-struct Contact : ContactFriction<M::friction> {
+struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
     int i = 0;
     int j = 0;               // the other grain, or the wall
     typename M::Vec normal;  // unit, from j to i
-    double bias = 0;         // what v_n must exceed with sign turned: g+/h, or e v_n- under Newton's law [m/s]
+    double bias = 0;         // v_n >= -bias: g+/h, or e v_n- under Newton's law of restitution [m/s]
     double inv_wn = 0;       // 1/W_n of the split masses
     typename M::Impulse r = M::Impulse::Zero();  // on i
+
+    const typename M::Law::Coefficients& coefficients() const { return *this; }
+    typename M::Law::Coefficients& coefficients() { return *this; }
 };
 
 template <class M>

@@ -1,4 +1,4 @@
-// What a scene has, decided at compile time: dimension and contact law.
+// What a scene has, decided at compile time: dimension and contact law (contact_law.hpp).
 //
 //   using Model = nscdd::Model<3, nscdd::Coulomb>;
 //   Model::Velocity v;                 // 3 translations, 3 spins
@@ -7,21 +7,18 @@
 // one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 #pragma once
 
-#include "nscdd/core/abi.hpp"
-
-#include <type_traits>
+#include "nscdd/core/contact_law.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
-
-struct Frictionless {};  // no tangential impulse, hence no rotation
-struct Coulomb {};       // |r_t| <= mu r_n, sliding against the slip velocity
 
 template <int Dimension, class ContactLaw>
 struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
+    static_assert(detail::complete_law<ContactLaw>());
 
+    using Law = ContactLaw;
     static constexpr int dim = Dimension;
-    static constexpr bool friction = std::is_same_v<ContactLaw, Coulomb>;
+    static constexpr bool friction = Law::friction;
     static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;
     static constexpr int dof = dim + spins;  // of one grain
 

@@ -29,8 +29,8 @@ bool is_sound(const Contact<M>& c, std::size_t bodies, std::size_t others) {
     bool sound = std::abs(c.normal.squaredNorm() - 1) <= 1e-6;
     if constexpr (M::friction) {
         sum += c.lever_i + c.lever_j;
-        sound &= is_mass(c.friction_coefficient);
     }
+    sound &= M::Law::fault(c) == nullptr;
     // a negative index becomes one that is far too large
     sound &= static_cast<std::size_t>(c.i) < bodies;
     sound &= static_cast<std::size_t>(c.j) < others;
@@ -61,8 +61,8 @@ std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
     } else {
         inverse += problem.walls[j].inv_mass;
     }
+    if (const char* what = M::Law::fault(c)) return what;
     if constexpr (M::friction) {
-        if (!is_mass(c.friction_coefficient)) return "the coefficient of friction is negative or not finite";
         if (!is_finite(c.lever_i) || !is_finite(c.lever_j)) return "a lever is not finite";
         sideways += c.lever_i * c.lever_i * problem.bodies[i].inv_inertia;
         if (!wall) sideways += c.lever_j * c.lever_j * problem.bodies[j].inv_inertia;

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -1,17 +1,11 @@
 // Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
 #pragma once
 
-#include <functional>
-
-#include "nscdd/decompose/phases.hpp"
 #include "nscdd/decompose/scheme.hpp"
-#include "nscdd/solve/nlgs.hpp"
+#include "nscdd/decompose/step_solver.hpp"
+#include "nscdd/sweep/nlgs.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
-
-// What a step is solved by: by_nlgs(), by_nscdd(), or the caller's own.
-template <class M>
-using StepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communicator&, PhaseSeconds&)>;
 
 namespace detail {
 
@@ -34,13 +28,12 @@ class SweptTogether {
           sums_(parts.size(), Buffer(Anderson::largest_window + 1 + walls_)) {
         comm_.each_rank([this](std::size_t k) {  // before gluing: V_free follows from what the impulses alone have made
             Subdomain<M>& part = parts_[k];
-            prepare_contacts(part.problem, options_.relaxation);
             part.sweeper.load(part.problem, options_.relaxation,
                               {part.interface_contacts, part.interface_wall_contacts});
         });
         watch_.lap(seconds_.sweep);
         scheme_.setup(parts_, comm_);
-        glue();  // the warm start's impulses met split masses
+        glue();  // split masses have answered the impulses of the warm start, so copies of a grain differ
     }
 
     const double* iterate(const Anderson* anderson, bool tested) {
@@ -67,13 +60,12 @@ class SweptTogether {
 
     // The same bits on every rank.
     ResidualParts residual() {
-        const auto parts = nscdd::reduce(comm_, ResidualParts::added, [this](std::size_t k) {
-            const auto packed = parts_[k].sweeper.residual(parts_[k].problem).pack();
+        const ResidualParts all = nscdd::reduce<ResidualParts>(comm_, [this](std::size_t k) {
             charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
-            return Buffer(packed.begin(), packed.end());
+            return parts_[k].sweeper.residual(parts_[k].problem);
         });
         watch_.lap(seconds_.sweep);
-        return ResidualParts::unpack(parts.data());
+        return all;
     }
 
     void restore_velocities() {

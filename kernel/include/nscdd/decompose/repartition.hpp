@@ -13,9 +13,9 @@
 #include <string>
 
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/detect/rough.hpp"
 #include "nscdd/partition/partition.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

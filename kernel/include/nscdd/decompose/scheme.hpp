@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "nscdd/decompose/gluing.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

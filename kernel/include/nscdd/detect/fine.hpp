@@ -1,4 +1,5 @@
-// Fine detection: contacts of this step out of the rough candidates, with gap, normal, levers and bias.
+// Narrow phase (the paper's fine detection): contacts of this step out of the candidates of the broad phase, with gap,
+// normal, levers and bias.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/subdomain.hpp"
 #include "nscdd/law/kinematics.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -20,25 +21,26 @@ struct Overlap {
 
 namespace detail {
 
-// Warm start: last step's impulse, put back inside the cone of the new normal.
+// Warm start: last step's impulse, made one that the law allows about the new normal.
 template <class M>
 [[gnu::always_inline]] inline typename M::Impulse admissible(const typename M::Impulse& r,
-                                                             const typename M::Vec& normal, double mu) {
+                                                             const typename M::Vec& normal,
+                                                             const typename M::Law::Coefficients& k) {
     if constexpr (M::friction) {
-        const double along = r.dot(normal), rn = std::max(0.0, along), limit = mu * rn;
+        const double along = r.dot(normal), rn = M::Law::normal(along, k), limit = M::Law::limit(rn, k);
         const typename M::Vec rt = r - along * normal;
         constexpr double least = std::numeric_limits<double>::min();  // no 0/0
         return rn * normal + limit / std::max({rt.norm(), limit, least}) * rt;
     } else {
-        (void)normal, (void)mu;
-        return typename M::Impulse{std::max(0.0, r[0])};
+        (void)normal;
+        return typename M::Impulse{M::Law::normal(r[0], k)};
     }
 }
 
 // Can a candidate act in this step? One that cannot gives up its impulse.
 // e = 0: acts as soon as the step would close it. e > 0: only once touching, else the rebound is lost (Moreau).
 template <class M>
-bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double alert) {
+bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
     const bool acts = impact ? gap <= 0 : (gap <= alert) | candidate.missed;
     candidate.free_gap = (impact | !acts) ? gap : Candidate<M>::held;
@@ -47,15 +49,15 @@ bool acts(Candidate<M>& candidate, const Pairing& pairing, double gap, double al
 }
 
 template <class M>
-void fill(Contact<M>& c, const Candidate<M>& candidate, const Pairing& pairing, double gap, double h,
+void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double h,
           const typename M::Vec& normal, double approach, double lever_i, double lever_j) {
     c.i = candidate.i;
     c.j = candidate.j;
     c.normal = normal;
     c.bias = pairing.restitution > 0 ? pairing.restitution * approach : std::max(gap, 0.0) / h;
-    c.r = admissible<M>(candidate.r, normal, pairing.friction);
+    c.coefficients() = M::Law::coefficients(pairing, gap, h);
+    c.r = admissible<M>(candidate.r, normal, c);
     if constexpr (M::friction) {
-        c.friction_coefficient = pairing.friction;
         c.lever_i = lever_i;
         c.lever_j = lever_j;
     }
@@ -66,7 +68,7 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const Pairing& pairing, 
 // Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
 // `alert`: gap up to which a pair is a contact. Returns the worst overlap found.
 template <class M>
-Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials& materials, double h,
+Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                         double alert) {
     Overlap worst;
     const auto note = [&](double gap, double radius, int i, int j) {
@@ -85,7 +87,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, std::min(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres: the overlap is reported, there is no normal
-        const Pairing& pairing = materials(a.material, b.material);
+        const auto& pairing = materials(a.material, b.material);
         const bool acts = detail::acts(candidate, pairing, gap, alert);
         normal /= distance;
         const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
@@ -105,7 +107,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const Wall<M>& wall = walls[static_cast<std::size_t>(candidate.j)];
         const double gap = wall.normal.dot(a.position) - wall.offset - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
-        const Pairing& pairing = materials(a.material, wall.material);
+        const auto& pairing = materials(a.material, wall.material);
         if (!detail::acts(candidate, pairing, gap, alert)) continue;
         const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
         detail::fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach,

@@ -10,7 +10,7 @@
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -55,11 +55,11 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
 
 // What moves before the first detection: grains and walls by their own velocities for (1 - theta) h.
 template <class M>
-Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials& materials,
+Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
                            double h, double theta, double largest_overlap) {
     Passage worst;
     const double time = (1 - theta) * h;
-    const auto note = [&](double when, double allowed, double speed, const Pairing& pairing, int i, int j) {
+    const auto note = [&](double when, double allowed, double speed, const auto& pairing, int i, int j) {
         if (!(when < time)) return;
         const double until_seen = pairing.restitution > 0 ? allowed / speed : h;
         worst.note({std::min(when / (1 - theta), until_seen), i, j});
@@ -93,7 +93,7 @@ struct Unseen {
 // marks those that are missed. Without restitution a contact that is not left out stays open along its first normal,
 // and so all the way. `speed`: nothing is faster.
 template <class M>
-Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials& materials, double h,
+Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
     const auto near = [reach = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= reach; };

@@ -1,4 +1,5 @@
-// Rough detection: all pairs closer than a skin, by sorted cells. Done every few steps (paper, section 3).
+// Broad phase (the paper's rough detection): all pairs closer than a skin, by sorted cells. Done every few steps
+// (paper, section 3).
 #pragma once
 
 #include <algorithm>

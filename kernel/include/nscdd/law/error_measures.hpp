@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "nscdd/law/eta.hpp"
 #include "nscdd/law/one_contact.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -123,7 +124,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
     e.worst = detail::relative(e.worst, scale);
     e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), std::max(q, uu));
     e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), rr);
-    if (!(change < 1e-28 * round_off)) e.eta = change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;
+    e.eta = energy_residual(change, energy, next_energy, round_off);
     const auto over = [](double& value, double largest) {
         if (largest > 0) value /= largest;
     };

@@ -2,34 +2,32 @@
 // of the step.
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "nscdd/law/contact_law.hpp"
+#include "nscdd/comm/reduce.hpp"
+#include "nscdd/law/eta.hpp"
 #include "nscdd/law/free_velocities.hpp"
+#include "nscdd/law/solve_contact.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Sums of one subdomain. Over subdomains they add, but for the penetration and the miss, of which the largest is taken.
+// Sums over the contacts and bodies of one subdomain, or of all.
 struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r) [J]
     double energy = 0;       // sum of r^T W r
     double next_energy = 0;  // sum of r'^T W r'
     double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
     double contacts = 0;
-    double work = 0;         // sum of |r_n (v_n + bias)| + (mu r_n |v_t| + r_t.v_t), each zero at an answer [J]
+    // sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
+    // and limit are, r_n and mu r_n in Coulomb's law
+    double work = 0;
     double made = 0;         // sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
     Turned turned;           // what the contacts do to the bodies
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
     double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
-    // eta: METHOD.md, section 5.1, with the larger of both energies below so that r = 0 is not an answer for free.
-    double eta() const {
-        if (!std::isfinite(round_off)) return round_off;  // without friction the law takes a NaN for an open contact
-        if (change < 1e-28 * round_off) return 0;
-        return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
-    }
+    double eta() const { return energy_residual(change, energy, next_energy, round_off); }
 
     // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
     // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
@@ -44,31 +42,14 @@ struct ResidualParts {
     // Energy that the contacts make out of nothing, over |V - V_free|_M^2.
     double energy_made() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
 
-    void add(const ResidualParts& o) {
-        change += o.change;
-        energy += o.energy;
-        next_energy += o.next_energy;
-        round_off += o.round_off;
-        contacts += o.contacts;
-        work += o.work;
-        made += o.made;
-        turned.energy += o.turned.energy;
-        turned.quartic += o.turned.quartic;
-        penetration = std::max(penetration, o.penetration);
-        miss = std::max(miss, o.miss);
+    // Over subdomains (comm/reduce.hpp).
+    auto summed() {
+        return std::tie(change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.quartic);
     }
+    auto largest() { return std::tie(penetration, miss); }
 
     // A change of velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
     double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
-
-    static constexpr std::size_t size = 11, added = 9;  // numbers; those of them that are sums, the first
-    std::array<double, size> pack() const {
-        return {change, energy,        next_energy,    round_off,   contacts, work,
-                made,   turned.energy, turned.quartic, penetration, miss};
-    }
-    static ResidualParts unpack(const double* p) {
-        return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], {p[7], p[8]}, p[9], p[10]};
-    }
 };
 
 template <class M>
@@ -78,7 +59,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const double inv_wt = M::friction ? 1.0 / w.tangential : 0.0;
-        const typename M::Impulse next = contact_law<M>(c, v, 1.0 / w.normal, inv_wt), dr = next - c.r;
+        const typename M::Impulse next = solve_contact<M>(c, v, 1.0 / w.normal, inv_wt), dr = next - c.r;
         // sum of x_n^2 over normal parts and |x_t|^2 over tangential ones, each times its weight
         const auto weighed = [&](const typename M::Impulse& x, double normal, double tangential) {
             if constexpr (M::friction) {
@@ -89,17 +70,17 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
                 return normal * x[0] * x[0];
             }
         };
-        double vn = v[0], rn = c.r[0], along = 0, limit = 0;  // r_t.v_t, and mu r_n |v_t|
+        double vn = v[0], rn = c.r[0], along = 0, limit = 0;  // r_t.v_t, and |v_t| times the largest |r_t|
         if constexpr (M::friction) {
             vn = v.dot(c.normal), rn = c.r.dot(c.normal);
             const typename M::Vec slip = v - vn * c.normal;
-            along = c.r.dot(slip), limit = c.friction_coefficient * rn * slip.norm();
+            along = c.r.dot(slip), limit = M::Law::limit(rn, c) * slip.norm();
         }
         parts.change += weighed(dr, w.normal, w.tangential);
         parts.energy += weighed(c.r, w.normal, w.tangential);
         parts.next_energy += weighed(next, w.normal, w.tangential);
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
-        parts.work += std::abs(rn * (vn + c.bias)) + limit + along;
+        parts.work += std::abs(M::Law::excess(rn, c) * (vn + c.bias)) + limit + along;
         parts.made += rn * (vn + c.bias) + along;
         parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
         parts.miss = std::max(parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));

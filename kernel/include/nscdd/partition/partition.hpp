@@ -12,7 +12,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/core/model.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -31,14 +31,14 @@ class BroadPhase {
     // Rough detection with a skin that the next steps should not use up, and at least `needed`.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
                double needed) {
-        auto [box, speed] = find_extent(parts, comm);
-        speed = std::max(speed, settings.h * settings.gravity.norm());
+        const Extent extent = find_extent(parts, comm);
+        double speed = std::max(extent.speed, settings.h * settings.gravity.norm());
         for (const auto& wall : settings.walls) speed = std::max(speed, std::abs(wall.normal_speed()));
         const double step_reach = settings.h * speed;
         const double wanted =
             std::clamp(2.2 * settings.rough_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
         skin_ = std::max({wanted, 4.4 * step_reach, needed});
-        detect(parts, comm, settings, settings.walls, radii, box);
+        detect(parts, comm, settings, settings.walls, radii, extent.box());
         offsets_.clear();
         for (const auto& wall : settings.walls) offsets_.push_back(wall.offset);
         steps_since_ = 0;
@@ -71,7 +71,7 @@ class BroadPhase {
             imbalance_when_made_ = last.imbalance;
             repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
         } else {
-            detect(parts, comm, settings, walls, radii, find_extent(parts, comm).first);
+            detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box());
         }
         std::vector<Outbox> out(parts.size());
         for (const Moved& m : moved)
@@ -89,24 +89,24 @@ class BroadPhase {
     }
 
   private:
-    // Box of all grains, and the largest of their speeds.
-    static std::pair<Box<M>, double> find_extent(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-        using Vector = Eigen::Map<const typename M::Vec>;
-        const std::span<const double> all = reduce(comm, 0, [&parts](std::size_t k) {
-            typename M::Vec low = M::Vec::Constant(std::numeric_limits<double>::max()), high = -low;
-            double speed = 0;
+    // Of all grains.
+    struct Extent {
+        typename M::Vec minus_low = M::Vec::Constant(-std::numeric_limits<double>::max()), high = minus_low;  // box [m]
+        double speed = 0;  // largest [m/s]
+        auto summed() { return std::tie(); }
+        auto largest() { return std::tie(minus_low, high, speed); }
+        Box<M> box() const { return {-minus_low, high}; }
+    };
+    static Extent find_extent(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+        return reduce<Extent>(comm, [&parts](std::size_t k) {
+            Extent mine;
             for (const auto& g : parts[k].grains) {
-                low = low.cwiseMin(g.position);
-                high = high.cwiseMax(g.position);
-                speed = std::max(speed, g.velocity.template head<M::dim>().norm());
+                mine.minus_low = mine.minus_low.cwiseMax(-g.position);
+                mine.high = mine.high.cwiseMax(g.position);
+                mine.speed = std::max(mine.speed, g.velocity.template head<M::dim>().norm());
             }
-            low = -low;
-            Buffer out(low.data(), low.data() + M::dim);
-            out.insert(out.end(), high.data(), high.data() + M::dim);
-            out.push_back(speed);
-            return out;
+            return mine;
         });
-        return {{-Vector(&all[0]), Vector(&all[M::dim])}, all[2 * M::dim]};
     }
 
     // Rough detection in the partition as it is or, where that has become uneven, in a new one. The first one is made

@@ -1,22 +1,17 @@
-// Steps solved to high accuracy, for reference answers: sequential, as by_nlgs().
+// A step of a simulation on one rank, solved by Newton's methods.
 #pragma once
 
-#include "nscdd/solve/newton.hpp"
-#include "nscdd/step/simulation.hpp"
+#include "nscdd/decompose/step_solver.hpp"
+#include "nscdd/reference/newton.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Needs a communicator of one rank. The report's iterations are Newton steps.
 template <class M, class Factorisation = SparseLU>
-StepSolver<M> by_newton(const NewtonOptions& options) {
-    return [options](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) -> SolveReport {
-        if (comm.size() != 1) throw std::logic_error("the Newton methods run on one rank");
-        Stopwatch watch(comm);
-        const NewtonReport report = newton_solve<Factorisation>(parts[0].problem, options);
-        comm.charge(0, Work::sweep, double(report.iterations) * double(parts[0].problem.contact_count()), 0);
-        watch.lap(seconds.sweep);
-        return report;
-    };
+AnyStepSolver<M> by_newton(const NewtonOptions& options) {
+    return on_one_rank<M>(
+        "Newton's method",
+        [options](Subdomain<M>& part) -> SolveReport { return newton_solve<Factorisation>(part.problem, options); },
+        charge_iterations<M>);
 }
 
 }  // namespace nscdd

@@ -1,8 +1,9 @@
 // The energy balance of one step: what gravity, walls and contacts did to the kinetic energy. Collective.
 #pragma once
 
+#include "nscdd/comm/reduce.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/subdomain.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -17,6 +18,8 @@ struct StepEnergy {
     double friction = 0;  // and along their tangents
 
     double contacts() const { return normal + friction; }  // not above zero where no energy is made
+    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }
+    auto largest() { return std::tie(); }
     double round_off() const { return kinetic - before - external - walls - contacts(); }
 };
 
@@ -25,7 +28,7 @@ template <class M>
 StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                        const typename M::Vec& gravity, double h) {
     ContactProblem<M> mean;
-    const std::span<const double> sum = reduce(comm, 6, [&](std::size_t k) {
+    StepEnergy total = reduce<StepEnergy>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
         StepEnergy e;
         mean.bodies = part.problem.bodies;
@@ -58,9 +61,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             add(c, WithWall{});
             e.walls += impulse_vector<M>(c.r, c.normal).dot(walls[static_cast<std::size_t>(c.j)].velocity);
         }
-        return Buffer{e.before, e.kinetic, e.external, e.walls, e.normal, e.friction};
+        return e;
     });
-    StepEnergy total{sum[0], sum[1], sum[2], sum[3], sum[4], sum[5]};
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (!walls[w].driven) continue;
         const double after = parts[0].problem.walls[w].speed;

@@ -8,17 +8,24 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 struct Measures {
     using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
-    static constexpr int turns = M::dim == 3 ? 3 : 1;
+    static constexpr int rotations = M::dim == 3 ? 3 : 1;
 
     double kinetic_energy = 0;  // of the grains [J]
     typename M::Vec momentum = M::Vec::Zero();
-    Eigen::Matrix<double, turns, 1, Eigen::DontAlign> angular_momentum;  // about the origin, spins included
+    using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;
+    Rotation angular_momentum = Rotation::Zero();  // about the origin, spins included
     Tensor virial = Tensor::Zero();  // sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure
     double contacts = 0;             // that carry an impulse
     double wall_contacts = 0;        // of them with walls
     double grains_volume = 0;
     double touched = 0;          // grains with at least one such contact
     double largest_overlap = 0;  // [m], of the contacts of the last step, now
+
+    auto summed() {
+        return std::tie(kinetic_energy, momentum, angular_momentum, virial, contacts, wall_contacts, grains_volume,
+                        touched);
+    }
+    auto largest() { return std::tie(largest_overlap); }
 
     // Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
@@ -36,13 +43,11 @@ bool carries_impulse(const Contact<M>& c) {
 // After a step.
 template <class M>
 Measures<M> measure(const Simulation<M>& simulation) {
-    constexpr int dim = M::dim, turns = Measures<M>::turns;
-    constexpr std::size_t size = 1 + dim + turns + dim * dim + 4;
+    constexpr int dim = M::dim;
     const double h = simulation.settings().h;
-    const std::span<const double> all = reduce(simulation.comm(), size, [&](std::size_t part_index) {
+    return reduce<Measures<M>>(simulation.comm(), [&](std::size_t part_index) {
         const Subdomain<M>& part = simulation.parts()[part_index];
         Measures<M> m;
-        m.angular_momentum.setZero();
         std::vector<int> carried(part.grains.size(), 0);
         const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
         for (const auto& c : part.problem.contacts) {
@@ -79,23 +84,8 @@ Measures<M> measure(const Simulation<M>& simulation) {
         // part
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
-        Buffer out{m.kinetic_energy};
-        out.insert(out.end(), m.momentum.data(), m.momentum.data() + dim);
-        out.insert(out.end(), m.angular_momentum.data(), m.angular_momentum.data() + turns);
-        out.insert(out.end(), m.virial.data(), m.virial.data() + dim * dim);
-        out.insert(out.end(), {m.contacts, m.wall_contacts, m.grains_volume, m.touched, m.largest_overlap});
-        return out;
+        return m;
     });
-    Measures<M> total;
-    const double* in = all.data();
-    total.kinetic_energy = *in++;
-    total.momentum = Eigen::Map<const typename M::Vec>(in);
-    total.angular_momentum = Eigen::Map<const Eigen::Matrix<double, turns, 1>>(in + dim);
-    total.virial = Eigen::Map<const Eigen::Matrix<double, dim, dim>>(in + dim + turns);
-    in += dim + turns + dim * dim;
-    total.contacts = in[0], total.wall_contacts = in[1], total.grains_volume = in[2], total.touched = in[3];
-    total.largest_overlap = all[size];
-    return total;
 }
 
 }  // namespace nscdd

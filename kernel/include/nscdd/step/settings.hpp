@@ -19,7 +19,7 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 struct SimulationSettings {
     std::vector<Wall<M>> walls;
-    Materials materials{1};
+    MaterialsOf<M> materials{1};
     typename M::Vec gravity = M::Vec::Zero();
     double h = 1e-3;       // [s]
     double theta = 0.5;    // of the Moreau-Jean scheme, 0.5 to 1 in use
@@ -42,28 +42,28 @@ struct RoughDetection {
 };
 
 template <class M>
-void check_grains(std::span<const Grain<M>> grains, const Materials& materials) {
+void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
         const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-        const char* what = !positive(g.radius)                                 ? "radius"
-                           : !positive(g.mass)                                 ? "mass"
-                           : M::friction && !positive(g.inertia)               ? "inertia"
-                           : !std::isfinite(g.position.squaredNorm())          ? "position"
-                           : !g.velocity.allFinite() || !g.load.allFinite()    ? "velocity or load"
-                           : g.material < 0 || g.material >= materials.count() ? "material"
-                           : g.id < 0                                          ? "id"
-                                                                               : nullptr;
+        const char* what = !positive(g.radius)                              ? "radius"
+                           : !positive(g.mass)                              ? "mass"
+                           : M::friction && !positive(g.inertia)            ? "inertia"
+                           : !std::isfinite(g.position.squaredNorm())       ? "position"
+                           : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity or load"
+                           : g.material < 0 || g.material >= materials      ? "material"
+                           : g.id < 0                                       ? "id"
+                                                                            : nullptr;
         if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
     }
 }
 
 template <class M>
-void check_walls(std::span<const Wall<M>> walls, const Materials& materials) {
+void check_walls(std::span<const Wall<M>> walls, int materials) {
     for (const auto& wall : walls) {
         const std::string name = "wall " + std::to_string(&wall - walls.data()) + ": ";
         if (!std::isfinite(wall.offset + wall.force + wall.mass + wall.speed) || !wall.velocity.allFinite())
             throw std::invalid_argument(name + "place, velocity, force or mass is not finite");
-        if (wall.material < 0 || wall.material >= materials.count())
+        if (wall.material < 0 || wall.material >= materials)
             throw std::invalid_argument(name + "material is not valid");
         if (wall.driven && !(wall.mass > 0))
             throw std::invalid_argument(name + "it is driven and needs a positive mass");
@@ -78,7 +78,7 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
         throw std::invalid_argument("the step must be positive and theta within [0, 1]");
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
-    check_walls<M>(settings.walls, settings.materials);
+    check_walls<M>(settings.walls, settings.materials.count());
     if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");
 }
 

@@ -52,7 +52,7 @@ class Simulation {
         check_settings(settings_);
         refuse_together(comm_, [&](std::size_t k) {
             if (k > 0) return;
-            check_grains<M>(grains, settings_.materials);
+            check_grains<M>(grains, settings_.materials.count());
             check_impulses<M>(impulses);
             if (last) check_rough(*last, grains.size(), settings_.walls.size());
         });
@@ -78,10 +78,17 @@ class Simulation {
     // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each
     // other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have
     // become what no scene can have.
-    StepReport step(const StepSolver<M>& solve) {
+    template <class Solver>
+    StepReport step(const Solver& solve) {
+        static_assert(StepSolver<Solver, M>,
+                      "Simulation::step: a solver is called with (std::vector<Subdomain<M>>&, Communicator&, "
+                      "PhaseSeconds&) and returns a SolveReport, see decompose/step_solver.hpp");
+        return step(AnyStepSolver<M>(solve));
+    }
+    StepReport step(const AnyStepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
         if (parts_.empty()) throw std::logic_error("Simulation::step: nothing is left of a simulation that was moved");
-        check_walls<M>(settings_.walls, settings_.materials);
+        check_walls<M>(settings_.walls, settings_.materials.count());
         Stopwatch watch(comm_);
         StepReport report;
         if (steps_ == 0) check_first_drift();
@@ -130,6 +137,8 @@ class Simulation {
     struct Survey {
         double moved = 0;  // farthest that anything is from where the candidates were found [m]
         double speed = 0;  // largest [m/s]
+        auto summed() { return std::tie(); }
+        auto largest() { return std::tie(moved, speed); }
     };
 
     enum class Velocities { known, solved };  // before the step, or of its problem
@@ -155,7 +164,7 @@ class Simulation {
 
     // Largest values over the scene, by one reduction. Throws std::runtime_error when they are not finite.
     Survey survey(Velocities which, double lookahead = 0) {
-        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+        Survey total = reduce<Survey>(comm_, [&](std::size_t k) {
             const Subdomain<M>& part = parts_[k];
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
@@ -163,9 +172,8 @@ class Simulation {
                 s.speed = larger(s.speed, v.norm());
                 s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
-            return Buffer{s.moved, s.speed};
+            return s;
         });
-        Survey total{all[0], all[1]};
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             const double speed = normal_speed(w, which);
@@ -179,19 +187,26 @@ class Simulation {
         return total;
     }
 
+    struct GrainCount {
+        double grains = 0;
+        double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  // radii [m]
+        auto summed() { return std::tie(grains); }
+        auto largest() { return std::tie(minus_least, most); }
+    };
+
     void count_grains() {
-        constexpr double none = -std::numeric_limits<double>::infinity();
-        const std::span<const double> all = reduce(comm_, 1, [this](std::size_t k) {
-            Buffer out{double(parts_[k].grains.size()), none, none};
+        const GrainCount all = reduce<GrainCount>(comm_, [this](std::size_t k) {
+            GrainCount mine;
+            mine.grains = double(parts_[k].grains.size());
             for (const auto& g : parts_[k].grains) {
-                out[1] = std::max(out[1], -g.radius);
-                out[2] = std::max(out[2], g.radius);
+                mine.minus_least = std::max(mine.minus_least, -g.radius);
+                mine.most = std::max(mine.most, g.radius);
             }
-            return out;
+            return mine;
         });
-        if (all[0] == 0) throw std::invalid_argument("the scene has no grains");
-        grains_ = static_cast<std::size_t>(all[0]);
-        radii_ = {-all[1], all[2]};
+        if (all.grains == 0) throw std::invalid_argument("the scene has no grains");
+        grains_ = static_cast<std::size_t>(all.grains);
+        radii_ = {-all.minus_least, all.most};
         for (auto& part : parts_) {
             part.problem.h = settings_.h;
             part.problem.least_radius = radii_.least;
@@ -200,17 +215,23 @@ class Simulation {
 
     void detect_roughly(double needed) { broad_.renew(parts_, comm_, settings_, radii_, needed); }
 
+    struct Detected {
+        double contacts = 0, worst_overlap = 0;  // over the smaller radius
+        auto summed() { return std::tie(contacts); }
+        auto largest() { return std::tie(worst_overlap); }
+    };
+
     // Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
         std::vector<Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
             worst[k] = detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
         });
-        const std::span<const double> all = reduce(comm_, 1, [&](std::size_t k) {
-            return Buffer{double(parts_[k].problem.contact_count()), worst[k].ratio};
+        const Detected all = reduce<Detected>(comm_, [&](std::size_t k) {
+            return Detected{double(parts_[k].problem.contact_count()), worst[k].ratio};
         });
-        report.contacts = all[0];
-        if (all[1] > settings_.largest_overlap) {
+        report.contacts = all.contacts;
+        if (all.worst_overlap > settings_.largest_overlap) {
             Overlap deepest;
             for (const Buffer& o : gathered([&](std::size_t k) {
                      return Buffer{worst[k].ratio, double(worst[k].i), double(worst[k].j)};
@@ -225,30 +246,32 @@ class Simulation {
     void start_iteration(StepReport& report) {
         split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
         count_scene(report);
-        comm_.each_rank([this](std::size_t k) {
-            prepare_contacts(parts_[k].problem);  // for solvers of the caller's own
-            apply_impulses(parts_[k].problem);
-        });
+        comm_.each_rank([this](std::size_t k) { apply_impulses(parts_[k].problem); });
     }
 
+    struct SceneCount {
+        double interface_grains = 0, energy = 0;  // energy: V_free^T M V_free [J]
+        auto summed() { return std::tie(interface_grains, energy); }
+        auto largest() { return std::tie(); }
+    };
+
     void count_scene(StepReport& report) {
-        const std::span<const double> all = reduce(comm_, 2, [this](std::size_t k) {
+        SceneCount all = reduce<SceneCount>(comm_, [this](std::size_t k) {
             const Subdomain<M>& part = parts_[k];
-            double interface = 0, energy = 0;
+            SceneCount mine;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 if (!part.primary(g)) continue;
                 const Grain<M>& grain = part.grains[g];
                 const Body<M>& body = part.problem.bodies[g];
-                interface += part.problem.multiplicity[g] > 1;
-                energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();
+                mine.interface_grains += part.problem.multiplicity[g] > 1;
+                mine.energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();
             }
-            return Buffer{interface, energy};
+            return mine;
         });
-        double energy = all[1];
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-            energy += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
-        report.interface_grains = all[0];
-        report.free_norm = std::sqrt(energy);
+            all.energy += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
+        report.interface_grains = all.interface_grains;
+        report.free_norm = std::sqrt(all.energy);
     }
 
     static void keep_impulses(Subdomain<M>& part) {
@@ -293,7 +316,8 @@ class Simulation {
         throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
     }
 
-    // Could the velocities found close a pair that was no contact? Then look again, wider, and say no.
+    // False if the velocities found could close a pair that was not among the contacts: the step is then solved again
+    // with that pair. The broad phase is renewed first if grains move farther than its skin allows.
     bool complete(int attempt) {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +

@@ -12,9 +12,9 @@
 #include <limits>
 #include <utility>
 
-#include "nscdd/solve/interior_point.hpp"
-#include "nscdd/solve/nlgs.hpp"
-#include "nscdd/solve/proximal_newton.hpp"
+#include "nscdd/reference/interior_point.hpp"
+#include "nscdd/reference/proximal_newton.hpp"
+#include "nscdd/sweep/nlgs.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -127,7 +127,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             scatter_impulses(problem, answer);
-            finished(residual_parts(problem, free), stop, problem.least_radius, so_far);
+            report_residual(residual_parts(problem, free), stop, problem.least_radius, so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
                                         so_far.penetration > stop.penetration * problem.least_radius);

@@ -1,16 +1,16 @@
 // The fast sweep: sweep() of sweep.hpp for a packet of contacts at once, on a layout of its own.
 //
 //   Sweeper<M> sweeper;
-//   sweeper.load(problem);               // prepared, velocities consistent with impulses
+//   sweeper.load(problem);               // velocities consistent with impulses
 //   sweeper.sweep(problem);              // as often as wanted
 //   sweeper.residual(problem).eta();
 //   sweeper.store(problem);
 #pragma once
 
 #include "nscdd/law/residual.hpp"
-#include "nscdd/solve/combine.hpp"
-#include "nscdd/solve/load_batches.hpp"
-#include "nscdd/solve/sweep.hpp"
+#include "nscdd/sweep/combine.hpp"
+#include "nscdd/sweep/load_batches.hpp"
+#include "nscdd/sweep/sweep.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -31,14 +31,15 @@ class Sweeper {
 
     // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
     // it is, and is swept contact by contact, all of it in the first pass.
-    void load(const ContactProblem<M>& problem, double relaxation = 1, Front front = {}) {
+    void load(ContactProblem<M>& problem, double relaxation = 1, Front front = {}) {
         rows_.begin(problem);
-        batched_ = load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, turns_);
-        batched_ &= load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, turns_);
+        batched_ = load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
+        batched_ &= load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, order_);
         rows_.load(problem);
         wall_share_.assign(problem.walls.size(), 1.0);
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
-        stretch_ = 1 / relaxation;
+        inverse_relaxation_ = 1 / relaxation;
+        if (!batched_) prepare_contacts(problem, relaxation);
         window_ = sweeps_ = 0;
         note_free(problem);
     }
@@ -153,7 +154,9 @@ class Sweeper {
     // What a sweep reads and writes.
     std::size_t bytes() const {
         const auto of = [](const BatchGroup<M>& group) {
-            return (group.data.size() + group.friction.size()) * sizeof(double) +
+            constexpr std::size_t each =
+                std::is_empty_v<typename M::Law::Coefficients> ? 0 : sizeof(typename M::Law::Coefficients);
+            return group.data.size() * sizeof(double) + group.coefficients.size() * each +
                    (group.i.size() + group.j.size()) * sizeof(int);
         };
         return rows_.data.size() * sizeof(double) + of(grains_) + of(walls_);
@@ -266,7 +269,7 @@ class Sweeper {
 
     template <class Other>
     void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, Pass pass, Piece piece, auto&& acceleration) {
-        const Packet stretch(stretch_);
+        const Packet inverse_relaxation(inverse_relaxation_);
         const bool front = pass == Pass::all || pass == Pass::first;
         const std::size_t rest = group.count - group.first, begin = front ? 0 : group.first + piece.begin(rest),
                           end = pass == Pass::all ? group.count
@@ -287,9 +290,9 @@ class Sweeper {
             acceleration.before(batch, group, k);
             Packet wn, wt, next[Layout::components], dr[Layout::components];
             batch.delassus(Packet(1), Packet(1), wn, wt);
-            wn = wn * stretch;
-            if constexpr (M::friction) wt = wt * stretch;
-            batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
+            wn = wn * inverse_relaxation;
+            if constexpr (M::friction) wt = wt * inverse_relaxation;
+            batch.solve(wn, wt, group.coefficients[k], next);
             for (int d = 0; d < Layout::components; ++d) {
                 dr[d] = next[d] - batch.r[d];
                 next[d].store(group.fields(k) + (Layout::impulse_at + d) * Packet::width);
@@ -338,7 +341,7 @@ class Sweeper {
             Packet wn, wt, next[Layout::components], dr[Layout::components], share_i(1), share_j(1);
             if (group.shared[k]) load_shares<Other>(group, k, share_i, share_j);
             batch.delassus(share_i, share_j, wn, wt);
-            batch.solve(wn, wt, M::friction ? group.friction[k] : 0.0, next);
+            batch.solve(wn, wt, group.coefficients[k], next);
             for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
             change = change + batch.energy(dr, wn, wt);
             energy = energy + batch.energy(batch.r, wn, wt);
@@ -346,29 +349,31 @@ class Sweeper {
             Packet speed[M::dim];
             for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
             round_off = round_off + batch.dot(speed, speed) / wn;
-            batch.add_work(M::friction ? group.friction[k] : 0.0, work, made);
+            batch.add_work(group.coefficients[k], work, made);
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
             miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.add({sum(change),
-                   sum(energy),
-                   sum(next_energy),
-                   sum(round_off),
-                   0,
-                   sum(work),
-                   sum(made),
-                   {},
-                   problem.h * largest(closing),
-                   std::sqrt(largest(miss))});
+        parts.change += sum(change);
+        parts.energy += sum(energy);
+        parts.next_energy += sum(next_energy);
+        parts.round_off += sum(round_off);
+        parts.work += sum(work);
+        parts.made += sum(made);
+        parts.penetration = std::max(parts.penetration, problem.h * nscdd::largest(closing));
+        parts.miss = std::max(parts.miss, std::sqrt(nscdd::largest(miss)));
     }
 
     template <class Other>
     void load_shares(const BatchGroup<M>& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
         alignas(sizeof(Packet)) double share[2][lanes];
         for (std::size_t k = 0; k < lanes; ++k) {
-            const auto j = static_cast<std::size_t>(group.other(batch)[k]);
+            const int other = group.other(batch)[k];
+            const auto j = static_cast<std::size_t>(other);
             share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / Layout::row];
-            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
+            if constexpr (Batch<M, Other>::wall)
+                share[1][k] = other < 0 ? 1.0 : wall_share_[j];
+            else
+                share[1][k] = rows_.share[j / Layout::row];
         }
         share_i = Packet::load(share[0]);
         share_j = Packet::load(share[1]);
@@ -379,9 +384,9 @@ class Sweeper {
     FreeVelocities<M> free_;
     std::vector<double> wall_share_;  // 1/multiplicity
     BatchGroup<M> grains_, walls_;
-    std::vector<int> turns_;  // of contacts; kept for its memory
+    std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
-    double stretch_ = 1;  // of W: 1/omega
+    double inverse_relaxation_ = 1;  // 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
     std::vector<double> metric_;             // where contacts are swept one by one, as are
     std::vector<typename M::Impulse> past_;  // their iterates and changes

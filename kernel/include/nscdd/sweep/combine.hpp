@@ -2,8 +2,8 @@
 // and keeps its change (anderson.hpp).
 #pragma once
 
-#include "nscdd/solve/anderson.hpp"
-#include "nscdd/solve/batch.hpp"
+#include "nscdd/iterate/anderson.hpp"
+#include "nscdd/sweep/batch.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "nscdd/core/validate.hpp"
+#include "nscdd/iterate/options.hpp"
 #include "nscdd/law/error_measures.hpp"
-#include "nscdd/solve/options.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

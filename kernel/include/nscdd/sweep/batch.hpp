@@ -1,12 +1,12 @@
-// One batch of contacts, a packet wide: what kinematics.hpp and contact_law.hpp do for one contact.
+// One batch of contacts, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
 #include "nscdd/core/contact_problem.hpp"
-#include "nscdd/solve/batches.hpp"
-#include "nscdd/solve/packet.hpp"
+#include "nscdd/core/packet.hpp"
+#include "nscdd/sweep/batches.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -33,15 +33,15 @@ struct BatchLayout {
 template <class M>
 struct BatchGroup {
     Batches batches;
-    std::vector<int> i, j;         // where the row of each body begins; j may be the wall
-    std::vector<char> shared;      // of each batch: 1 if a body or a wall of it has several copies
-    std::vector<char> open;        // of each batch: 1 if it has no impulse, and none in its past
-    std::vector<double> friction;  // of each batch
-    AlignedDoubles data;           // of each batch: the fields
-    AlignedDoubles past;           // of each batch: Anderson's metric, and of each of its slots iterate and change
-    std::size_t count = 0;         // batches
-    std::size_t first = 0;         // of them with the contacts that are swept first
-    bool driven = false;           // with walls of which any is
+    std::vector<int> i, j;     // where the row of each body begins; j may be the wall
+    std::vector<char> shared;  // of each batch: 1 if a body or a wall of it has several copies
+    std::vector<char> open;    // of each batch: 1 if it has no impulse, none in its past, and cannot pull
+    std::vector<typename M::Law::Coefficients> coefficients;  // of each batch: its contacts have the same
+    AlignedDoubles data;                                      // of each batch: the fields
+    AlignedDoubles past;    // of each batch: Anderson's metric, and of each of its slots iterate and change
+    std::size_t count = 0;  // batches
+    std::size_t first = 0;  // of them with the contacts that are swept first
+    bool driven = false;    // with walls of which any is
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
@@ -54,8 +54,8 @@ struct BatchGroup {
         return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
-    // More than a core's caches hold, about: then the stream of contacts is worth fetching ahead, for the hardware
-    // loses it among the rows.
+    // Whether the contacts are more than a core's caches hold, about 4 MiB. Then the sweep fetches them ahead: the rows
+    // that it reads in between keep the processor from seeing that contacts follow each other in memory.
     bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{4} << 20; }
     static void prefetch(const double* from, std::size_t size) {
         for (std::size_t k = 0; k < size; k += 64 / sizeof(double)) __builtin_prefetch(from + k);
@@ -71,7 +71,8 @@ struct BatchGroup {
                 return (Eigen::Map<const Eigen::ArrayXd>(from, static_cast<Eigen::Index>(size)) == 0).all();
             };
             open[k] = zero(fields(k) + BatchLayout<M>::impulse_at * lanes, impulse) &&
-                      (window == 0 || zero(iterate(k, 0, window), past_size(window) - lanes));
+                      (window == 0 || zero(iterate(k, 0, window), past_size(window) - lanes)) &&
+                      M::Law::normal(std::numeric_limits<double>::lowest(), coefficients[k]) == 0;
         }
     }
     const int* body(std::size_t batch) const { return i.data() + batch * lanes; }
@@ -86,6 +87,7 @@ struct BatchWalls {
     void load(const ContactProblem<M>& problem, const int* wall) {
         alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
         for (int k = 0; k < Packet::width; ++k) {
+            if (wall[k] < 0) continue;  // a lane without a contact
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
             if constexpr (driven) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
@@ -109,6 +111,8 @@ template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
     using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
+    using Law = typename M::Law;
+    using Coefficients = typename Law::Coefficients;
     static constexpr bool wall = !std::is_same_v<Other, Rows<Layout::row>>;
 
     Rows<Layout::row> a;
@@ -193,27 +197,27 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // r' of contact_law() for this W.
-    EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, double friction, Packet* next) const {
+    // r' of solve_contact() for this W.
+    EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const Coefficients& k, Packet* next) const {
         if constexpr (framed) {
             const Packet both = Packet(1) / (wn * wt);  // one division for two reciprocals
-            next[0] = larger(Packet(0), r[0] - (v[0] + bias) * (wt * both));
-            const Packet most = Packet(friction) * next[0];
+            next[0] = Law::normal(r[0] - (v[0] + bias) * (wt * both), k);
+            const Packet most = Law::limit(next[0], k);
             next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * (wn * both)));
         } else if constexpr (M::friction) {
             const Packet both = Packet(1) / (wn * wt);
             const Packet inv_wn = wt * both, inv_wt = wn * both;
             const Packet vn = dot(v, n), rn = dot(r, n);
-            const Packet normal = larger(Packet(0), rn - (vn + bias) * inv_wn);
+            const Packet normal = Law::normal(rn - (vn + bias) * inv_wn, k);
             const Packet along = rn - inv_wt * vn;
             Packet trial[dim];
             for (int d = 0; d < dim; ++d) trial[d] = r[d] - madd(inv_wt, v[d], along * n[d]);
             const Packet square = larger(dot(trial, trial), Packet(1e-300));
-            const Packet scale = smaller(Packet(1), Packet(friction) * normal * inverse_root(square));
+            const Packet scale = smaller(Packet(1), Law::limit(normal, k) * inverse_root(square));
             for (int d = 0; d < dim; ++d) next[d] = madd(scale, trial[d], normal * n[d]);
         } else {
-            (void)wt, (void)friction;
-            next[0] = larger(Packet(0), r[0] - (v[0] + bias) / wn);
+            (void)wt;
+            next[0] = Law::normal(r[0] - (v[0] + bias) / wn, k);
         }
     }
 
@@ -248,26 +252,28 @@ struct Batch : BatchLayout<M> {
     }
 
     // Adds to ResidualParts::work and made, by lane.
-    EIGEN_ALWAYS_INLINE void add_work(double friction, Packet& work, Packet& made) const {
-        Packet normal, along(0), limit(0);
+    EIGEN_ALWAYS_INLINE void add_work(const Coefficients& k, Packet& work, Packet& made) const {
+        Packet rn, opening, along(0), limit(0);
         if constexpr (framed) {
-            normal = r[0] * (v[0] + bias);
+            rn = r[0];
+            opening = v[0] + bias;
             along = r[1] * v[1];
-            limit = Packet(friction) * r[0] * magnitude(v[1]);
+            limit = Law::limit(rn, k) * magnitude(v[1]);
         } else if constexpr (M::friction) {
-            const Packet vn = dot(v, n), rn = dot(r, n);
+            const Packet vn = dot(v, n);
+            rn = dot(r, n);
             Packet slip[dim];
             for (int d = 0; d < dim; ++d) slip[d] = v[d] - vn * n[d];
             const Packet square = dot(slip, slip), speed = square * inverse_root(larger(square, Packet(1e-300)));
-            normal = rn * (vn + bias);
+            opening = vn + bias;
             along = dot(r, slip);
-            limit = Packet(friction) * rn * speed;
+            limit = Law::limit(rn, k) * speed;
         } else {
-            (void)friction;
-            normal = r[0] * (v[0] + bias);
+            rn = r[0];
+            opening = v[0] + bias;
         }
-        work = work + magnitude(normal) + limit + along;
-        made = made + normal + along;
+        work = work + magnitude(Law::excess(rn, k) * opening) + limit + along;
+        made = made + rn * opening + along;
     }
 
     // An impulse with its normal part times wn and its tangential part times wt.

@@ -27,14 +27,15 @@ class Anderson {
     static constexpr int largest_window = 8;
     using Products = std::array<double, largest_window + 1>;
     // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
-    // flickers between sticking and sliding: W itself needs a quarter more iterations, and none misses what only rolls.
+    // changes whenever a contact turns from sticking to sliding: with W itself it takes a quarter more iterations, and
+    // with nothing for the tangential part a grain that rolls without a normal change would not count at all.
     static constexpr double tangential_weight = 0.1;
-    // How far to go, in differences of iterates. Where walls leave no room every sweep adds about the same to the
-    // impulses, and the combination that would change least is as far as can be: impulses a thousand times too large,
-    // whose round-off throws grains out.
-    static constexpr double reach = 5;
-    // After so many iterations one in so many starts from the iterate itself: else slow problems end in a cycle of
-    // combinations that go nowhere near as far as they should (both: METHOD.md, section 8).
+    // Largest sum of the coefficients' absolute values. Where walls leave no room every sweep adds about the same to
+    // the impulses, and the combination that would change least is as far as can be: impulses a thousand times too
+    // large, whose round-off throws grains out.
+    static constexpr double longest = 5;
+    // After `many` iterations one in `pause` starts from the iterate itself, without a combination. Without that, slow
+    // problems end in a cycle of combinations whose coefficients stay far below 1 (both: METHOD.md, section 8).
     static constexpr int many = 200, pause = 5;
     // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
     // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 8).
@@ -57,11 +58,11 @@ class Anderson {
     int last() const { return last_; }
     int restarts() const { return restarts_; }
 
-    // Velocities and impulses are combined by the same coefficients. Coefficients beyond 1 multiply the round-off by
-    // which the two have parted, by `growth_` at most: with a heavy ball on light ones that matters after 60
-    // iterations, on packings after thousands. True where round-off may be 1e4 times as large: then velocities have to
-    // be taken from the impulses, and must not be combined with what came before, forget().
-    bool parted() const { return growth_ > 1e4; }
+    // Velocities and impulses are combined by the same coefficients, so that V = V_free + M^-1 H r stays true but for
+    // round-off. Coefficients beyond 1 multiply that round-off, by `growth_` at most: a heavy ball on light ones shows
+    // it after 60 iterations, packings after thousands. True where the factor may exceed 1e4: then velocities have to
+    // be computed from the impulses again, and must not be combined with earlier ones, forget().
+    bool velocities_stale() const { return growth_ > 1e4; }
     void forget() {
         coefficients_.setZero();
         filled_ = 0;
@@ -130,7 +131,7 @@ class Anderson {
         if (factors.info() != Eigen::Success) return;
         const Vector c = scale.asDiagonal() * factors.solve(scale.asDiagonal() * b);
         if (!c.allFinite()) return;
-        const double shorten = std::min(1.0, reach / c.lpNorm<1>());
+        const double shorten = std::min(1.0, longest / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
         growth_ *= std::abs(1 - coefficients_.sum()) + coefficients_.lpNorm<1>();
     }

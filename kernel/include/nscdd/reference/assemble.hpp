@@ -95,6 +95,7 @@ void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename D
 // In: velocities consistent with the impulses, as before or after nlgs().
 template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
+    static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");
     using Local = DelassusProblem<M::dim>;
     set_local_impulses(problem, std::vector<typename Local::Vec>(problem.contact_count(), Local::Vec::Zero()));
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "nscdd/solve/batch.hpp"
+#include "nscdd/sweep/batch.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

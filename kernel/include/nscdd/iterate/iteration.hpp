@@ -3,8 +3,8 @@
 
 #include <concepts>
 
-#include "nscdd/solve/anderson.hpp"
-#include "nscdd/solve/options.hpp"
+#include "nscdd/iterate/anderson.hpp"
+#include "nscdd/iterate/options.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -39,12 +39,12 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         }
         report.iterations += count;
         residual = system.residual();
-        over = finished(residual, options, system.least_radius(), report);
-        if (!over || !anderson.parted()) continue;
+        over = report_residual(residual, options, system.least_radius(), report);
+        if (!over || !anderson.velocities_stale()) continue;
         system.restore_velocities();
         anderson.forget();
         residual = system.residual();
-        over = finished(residual, options, system.least_radius(), report);
+        over = report_residual(residual, options, system.least_radius(), report);
     }
     return report;
 }

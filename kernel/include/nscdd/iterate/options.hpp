@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "nscdd/iterate/anderson.hpp"
 #include "nscdd/law/residual.hpp"
-#include "nscdd/solve/anderson.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -71,9 +71,9 @@ inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& r
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }
 
-// Notes the residual in the report; true when the iteration is over.
-inline bool finished(const ResidualParts& parts, const SolveOptions& options, double least_radius,
-                     SolveReport& report) {
+// Writes the residual into the report; true when the iteration is over.
+inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
+                            SolveReport& report) {
     report.residual = parts.eta();
     report.velocity_error = parts.velocity_error();
     report.energy_made = parts.energy_made();

@@ -1,9 +1,9 @@
 // One nonlinear Gauss-Seidel sweep, contact by contact, on the problem as it stands.
 #pragma once
 
-#include "nscdd/law/contact_law.hpp"
+#include "nscdd/iterate/anderson.hpp"
 #include "nscdd/law/kinematics.hpp"
-#include "nscdd/solve/anderson.hpp"
+#include "nscdd/law/solve_contact.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -14,7 +14,7 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         double inv_wt = 0;
         if constexpr (M::friction) inv_wt = c.inv_wt;
-        const typename M::Impulse next = contact_law<M>(c, v, c.inv_wn, inv_wt);
+        const typename M::Impulse next = solve_contact<M>(c, v, c.inv_wn, inv_wt);
         const typename M::Impulse dr = next - c.r;
         acceleration.after(c, dr);
         c.r = next;

@@ -15,10 +15,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "nscdd/law/coulomb_projection.hpp"
-#include "nscdd/solve/linear_contacts.hpp"
-#include "nscdd/solve/newton_options.hpp"
-#include "nscdd/solve/sparse_factors.hpp"
+#include "nscdd/reference/coulomb_projection.hpp"
+#include "nscdd/reference/linear_contacts.hpp"
+#include "nscdd/reference/newton_options.hpp"
+#include "nscdd/reference/sparse_factors.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -64,6 +64,7 @@ Eigen::VectorXd gather_impulses(const ContactProblem<M>& problem) {
 // From bodies; their velocities must be consistent with the impulses. Driven walls are states of one component each.
 template <class M>
 LinearContactsOf<M> linear_contacts(const ContactProblem<M>& problem) {
+    static_assert(SolvedOnCone<typename M::Law>, "Newton's methods know Coulomb's law alone");
     constexpr int size = impulse_size<M>;
     LinearContactsOf<M> linear;
     linear.free.resize(static_cast<Eigen::Index>(problem.contact_count()) * size);

@@ -3,39 +3,38 @@
 
 #include <numeric>
 
-#include "nscdd/solve/body_rows.hpp"
+#include "nscdd/sweep/body_rows.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The order in which load_batches() deals contacts begin to end: as they come, but where walls are driven each comes
-// once in a batch, in turn with the others.
+// The order in which load_batches() deals the contacts from begin to end: as they come. Where walls are driven, the
+// first contact of each wall, then the second of each, and so on: a batch has at most one contact of each driven wall.
 template <bool wall, class M>
-void find_turns(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t begin,
-                std::size_t end, std::vector<int>& turns) {
-    turns.resize(end - begin);
-    std::iota(turns.begin(), turns.end(), static_cast<int>(begin));
+void find_order(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t begin,
+                std::size_t end, std::vector<int>& order) {
+    order.resize(end - begin);
+    std::iota(order.begin(), order.end(), static_cast<int>(begin));
     if (wall && problem.driven_walls()) {
         std::vector<int> before(end - begin), seen(problem.walls.size(), 0);  // of the same wall
         const auto of = [&](int c) -> int& { return before[static_cast<std::size_t>(c) - begin]; };
-        for (const int c : turns) of(c) = seen[static_cast<std::size_t>(contacts[static_cast<std::size_t>(c)].j)]++;
-        std::stable_sort(turns.begin(), turns.end(), [&of](int a, int b) { return of(a) < of(b); });
+        for (const int c : order) of(c) = seen[static_cast<std::size_t>(contacts[static_cast<std::size_t>(c)].j)]++;
+        std::stable_sort(order.begin(), order.end(), [&of](int a, int b) { return of(a) < of(b); });
     }
 }
 
 // Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
-// The first `first` contacts get batches of their own. `turns`: for its memory.
+// The first `first` contacts get batches of their own. `dealt`: for its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
-                  BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& turns) {
+                  BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {
     using Layout = BatchLayout<M>;
     constexpr std::size_t lanes = Packet::width;
     const std::size_t bodies = problem.bodies.size();
     const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
-    // a batch has one coefficient of friction, and open contacts keep to themselves: see Sweeper::stays_open()
+    // the contacts of a batch have the same coefficients; open contacts keep to themselves: see Sweeper::stays_open()
     const auto together = [&](int head, int c) {
         if (!wall && at(head).r.isZero(0) != at(c).r.isZero(0)) return false;
-        if constexpr (M::friction) return at(head).friction_coefficient == at(c).friction_coefficient;
-        return true;
+        return at(head).coefficients() == at(c).coefficients();
     };
     group.driven = wall && problem.driven_walls();
     const auto touched = [&](int c, auto&& visit) {
@@ -45,8 +44,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     };
     const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
     const auto deal = [&](std::size_t begin, std::size_t end) {
-        find_turns<wall>(problem, contacts, begin, end, turns);
-        group.batches.deal(turns, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
+        find_order<wall>(problem, contacts, begin, end, dealt);
+        group.batches.deal(dealt, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
     };
     group.batches.contact.clear();
     deal(0, first);
@@ -58,7 +57,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     group.i.resize(order.size());
     group.j.resize(order.size());
     group.shared.assign(group.count, 0);
-    group.friction.assign(M::friction ? group.count : 0, 0.0);
+    group.coefficients.assign(group.count, {});
     group.data.assign(order.size() * Layout::fields, 0.0);
     bool fits = rows.fits();
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -67,9 +66,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         };
         if (order[k] < 0) {
             group.i[k] = static_cast<int>(rows.no_body(k / lanes));
-            group.j[k] = wall ? 0 : static_cast<int>(rows.no_other_body(k / lanes));
-            field(Layout::normal_at) = 1;
-            field(Layout::bias_at) = 1e150;  // open, whatever the wall of this lane does
+            group.j[k] = wall ? -1 : static_cast<int>(rows.no_other_body(k / lanes));
+            field(Layout::normal_at) = 1;  // at rest, without an impulse: that satisfies every law
             continue;
         }
         const Contact<M>& c = at(order[k]);
@@ -86,8 +84,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
             for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
         }
         field(Layout::bias_at) = c.bias;
+        group.coefficients[k / lanes] = c;
         if constexpr (M::friction) {
-            group.friction[k / lanes] = c.friction_coefficient;
             if constexpr (Layout::half_gap) {
                 const double half = c.lever_i - 1 / rows.inverse_rho(i);
                 field(Layout::lever_at) = half;

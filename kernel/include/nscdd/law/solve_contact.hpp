@@ -1,7 +1,6 @@
-// The exact answer of one contact: Signorini, then Coulomb, in closed form.
+// The exact answer of one contact: the normal impulse, then the tangential one, in closed form.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "nscdd/core/contact_problem.hpp"
@@ -11,21 +10,22 @@ namespace nscdd::inline NSCDD_ABI {
 // The impulse r' that satisfies the law at this contact while all others keep theirs.
 //   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
 //   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
-//               disk |r_t| <= mu r_n' (two stages, not the projection on the cone: METHOD.md, section 3)
+//               disk |r_t| <= limit(r_n') (two stages, not the projection on the cone: METHOD.md, section 3)
 template <class M>
-typename M::Impulse contact_law(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
+typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
+    using Law = typename M::Law;
     if constexpr (M::friction) {
         const double vn = v.dot(c.normal);
         const double rn = c.r.dot(c.normal);
-        const double normal = std::max(0.0, rn - (vn + c.bias) * inv_wn);
+        const double normal = Law::normal(rn - (vn + c.bias) * inv_wn, c);
         const typename M::Vec trial = (c.r - rn * c.normal) - inv_wt * (v - vn * c.normal);
-        const double limit = c.friction_coefficient * normal;
+        const double limit = Law::limit(normal, c);
         const double trial2 = trial.squaredNorm();
         const double scale = trial2 > limit * limit ? limit / std::sqrt(trial2) : 1.0;
         return normal * c.normal + scale * trial;
     } else {
         (void)inv_wt;
-        return typename M::Impulse{std::max(0.0, c.r[0] - (v[0] + c.bias) * inv_wn)};
+        return typename M::Impulse{Law::normal(c.r[0] - (v[0] + c.bias) * inv_wn, c)};
     }
 }
 

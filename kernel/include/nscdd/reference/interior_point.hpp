@@ -12,9 +12,9 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "nscdd/law/cone_scaling.hpp"
-#include "nscdd/solve/linear_contacts.hpp"
-#include "nscdd/solve/sparse_factors.hpp"
+#include "nscdd/reference/cone_scaling.hpp"
+#include "nscdd/reference/linear_contacts.hpp"
+#include "nscdd/reference/sparse_factors.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -39,11 +39,15 @@ struct Packet {
     friend Packet madd(Packet a, Packet b, Packet c) {  // a b + c
         return of(Eigen::internal::pmadd(a.lanes, b.lanes, c.lanes));
     }
-    friend Packet larger(Packet a, Packet b) { return of(Eigen::internal::pmax(a.lanes, b.lanes)); }
-    friend Packet smaller(Packet a, Packet b) { return of(Eigen::internal::pmin(a.lanes, b.lanes)); }
     friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }
     friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }
 };
+
+// Lane by lane, and of one double: a contact law has one formula for both.
+inline Packet larger(Packet a, Packet b) { return Packet::of(Eigen::internal::pmax(a.lanes, b.lanes)); }
+inline Packet smaller(Packet a, Packet b) { return Packet::of(Eigen::internal::pmin(a.lanes, b.lanes)); }
+inline double larger(double a, double b) { return a < b ? b : a; }
+inline double smaller(double a, double b) { return b < a ? b : a; }
 
 // Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one of
 // them would free what a unit for another has allocated in another way.

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "nscdd/core/validate.hpp"
-#include "nscdd/solve/iteration.hpp"
-#include "nscdd/solve/sweeper.hpp"
+#include "nscdd/iterate/iteration.hpp"
+#include "nscdd/sweep/sweeper.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -41,7 +41,6 @@ template <class M>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     check_options(options);
     if (problem.contact_count() == 0) return {};
-    prepare_contacts(problem, options.relaxation);
     sweeper.load(problem, options.relaxation);
     detail::SweptAlone<M> system{problem, options, sweeper};
     const SolveReport report = iterate(system, options);

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "nscdd/core/validate.hpp"
-#include "nscdd/law/coulomb_projection.hpp"
-#include "nscdd/solve/linear_contacts.hpp"
-#include "nscdd/solve/options.hpp"
+#include "nscdd/iterate/options.hpp"
+#include "nscdd/reference/coulomb_projection.hpp"
+#include "nscdd/reference/linear_contacts.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -43,6 +43,8 @@ struct GradientContacts {
 // Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
 template <class M>
 class BodyGradient {
+    static_assert(SolvedOnCone<typename M::Law>, "projected gradients know Coulomb's law alone");
+
   public:
     static constexpr int size = impulse_size<M>;
     using Vec = typename M::Impulse;
@@ -281,7 +283,7 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) iteration.iterate();
         report.iterations += count;
-    } while (!finished(residual_parts(problem, free), options, problem.least_radius, report));
+    } while (!report_residual(residual_parts(problem, free), options, problem.least_radius, report));
     return report;
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "nscdd/solve/options.hpp"
+#include "nscdd/iterate/options.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

@@ -1,0 +1,74 @@
+// Contact laws that a scene may name by its key `law`, a line each.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "nscdd/core/contact_law.hpp"
+#include "scene.hpp"
+
+namespace nscdd {
+
+template <class Pairing>
+struct LawKey {
+    const char* name;  // of [[pair]], beside `restitution`
+    double Pairing::*value;
+};
+
+template <class L, std::size_t N>
+struct OfferedLaw {
+    using Law = L;
+    const char* name;
+    std::array<LawKey<typename L::Pairing>, N> keys;  // optional, >= 0
+};
+template <class L, class... Keys>
+constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... keys) {
+    return {name, {keys...}};
+}
+
+inline constexpr std::tuple laws{
+    offer_law<Frictionless>("frictionless"),
+    offer_law<Coulomb>("coulomb", LawKey{"friction", &Pairing::friction}),
+};
+
+// visit.operator()<L>(law) for the one that the scene names.
+void visit_law(const std::string& name, auto&& visit) {
+    const auto try_one = [&]<class L, std::size_t N>(const OfferedLaw<L, N>& law) {
+        if (name != law.name) return false;
+        visit(law);
+        return true;
+    };
+    if (!std::apply([&](const auto&... law) { return (try_one(law) || ...); }, laws))
+        throw std::logic_error(name + " is not offered");
+}
+
+inline std::vector<std::string> law_names() {
+    return std::apply([](const auto&... law) { return std::vector<std::string>{law.name...}; }, laws);
+}
+
+inline bool law_has_friction(const std::string& name) {
+    bool friction = false;
+    visit_law(name, [&]<class L, std::size_t N>(const OfferedLaw<L, N>&) { friction = L::friction; });
+    return friction;
+}
+
+// Of a law that the scene need not have named: keys that it lacks are 0.
+template <class L>
+typename L::Pairing make_pairing(const ScenePair& pair) {
+    typename L::Pairing pairing;
+    pairing.restitution = pair.restitution;
+    const auto fill = [&]<class Other, std::size_t N>(const OfferedLaw<Other, N>& law) {
+        if constexpr (std::same_as<Other, L>)
+            for (const auto& key : law.keys)
+                if (const auto found = pair.coefficients.find(key.name); found != pair.coefficients.end())
+                    pairing.*key.value = found->second;
+    };
+    std::apply([&](const auto&... law) { (fill(law), ...); }, laws);
+    return pairing;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,80 @@
+// Ways to solve a step that --scheme names, a line each: solvers on one rank, and schemes of gluing.
+#pragma once
+
+#include "nscdd/step/by_gradient.hpp"
+#include "nscdd/step/by_newton.hpp"
+#include "nscdd/step/by_nscdd.hpp"
+#include "registry/offered.hpp"
+#include "registry/registry.hpp"
+#include "run.hpp"
+#include "suitesparse.hpp"
+
+namespace nscdd {
+
+// The way to solve a step, and the name of what solves its interface problem.
+template <class M>
+struct ChosenSolver {
+    AnyStepSolver<M> solve;
+    std::string interface = "none";
+};
+
+namespace registry_detail {
+
+template <class Scheme>
+ChosenSolver<typename Scheme::Model> glued_by(const SolveOptions& options, const char* interface) {
+    return {by_nscdd<Scheme>(options), interface};
+}
+
+inline NewtonOptions newton_options(const SolveOptions& options) {
+    NewtonOptions newton;
+    newton.tolerance = options.tolerance;
+    newton.velocity_error = options.velocity_error;
+    newton.energy_made = options.energy_made;
+    newton.penetration = options.penetration;
+    newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
+    return newton;
+}
+
+}  // namespace registry_detail
+
+// make<M>(factorised, options); factorised: what --interface asks for, 0 closed form, 1 factorised, -1 the default.
+inline constexpr std::tuple schemes{
+    Offered{SchemeInfo{"nlgs", "sequential reference", false, true},
+            []<class M>(int, const SolveOptions& o) { return ChosenSolver<M>{by_nlgs<M>(o)}; }},
+    Offered{SchemeInfo{"newton", "the same to high accuracy", false, false},
+            []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
+                return ChosenSolver<M>{by_newton<M, UmfPack>(registry_detail::newton_options(o))};
+}
+}
+, Offered{SchemeInfo{"spg", "spectral projected gradient", false, false},
+          []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
+              return ChosenSolver<M>{by_gradient<M>(o, Descent::spectral)};
+}
+}
+, Offered{SchemeInfo{"apgd", "accelerated projected gradient", false, false},
+          []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
+              return ChosenSolver<M>{by_gradient<M>(o, Descent::accelerated)};
+}
+}
+,
+    Offered{SchemeInfo{"ccs", "NSCDD, interface problem gathered and solved on rank 0", true, true},
+            []<class M>(int factorised, const SolveOptions& o) {
+                return factorised != 0 ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
+                                       : registry_detail::glued_by<Ccs<M, ClosedForm>>(o, "closed-form");
+            }},
+    Offered{SchemeInfo{"dcs", "NSCDD, interface problem between neighbours", true, true},
+            []<class M>(int factorised, const SolveOptions& o) {
+                // each rank factorises X of its own boundary, (10)
+                return factorised == 1 ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
+                                       : registry_detail::glued_by<Dcs<M, ClosedForm>>(o, "closed-form");
+            }},
+}
+;
+
+template <class M>
+ChosenSolver<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
+    const int factorised = request.interface.empty() ? -1 : request.interface == "factorised";
+    return make_offered<M, ChosenSolver<M>>(schemes, request.scheme, factorised, options);
+}
+
+}  // namespace nscdd

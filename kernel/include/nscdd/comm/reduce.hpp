@@ -1,0 +1,68 @@
+// Sums and largest values over all ranks, by the names of a struct's members instead of places in a buffer.
+//
+//   struct Survey {
+//       double grains = 0, speed = 0;
+//       auto summed() { return std::tie(grains); }
+//       auto largest() { return std::tie(speed); }
+//   };
+//   const Survey all = nscdd::reduce<Survey>(comm, [&](std::size_t k) { return of_subdomain(k); });
+#pragma once
+
+#include <concepts>
+#include <tuple>
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Members are doubles, or Eigen objects of fixed size.
+template <class T>
+concept Reducible = requires(T t) {
+    std::tuple_size<decltype(t.summed())>::value;
+    std::tuple_size<decltype(t.largest())>::value;
+};
+
+namespace detail {
+
+inline std::span<double> numbers_of(double& x) { return {&x, 1}; }
+template <class Derived>
+std::span<double> numbers_of(Eigen::PlainObjectBase<Derived>& x) {
+    return {x.data(), static_cast<std::size_t>(x.size())};
+}
+
+}  // namespace detail
+
+// visit(numbers) for each member of a std::tie, as a span of doubles.
+inline void each_member(auto&& members, auto&& visit) {
+    std::apply([&](auto&... member) { (visit(detail::numbers_of(member)), ...); }, members);
+}
+
+// All numbers of a Reducible, those that are summed first.
+template <Reducible T>
+Buffer numbers(T value) {
+    Buffer out;
+    const auto put = [&out](std::span<double> x) {
+        for (const double number : x) out.push_back(number);
+    };
+    each_member(value.summed(), put);
+    each_member(value.largest(), put);
+    return out;
+}
+
+// task(k) of each hosted rank, combined over all ranks: the same bits on each. Collective.
+template <Reducible T>
+T reduce(Communicator& comm, auto&& task) {
+    T total{};
+    std::size_t added = 0;
+    each_member(total.summed(), [&added](std::span<double> x) { added += x.size(); });
+    const std::span<const double> all = reduce(comm, added, [&task](std::size_t k) { return numbers<T>(task(k)); });
+    const double* from = all.data();
+    const auto take = [&from](std::span<double> x) {
+        for (double& number : x) number = *from++;
+    };
+    each_member(total.summed(), take);
+    each_member(total.largest(), take);
+    return total;
+}
+
+}  // namespace nscdd

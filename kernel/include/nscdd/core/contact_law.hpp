@@ -1,0 +1,162 @@
+// What a contact law is, and the two that are shipped.
+//
+//   using Model = nscdd::Model<3, nscdd::Coulomb>;
+//
+// A law of your own is one class, see kernel/examples/cohesive_law.cpp. All solvers of scenes use it as they use
+// Coulomb's: NLGS, NSCDD, acceleration, the fast sweep. Newton's and gradient methods and problems in local form are
+// for the shipped laws alone (SolvedOnCone).
+#pragma once
+
+#include <concepts>
+#include <limits>
+
+#include "nscdd/core/packet.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Of two materials, for the shipped laws.
+struct Pairing {
+    double friction = 0;     // Coulomb's mu, >= 0
+    double restitution = 0;  // Newton's e, 0 to 1
+
+    const char* fault() const {
+        return friction >= 0 && friction <= std::numeric_limits<double>::max() ? nullptr
+                                                                               : "friction must be >= 0 and finite";
+    }
+};
+
+// No tangential impulse, hence no rotation: 0 <= v_n + bias perp r_n >= 0.
+struct Frictionless {
+    static constexpr const char* name = "frictionless";
+    static constexpr bool friction = false;
+    struct Coefficients {
+        bool operator==(const Coefficients&) const = default;
+    };
+    using Pairing = nscdd::Pairing;
+
+    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }
+    static const char* fault(const Coefficients&) { return nullptr; }
+    template <class Real>
+    static Real normal(Real trial, const Coefficients&) {
+        return larger(Real(0), trial);
+    }
+    template <class Real>
+    static Real excess(Real normal, const Coefficients&) {
+        return normal;
+    }
+};
+
+// |r_t| <= mu r_n, and r_t opposed to the slip velocity where it slides.
+struct Coulomb {
+    static constexpr const char* name = "Coulomb";
+    static constexpr bool friction = true;
+    struct Coefficients {
+        double friction_coefficient = 0;  // mu
+        bool operator==(const Coefficients&) const = default;
+    };
+    using Pairing = nscdd::Pairing;
+
+    static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
+        return {pairing.friction};
+    }
+    static const char* fault(const Coefficients& k) {
+        return k.friction_coefficient >= 0 && k.friction_coefficient <= std::numeric_limits<double>::max()
+                   ? nullptr
+                   : "the coefficient of friction is negative or not finite";
+    }
+    template <class Real>
+    static Real normal(Real trial, const Coefficients&) {
+        return larger(Real(0), trial);
+    }
+    template <class Real>
+    static Real limit(Real normal, const Coefficients& k) {
+        return Real(k.friction_coefficient) * normal;
+    }
+    template <class Real>
+    static Real excess(Real normal, const Coefficients&) {
+        return normal;
+    }
+};
+
+namespace detail {
+
+template <class L>
+concept LawSaysFriction = requires { requires std::same_as<decltype(L::friction), const bool>; };
+template <class L>
+concept LawHasCoefficients =
+    std::default_initializable<typename L::Coefficients> && std::equality_comparable<typename L::Coefficients>;
+template <class L>
+concept LawHasPairing = requires(const typename L::Pairing& pairing, double x) {
+    requires std::default_initializable<typename L::Pairing>;
+    { pairing.restitution } -> std::convertible_to<double>;
+    { pairing.fault() } -> std::same_as<const char*>;
+    { L::coefficients(pairing, x, x) } -> std::same_as<typename L::Coefficients>;
+};
+template <class L>
+concept LawNamesFaults = requires(const typename L::Coefficients& k) {
+    { L::fault(k) } -> std::same_as<const char*>;
+};
+template <class L, class Real>
+concept LawSolvesNormal = requires(Real x, const typename L::Coefficients& k) {
+    { L::normal(x, k) } -> std::same_as<Real>;
+    { L::excess(x, k) } -> std::same_as<Real>;
+};
+template <class L, class Real>
+concept LawLimitsFriction = !L::friction || requires(Real x, const typename L::Coefficients& k) {
+    { L::limit(x, k) } -> std::same_as<Real>;
+};
+
+}  // namespace detail
+
+// A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3): the normal impulse first, then
+// the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double and
+// Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s.
+//
+//   bool friction              constexpr: contacts have a tangential impulse, and grains a spin
+//   Coefficients               of one contact, stored with it; equality tells which contacts may share a batch
+//   Pairing                    of two materials: `restitution`, and fault(), null or what no pair can have
+//   coefficients(pairing, gap, h)   of a contact with this gap [m] in a step h [s]; gap <= 0: they touch
+//   fault(k)                   null, or what is wrong with coefficients that a foreign code has filled in
+//   normal(trial, k)           r_n, for the impulse r_n - (v_n + bias)/W_n that would stop the approach: not
+//   decreasing,
+//                              changes by no more than the trial does, normal(0) = 0
+//   limit(normal, k)           the largest |r_t|, >= 0; only with friction
+//   excess(normal, k)          by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
+//                              the contact must not open, (v_n + bias) excess = 0 at an answer
+//
+// The kernel makes of them the scalar and the packet's solve, eta, velocity error and energies (law/residual.hpp), and
+// the warm start (last step's impulse, made admissible again: its own normal() and limit()).
+template <class L>
+concept ContactLaw =
+    detail::LawSaysFriction<L> && detail::LawHasCoefficients<L> && detail::LawHasPairing<L> &&
+    detail::LawNamesFaults<L> && detail::LawSolvesNormal<L, double> && detail::LawSolvesNormal<L, Packet> &&
+    detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet>;
+
+// A law whose impulses lie in Coulomb's cone about the normal.
+template <class L>
+concept SolvedOnCone = std::same_as<L, Frictionless> || std::same_as<L, Coulomb>;
+
+namespace detail {
+
+// Stops the compiler with a line for what a law lacks.
+template <class L>
+consteval bool complete_law() {
+    static_assert(LawSaysFriction<L>, "contact law: needs `static constexpr bool friction`");
+    static_assert(LawHasCoefficients<L>,
+                  "contact law: needs `struct Coefficients` with defaults and operator==, empty if there are none");
+    static_assert(LawHasPairing<L>,
+                  "contact law: needs `Pairing` with `restitution` and `const char* fault() const`, and "
+                  "`static Coefficients coefficients(const Pairing&, double gap, double h)`");
+    static_assert(LawNamesFaults<L>, "contact law: needs `static const char* fault(const Coefficients&)`");
+    static_assert(LawSolvesNormal<L, double>,
+                  "contact law: needs `normal(x, k)` and `excess(x, k)`, static, that take and return a double");
+    static_assert(LawSolvesNormal<L, Packet>,
+                  "contact law: `normal(x, k)` and `excess(x, k)` must be templates that take and return a Packet too");
+    static_assert(LawLimitsFriction<L, double> && LawLimitsFriction<L, Packet>,
+                  "contact law with friction: needs `limit(normal, k)`, static, for double and Packet");
+    return ContactLaw<L>;
+}
+
+}  // namespace detail
+
+}  // namespace nscdd

@@ -1,0 +1,33 @@
+// The grains of one rank, and the pairs among them that may touch.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "nscdd/core/grain.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// A pair that the broad phase has found, with the impulse that it carries from step to step.
+template <class M>
+struct Candidate {
+    int i;  // local grain, the lower id of the two
+    int j;  // local grain, or wall
+    typename M::Impulse r = M::Impulse::Zero();
+    static constexpr double held = std::numeric_limits<double>::infinity();
+    double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
+    bool missed = false;     // left out, and then found to close within the step: the next attempt takes it in
+};
+
+template <class M>
+struct Candidates {
+    // Set by the broad phase (repartition.hpp).
+    std::vector<Grain<M>> grains;                 // in spatial order
+    std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found
+    std::vector<Candidate<M>> pairs, wall_pairs;
+
+    // Set by the narrow phase of each step (fine.hpp).
+    std::vector<int> source, wall_source;  // candidate of each contact
+};
+
+}  // namespace nscdd

@@ -1,0 +1,32 @@
+// What one rank holds: whom it shares grains with, its grains and candidates, its contact problem, and the solver's
+// memory.
+#pragma once
+
+#include <vector>
+
+#include "nscdd/core/contact_problem.hpp"
+#include "nscdd/subdomain/candidates.hpp"
+#include "nscdd/subdomain/topology.hpp"
+#include "nscdd/sweep/sweeper.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+template <class M>
+struct Subdomain : Topology, Candidates<M> {
+    ContactProblem<M> problem;  // of this step
+    Sweeper<M> sweeper;         // the problem in the layout of the fast sweep, while it is being solved
+};
+
+// Links of the subdomains with their peers, for so many doubles a grain that they share.
+template <class M>
+std::vector<Links> links_between(const std::vector<Subdomain<M>>& parts, std::size_t doubles) {
+    std::vector<Links> links(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+            const std::size_t size = parts[k].linked[l].size() * doubles;
+            links[k].push_back({parts[k].peers[l], size, size});
+        }
+    return links;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,40 @@
+// With whom a rank shares grains and driven walls, and which copies are active in this step.
+#pragma once
+
+#include <vector>
+
+#include "nscdd/comm/communicator.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+struct Topology {
+    int rank = 0;
+
+    // Set by the broad phase (repartition.hpp).
+    std::vector<int> sharer_begin{0}, sharers;  // ranks with a copy of each grain, ascending, this one included
+    std::vector<int> peers;                     // ranks that share a grain with this one, ascending
+    std::vector<std::vector<int>> linked;       // per peer: the grains shared, by ascending id
+
+    // Set in each step, once contacts are known (multiplicity.hpp).
+    std::vector<char> active;    // per entry of sharers: 1 if that copy has a contact in this step
+    std::vector<int> interface;  // grains with this and another active copy, by ascending id
+    // Per wall, 1 for driven walls that have a contact here in this step, and anywhere. Empty where no wall is driven.
+    std::vector<char> wall_active, wall_touched;
+    // Contacts of interface grains, at the front of the problem's lists: they are swept first.
+    std::size_t interface_contacts = 0, interface_wall_contacts = 0;
+
+    std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
+    std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }
+
+    // Whether this copy stands for its grain in sums over the scene.
+    bool primary(std::size_t grain) const { return sharers[first_sharer(grain)] == rank; }
+
+    // Number of active copies, at least 1.
+    int multiplicity(std::size_t grain) const {
+        int count = 0;
+        for (std::size_t s = first_sharer(grain); s < last_sharer(grain); ++s) count += active[s];
+        return count > 0 ? count : 1;
+    }
+};
+
+}  // namespace nscdd
