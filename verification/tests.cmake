@@ -107,6 +107,8 @@ if(NSCDD_PROGRAM)
     set_tests_properties("program: simulated machines" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     nscdd_program_test("judge of regressions" program test_regression)
     nscdd_program_test("floors of the kernel" program test_floors)
+    nscdd_program_test("site of manual and reference" program test_docs)
+    set_tests_properties("program: site of manual and reference" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     nscdd_program_test("the paper at its smallest" program test_paper)
     nscdd_program_test("granular physics" program test_physics)
     # counts of the reduced scenes against those that were accepted: a minute on two cores

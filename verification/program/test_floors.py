@@ -31,7 +31,8 @@ class Floors(ProgramTest):
     def test_what_is_known_is_not_told_until_it_is_gone(self):
         known = [("low/a.hpp", "high/c.hpp")]
         self.assertEqual(self.problems(known, low_a='#include "nscdd/high/c.hpp"\n', high_c=""), [])
-        self.assertEqual(self.problems(known, low_a=""), ['low/a.hpp no longer includes "high/c.hpp" upwards; take it out of ALLOWED in scripts/floors'])
+        self.assertEqual(self.problems(known, low_a=""),
+                         ['low/a.hpp no longer includes "high/c.hpp" upwards; take it out of ALLOWED in scripts/floors'])
 
     def test_a_folder_needs_a_floor(self):
         self.assertEqual(self.problems(attic_a='#include "nscdd/low/b.hpp"\n', low_b=""), ["attic: no floor; add it to FLOORS in scripts/floors"])
