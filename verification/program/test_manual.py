@@ -1,0 +1,66 @@
+"""The tutorial: its commands run in the order of the pages, and print what the pages say, numbers aside.
+
+Commands are in blocks that begin with ```sh, what they print is in the block ```text that follows. Blocks ```console are not run.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import unittest
+
+from harness import NSCDD, ProgramTest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = ["1-first-scene.md", "2-paraview.md", "3-own-scene.md", "4-errors.md", "5-tolerance-and-step.md", "6-decompose.md", "7-mpi.md", "8-judge.md"]
+NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?%?")
+
+
+def steps(text):
+    """(commands, what they print) of a page."""
+    return re.findall(r"^```sh\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", text, re.MULTILINE | re.DOTALL)
+
+
+def shape(line):
+    """A line without its numbers: those differ between compilers and processors."""
+    return " ".join(NUMBER.sub("#", line).split())
+
+
+class Tutorial(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        for name in ("cases", "scripts"):  # copies, for scripts go to the root of their repository
+            shutil.copytree(ROOT / name, self.folder / name)
+        (self.folder / "reports").symlink_to(ROOT / "reports")
+        (self.folder / "build/bin").mkdir(parents=True)
+        for name in ("nscdd", "nscdd_simulated"):
+            program = pathlib.Path(NSCDD).resolve().with_name(name)
+            if program.exists():
+                (self.folder / "build/bin" / name).symlink_to(program)
+
+    def run_block(self, commands):
+        environment = {key: value for key, value in os.environ.items() if key != "NSCDD"}
+        return subprocess.run(["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=120,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def test_commands_do_what_the_pages_say(self):
+        for page in PAGES:
+            blocks = steps((ROOT / "manual" / page).read_text())
+            self.assertTrue(blocks, page)
+            for commands, printed in blocks:  # each needs what those before it have made
+                done = self.run_block(commands)
+                self.assertEqual(done.returncode, 0, f"{page}:\n{commands}{done.stdout}")
+                found = {shape(line) for line in done.stdout.splitlines()}
+                for line in printed.splitlines():
+                    if line and line != "...":
+                        self.assertIn(shape(line), found, f"{page} says\n{line}\nbut the commands print\n{done.stdout}")
+
+    def test_the_index_has_every_page(self):
+        index = (ROOT / "manual/README.md").read_text()
+        for path in sorted((ROOT / "manual").glob("[0-9]*.md")):
+            self.assertIn(f"({path.name})", index)
+            self.assertLessEqual(len(path.read_text().splitlines()), 130, f"{path.name} is a page, not a chapter")
+
+
+if __name__ == "__main__":
+    unittest.main()
