@@ -275,7 +275,8 @@ def page(text, path):
         fenced ^= line.startswith("```")
         found = re.match(r"(#+) (.*)$", line)
         if found and not fenced:
-            lines[k] = f"{line} {{#{own}{'' if first else '_' + slug(found[2])}}}"
+            title = re.sub(r"^(\d+)\. ", "\\1.\u00a0", found[2]) if first else found[2]  # else Doxygen makes a list of it
+            lines[k] = f"{found[1]} {title} {{#{own}{'' if first else '_' + slug(found[2])}}}"
             first = False
     return "\n".join(lines)
 

@@ -109,6 +109,7 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("floors of the kernel" program test_floors)
     nscdd_program_test("site of manual and reference" program test_docs)
     set_tests_properties("program: site of manual and reference" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
+    nscdd_program_test("commands of the manual" program test_manual)
     nscdd_program_test("the paper at its smallest" program test_paper)
     nscdd_program_test("granular physics" program test_physics)
     # counts of the reduced scenes against those that were accepted: a minute on two cores
