@@ -254,6 +254,7 @@ def page(text, path):
     def prose(part):
         part = re.sub(r"\$\$(.+?)\$\$", r"\\f[\1\\f]", part, flags=re.DOTALL)
         part = re.sub(r"(?<![\\f])\$([^$\n]+(?:\n[^$\n]+)?)\$", r"\\f$\1\\f$", part)
+        part = re.sub(r"(?<=\n\n)(?=\\f\$)", "\u200b", part)  # else a paragraph that begins so is a part of the list above it
         return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", lambda found: linked(found, path, pages, children), part)
 
     def curly(paragraph):  # Doxygen loses formulas between quotation marks that are straight
