@@ -19,6 +19,7 @@ struct Pairing {
     double friction = 0;     // Coulomb's mu, >= 0
     double restitution = 0;  // Newton's e, 0 to 1
 
+    // Null, or what is wrong with mu; MaterialTable::set() checks e.
     const char* fault() const {
         return friction >= 0 && friction <= std::numeric_limits<double>::max() ? nullptr
                                                                                : "friction must be >= 0 and finite";
@@ -27,19 +28,21 @@ struct Pairing {
 
 // No tangential impulse, hence no rotation: 0 <= v_n + bias perp r_n >= 0.
 struct Frictionless {
-    static constexpr const char* name = "frictionless";
-    static constexpr bool friction = false;
-    struct Coefficients {
-        bool operator==(const Coefficients&) const = default;
+    static constexpr const char* name = "frictionless";        // in messages
+    static constexpr bool friction = false;                    // an impulse has one component, grains have no spin
+    struct Coefficients {                                      // none: a contact stores nothing for the law
+        bool operator==(const Coefficients&) const = default;  // always true
     };
-    using Pairing = nscdd::Pairing;
+    using Pairing = nscdd::Pairing;  // only the restitution counts
 
-    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }
-    static const char* fault(const Coefficients&) { return nullptr; }
+    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  // none
+    static const char* fault(const Coefficients&) { return nullptr; }                              // always null
+    // r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
+    // r_n itself [N s]: the least that a contact can have is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
@@ -48,30 +51,35 @@ struct Frictionless {
 
 // |r_t| <= mu r_n, and r_t opposed to the slip velocity where it slides.
 struct Coulomb {
-    static constexpr const char* name = "Coulomb";
-    static constexpr bool friction = true;
-    struct Coefficients {
-        double friction_coefficient = 0;  // mu
-        bool operator==(const Coefficients&) const = default;
+    static constexpr const char* name = "Coulomb";             // in messages
+    static constexpr bool friction = true;                     // an impulse has `dim` components, grains have spins
+    struct Coefficients {                                      // of one contact
+        double friction_coefficient = 0;                       // mu
+        bool operator==(const Coefficients&) const = default;  // whether mu is the same
     };
-    using Pairing = nscdd::Pairing;
+    using Pairing = nscdd::Pairing;  // mu and restitution
 
+    // mu of the pair of materials, whatever the gap [m] and the step h [s].
     static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
         return {pairing.friction};
     }
+    // Null, or a text that says that mu is negative or not finite.
     static const char* fault(const Coefficients& k) {
         return k.friction_coefficient >= 0 && k.friction_coefficient <= std::numeric_limits<double>::max()
                    ? nullptr
                    : "the coefficient of friction is negative or not finite";
     }
+    // r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
+    // mu r_n [N s], the largest |r_t|.
     template <class Real>
     static Real limit(Real normal, const Coefficients& k) {
         return Real(k.friction_coefficient) * normal;
     }
+    // r_n itself [N s]: the least that a contact can have is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
@@ -112,17 +120,17 @@ concept LawLimitsFriction = !L::friction || requires(Real x, const typename L::C
 // the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double and
 // Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s.
 //
-//   bool friction              constexpr: contacts have a tangential impulse, and grains a spin
-//   Coefficients               of one contact, stored with it; equality tells which contacts may share a batch
-//   Pairing                    of two materials: `restitution`, and fault(), null or what no pair can have
-//   coefficients(pairing, gap, h)   of a contact with this gap [m] in a step h [s]; gap <= 0: they touch
-//   fault(k)                   null, or what is wrong with coefficients that a foreign code has filled in
-//   normal(trial, k)           r_n, for the impulse r_n - (v_n + bias)/W_n that would stop the approach: not
-//   decreasing,
-//                              changes by no more than the trial does, normal(0) = 0
-//   limit(normal, k)           the largest |r_t|, >= 0; only with friction
-//   excess(normal, k)          by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
-//                              the contact must not open, (v_n + bias) excess = 0 at an answer
+//   bool friction       constexpr: contacts have a tangential impulse, and grains a spin
+//   Coefficients        of one contact, stored with it; equality tells which contacts may share a batch
+//   Pairing             of two materials: `restitution`, and fault(), null or what no pair can have
+//   coefficients(pairing, gap, h)
+//                       of a contact with this gap [m] in a step h [s]; gap <= 0: they touch
+//   fault(k)            null, or what is wrong with coefficients that a foreign code has filled in
+//   normal(trial, k)    r_n, for the impulse r_n - (v_n + bias)/W_n that would stop the approach: not decreasing,
+//                       changes by no more than the trial does, normal(0) = 0
+//   limit(normal, k)    the largest |r_t|, >= 0; only with friction
+//   excess(normal, k)   by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
+//                       the contact must not open, (v_n + bias) excess = 0 at an answer
 //
 // The kernel makes of them the scalar and the packet's solve, eta, velocity error and energies (law/residual.hpp), and
 // the warm start (last step's impulse, made admissible again: its own normal() and limit()).

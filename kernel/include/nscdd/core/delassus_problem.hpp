@@ -18,25 +18,25 @@ namespace nscdd::inline NSCDD_ABI {
 // Law of each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, u_t != 0 => r_t = -mu r_n u_t/|u_t|.
 template <int Dimension>
 struct DelassusProblem {
-    static constexpr int dim = Dimension;
-    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;
-    using Block = Eigen::Matrix<double, dim, dim, Eigen::DontAlign>;
+    static constexpr int dim = Dimension;                             // components of a contact, 2 or 3
+    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;      // of one contact: normal, then tangential
+    using Block = Eigen::Matrix<double, dim, dim, Eigen::DontAlign>;  // of W [1/kg]
 
     // W by rows of blocks: those of row c are blocks[k], in block column columns[k], for row_begin[c] <= k <
     // row_begin[c + 1], by ascending column; diagonal[c] is the k of W_cc, which is always there.
     std::vector<int> row_begin{0}, columns, diagonal;
-    std::vector<Block> blocks;
+    std::vector<Block> blocks;     // those of W that are stored, row by row [1/kg]
     std::vector<Vec> q;            // free relative velocity, bias included [m/s]
     std::vector<double> friction;  // mu of each contact
 
-    std::size_t contact_count() const { return q.size(); }
+    std::size_t contact_count() const { return q.size(); }  // number of contacts, from the size of q
 
+    struct Entry {        // one block for set_blocks()
+        int row, column;  // numbers of contacts, from 0
+        Block block;      // velocity at `row` by the impulse at `column` [1/kg]
+    };
     // Sets W, once q has its size. Entries in any order; those of one place are added up, in the order given. Throws
     // std::invalid_argument for an entry of no contact.
-    struct Entry {
-        int row, column;
-        Block block;
-    };
     void set_blocks(std::vector<Entry> entries) {
         for (const Entry& e : entries)
             for (const int index : {e.row, e.column})
@@ -62,7 +62,7 @@ struct DelassusProblem {
         }
     }
 
-    // u = W r + q at one contact.
+    // u = W r + q at contact c [m/s], for one impulse r [N s] for each contact.
     Vec velocity(std::size_t c, const std::vector<Vec>& r) const {
         Vec u = q[c];
         for (int k = row_begin[c]; k < row_begin[c + 1]; ++k)
@@ -71,6 +71,7 @@ struct DelassusProblem {
         return u;
     }
 
+    // Memory that a sweep over the blocks reads and writes [bytes].
     std::size_t bytes() const {
         return blocks.size() * (sizeof(Block) + sizeof(int)) + contact_count() * (2 * sizeof(Vec) + sizeof(double));
     }

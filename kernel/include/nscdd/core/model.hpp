@@ -16,15 +16,15 @@ struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
     static_assert(detail::complete_law<ContactLaw>());
 
-    using Law = ContactLaw;
-    static constexpr int dim = Dimension;
-    static constexpr bool friction = Law::friction;
-    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;
-    static constexpr int dof = dim + spins;  // of one grain
+    using Law = ContactLaw;                                          // contact law of all contacts
+    static constexpr int dim = Dimension;                            // 2: disks, 3: spheres
+    static constexpr bool friction = Law::friction;                  // whether impulses have a tangential part
+    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  // of one grain
+    static constexpr int dof = dim + spins;                          // degrees of freedom of one grain
 
-    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;
-    using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;
-    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;                // translations, then spins
+    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;       // a place, a direction, a translation
+    using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;    // [rad/s]; of size 0 without friction
+    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;  // translations, then spins
     using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  // world axes, or along n alone
 };
 

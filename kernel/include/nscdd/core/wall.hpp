@@ -7,15 +7,16 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Wall {
-    int material = 0;
+    int material = 0;                           // row of Materials
     typename M::Vec normal = M::Vec::UnitX();   // unit, into the sample
-    double offset = 0;                          // normal . (any point of the plane)
-    typename M::Vec velocity = M::Vec::Zero();  // prescribed; of a driven wall the tangential part only
+    double offset = 0;                          // normal . (any point of the plane) [m]
+    typename M::Vec velocity = M::Vec::Zero();  // prescribed [m/s]; of a driven wall the tangential part only
     bool driven = false;                        // pushed by a force, else at rest or as prescribed
     double force = 0;                           // driven: along the normal, positive pushes into the sample [N]
-    double mass = 0;                            // driven: > 0
-    double speed = 0;                           // driven: along the normal, an unknown of each step
+    double mass = 0;                            // driven: > 0 [kg]
+    double speed = 0;                           // driven: along the normal [m/s], an unknown of each step
 
+    // Velocity along the normal [m/s], positive into the sample.
     double normal_speed() const { return velocity.dot(normal) + speed; }
 };
 
