@@ -24,31 +24,32 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-using Buffer = std::vector<double>;
+using Buffer = std::vector<double>;  // a message, or the numbers of one rank
 
 // What a rank sends to and receives from another, in doubles.
 struct Link {
-    int peer;
-    std::size_t send = 0, recv = 0;
+    int peer;                        // the other rank; a link of a rank with itself is allowed
+    std::size_t send = 0, recv = 0;  // doubles to the peer, doubles from it
 };
 using Links = std::vector<Link>;  // of one rank, by ascending peer, at most one per peer
 
-// Messages that are sent again and again, with their places in memory: nothing is allocated in the iteration.
+// Messages that are sent again and again, with their places in memory: nothing is allocated in the iteration. Made by
+// Communicator::open().
 class Channel {
   public:
     virtual ~Channel() = default;
 
-    // Of link l of the k-th hosted rank. What is sent may be written until start() and after finish(), what is received
-    // be read from finish() until the next start().
+    // What link l of the k-th hosted rank sends: may be written until start() and after finish().
     std::span<double> send(std::size_t k, std::size_t l) { return send_[k][l]; }
+    // What it receives: may be read from finish() until the next start().
     std::span<const double> recv(std::size_t k, std::size_t l) const { return recv_[k][l]; }
 
-    // Collective among those with a link to each other, in turn.
+    // Sends. Collective among those with a link to each other, in turn with finish().
     virtual void start() = 0;
-    virtual void finish() = 0;
+    virtual void finish() = 0;  // waits until all messages are here, and what was sent may be written again
 
   protected:
-    std::vector<std::vector<std::span<double>>> send_, recv_;
+    std::vector<std::vector<std::span<double>>> send_, recv_;  // by hosted rank, then link; set by the implementation
 };
 
 using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank
@@ -58,15 +59,15 @@ using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other r
 // reduction counts those of its rounds (reduction_rounds.hpp). Bytes are those of the doubles passed in, not of any
 // header.
 struct Traffic {
-    double messages = 0;
-    double bytes = 0;
+    double messages = 0;  // sent since the communicator was made
+    double bytes = 0;     // sent in these messages
 };
 
 // Time this process spent inside the communicator [s]: `wait` until the slowest partner has arrived,
 // `transfer` the rest. In-process ranks spend none.
 struct CommSeconds {
-    double wait = 0;
-    double transfer = 0;
+    double wait = 0;      // for partners that enter their call later [s]
+    double transfer = 0;  // in calls, without that [s]
 };
 
 // What work is charged by, with the unit in which it is counted.
@@ -79,6 +80,7 @@ enum class Work {
     glue,         // copies of grains made to agree, in closed form
     factorised    // the same by a factorised operator
 };
+// Names of the kinds of Work, in their order, as files have them.
 constexpr std::array<const char*, 7> work_names{"sweep", "accelerated", "driven",    "residual",
                                                 "pack",  "glue",        "factorised"};
 
@@ -92,7 +94,7 @@ class Communicator {
   public:
     virtual ~Communicator() = default;
 
-    virtual int size() const = 0;
+    virtual int size() const = 0;                    // number of ranks, on all processes together
     virtual std::span<const int> ranks() const = 0;  // hosted here, ascending
 
     // task(k) once for each hosted rank ranks()[k], perhaps several at a time: it must not touch what is another's.
@@ -116,7 +118,7 @@ class Communicator {
     }
     // The same with other work meanwhile, but no other reduction, in pieces between which advance() is called.
     virtual void start_reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
-    virtual std::span<const double> finish_reduce() = 0;
+    virtual std::span<const double> finish_reduce() = 0;  // waits for the end; returns what reduce() does
     // A reduction that is under way goes on as far as it can without waiting. Not collective.
     virtual void advance() = 0;
 
@@ -124,23 +126,25 @@ class Communicator {
     // Hosted rank index has done so much of a kind; within each_rank() of itself alone. Bytes: see Charged.
     virtual void charge(int rank, Work kind, double count, double bytes) = 0;
     virtual std::span<const double> work() const = 0;  // contacts swept so far, per hosted rank
-    virtual Traffic traffic() const = 0;
-    virtual CommSeconds seconds() const = 0;
+    virtual Traffic traffic() const = 0;               // so far, of the ranks that this process hosts
+    virtual CommSeconds seconds() const = 0;           // so far, of this process
 };
 
-// Of what work() counts.
+// How much of `count` units Communicator::work() counts: all of swept contacts, nothing of other work.
 constexpr double contacts_swept(Work kind, double count) {
     return kind == Work::sweep || kind == Work::accelerated ? count : 0;
 }
 
 // The tree of reduce(): with p the largest power of two that is not above the number of ranks, rank r >= p first adds
 // its numbers to those of r - p; then neighbours add theirs to each other's, pairs of neighbours, and so on. Both of a
-// pair get the same bits, since a + b is b + a.
+// pair get the same bits, since a + b is b + a. Returns p.
 inline int tree_size(int ranks) {
     int p = 1;
     while (2 * p <= ranks) p *= 2;
     return p;
 }
+// One step of the tree of reduce(): the first `added` entries of `mine` become sums, the others the larger of both, NaN
+// if one is.
 inline void combine_in_tree(std::span<double> mine, std::span<const double> other, std::size_t added) {
     for (std::size_t n = 0; n < added; ++n) mine[n] += other[n];
     for (std::size_t n = added; n < mine.size(); ++n) {

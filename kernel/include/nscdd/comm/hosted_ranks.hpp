@@ -15,7 +15,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 class HostedRanks {
   public:
-    // `size`: ranks in all; 0: one a process. Throws std::invalid_argument for fewer ranks than processes.
+    // `process`: number of this one, of `processes` in all. `size`: ranks in all; 0: one a process. Throws
+    // std::invalid_argument for fewer ranks than processes.
     HostedRanks(int process, int processes, int size)
         : process_(process), processes_(processes), size_(size == 0 ? processes : size) {
         if (size_ < processes_)
@@ -24,23 +25,28 @@ class HostedRanks {
         for (int rank = first(process_); rank < first(process_ + 1); ++rank) ranks_.push_back(rank);
     }
 
-    int process() const { return process_; }
-    int processes() const { return processes_; }
-    int size() const { return size_; }
-    const std::vector<int>& ranks() const { return ranks_; }  // of this process
-    std::size_t count() const { return ranks_.size(); }
-    std::size_t most() const { return static_cast<std::size_t>((size_ + processes_ - 1) / processes_); }  // a process
+    int process() const { return process_; }                  // number of this process, from 0
+    int processes() const { return processes_; }              // number of processes
+    int size() const { return size_; }                        // number of ranks in all
+    const std::vector<int>& ranks() const { return ranks_; }  // of this process, ascending, at least one
+    std::size_t count() const { return ranks_.size(); }       // ranks of this process
+    // The most ranks that a process has.
+    std::size_t most() const { return static_cast<std::size_t>((size_ + processes_ - 1) / processes_); }
 
     // The ranks of process p begin here.
     int first(int p) const { return static_cast<int>(static_cast<long long>(p) * size_ / processes_); }
+    // The process that hosts this rank.
     int process_of(int rank) const { return static_cast<int>(((rank + 1LL) * processes_ - 1) / size_); }
-    bool hosts(int rank) const { return process_of(rank) == process_; }
-    std::size_t index(int rank) const { return static_cast<std::size_t>(rank - ranks_[0]); }  // of a hosted one
+    bool hosts(int rank) const { return process_of(rank) == process_; }  // whether this process does
+    // Place of a hosted rank in ranks().
+    std::size_t index(int rank) const { return static_cast<std::size_t>(rank - ranks_[0]); }
 
   private:
     int process_, processes_, size_;
     std::vector<int> ranks_;
 };
+
+namespace detail {
 
 // The places of a channel's messages in memory. A message between two processes has the doubles of all links between
 // their ranks, by source and target, so that both put them in the same order; and room for one more at its end.
@@ -101,5 +107,7 @@ class MessageLayout {
 
     Buffer memory_;
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

@@ -240,7 +240,7 @@ class Mpi final : public Communicator {
 
       private:
         Mpi& comm_;
-        MessageLayout layout_;
+        detail::MessageLayout layout_;
         std::vector<MPI_Request> requests_;  // of incoming messages, then of outgoing ones
         std::vector<MPI_Status> statuses_;
         double messages_ = 0;

@@ -15,21 +15,23 @@ namespace nscdd::inline NSCDD_ABI {
 // r, its double, is sent what r - p is sent. 48 ranks: 3 rounds instead of the 7 of messages to one partner at a time.
 class ReductionRounds {
   public:
-    static constexpr int group = 4;
-    // Of a rank: its row in the first slots of a group, by place, those of doubles after them.
+    static constexpr int group = 4;  // ranks that tell each other their rows in one round
+    // Places for rows of a group: those of its members first, then those of their doubles.
     static constexpr std::size_t slots = 2 * group;
 
+    // For so many ranks, at least 1.
     explicit ReductionRounds(int ranks) : ranks_(ranks), p_(tree_size(ranks)) {}
 
     // The step of a round is the distance of the ranks in a group: 1, group, group^2 ... True if a round has this step.
     bool has(int step) const { return step < p_; }
-    // visit(source, slot), and visit(target): the ranks that send a row to this one and those that it sends one to,
-    // ascending, without itself.
+    // visit(source, slot) for each rank that sends a row to this one in the round of this step, ascending, without
+    // itself; the row belongs in that slot.
     void visit_sources(int step, int rank, auto&& visit) const {
         visit_group(step, rank, [&](int other, std::size_t slot) {
             if (other != rank && (step == 1 || (other < p_ && other != origin(rank)))) visit(other, slot);
         });
     }
+    // visit(target) for each rank that this one sends its row to, ascending, without itself.
     void visit_targets(int step, int rank, auto&& visit) const {
         if (step > 1 && rank >= p_) return;
         visit_group(step, rank, [&](int other, std::size_t) {
@@ -40,7 +42,7 @@ class ReductionRounds {
     std::size_t slot(int step, int rank) const {
         return static_cast<std::size_t>(origin(rank) / step % group + (step == 1 && rank >= p_ ? group : 0));
     }
-    // The rows of a round become one, in the first slot.
+    // The rows of a round, one in each slot that is used, become one, in the first slot; `added` as in reduce().
     void combine(int step, int rank, std::span<Buffer> rows, std::size_t added) const {
         if (step == 1)
             visit_group(step, rank, [&](int other, std::size_t slot) {
@@ -69,11 +71,13 @@ class ReductionRounds {
 // arrives. Who carries the messages receives and sends what trade() says, and then calls finish_round().
 class ReducedRows {
   public:
+    // `hosted` must live as long as this.
     explicit ReducedRows(const HostedRanks& hosted)
         : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
 
-    // Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`, or others are
-    // under way.
+    // Begins with mine[k] of the k-th hosted rank and one stamp for all of them, such as a time [s]; `added` as in
+    // reduce(). Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`, or
+    // others are under way.
     void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
         if (under_way()) throw std::logic_error("reduce: another reduction is under way");
         const std::size_t n = mine[0].size();
@@ -87,7 +91,7 @@ class ReducedRows {
         added_ = added;
         step_ = 1;
     }
-    bool under_way() const { return rounds_.has(step_); }
+    bool under_way() const { return rounds_.has(step_); }  // whether a round is still to be done
 
     // receive(process, row) and send(process, row) of the round, rows from one process to another by ascending source,
     // then target, on both sides; sent(row) also of rows within this process.
@@ -108,6 +112,7 @@ class ReducedRows {
                 if (!hosted_.hosts(target)) send(hosted_.process_of(target), rows_[k]);
             });
     }
+    // Combines what has come in this round, and goes on to the next one.
     void finish_round() {
         for (std::size_t k = 0; k < rows_.size(); ++k) {
             const int rank = hosted_.ranks()[k];
@@ -118,8 +123,9 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
+    // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
     std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
-    double stamp() const { return rows_[0].back(); }
+    double stamp() const { return rows_[0].back(); }  // the largest so far
 
   private:
     const HostedRanks& hosted_;

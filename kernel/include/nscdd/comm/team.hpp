@@ -15,11 +15,13 @@ namespace nscdd::inline NSCDD_ABI {
 // The threads live as long as the team and wait between loops. The caller is one of them.
 class Team {
   public:
-    explicit Team(int threads)  // at least 1
+    // Starts threads - 1 others; `threads`: at least 1.
+    explicit Team(int threads)
         : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
           thrown_(static_cast<std::size_t>(threads)) {
         for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
     }
+    // Ends the threads and waits for them.
     ~Team() {
         task_ = nullptr;
         begin();
