@@ -14,8 +14,9 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// The deepest overlap among the candidates of a subdomain.
 struct Overlap {
-    double ratio = 0;    // overlap over the smaller radius
+    double ratio = 0;    // overlap over the smaller radius; 0: there is none
     int i = -1, j = -1;  // ids; j < 0: wall -1-j
 };
 
@@ -66,7 +67,7 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::P
 }  // namespace detail
 
 // Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
-// `alert`: gap up to which a pair is a contact. Returns the worst overlap found.
+// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
 template <class M>
 Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                         double alert) {

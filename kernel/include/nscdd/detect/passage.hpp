@@ -21,7 +21,8 @@ struct Passage {
     double h = std::numeric_limits<double>::infinity();
     int i = -1, j = -1;  // ids; j < 0: wall -1-j
 
-    bool found() const { return std::isfinite(h); }
+    bool found() const { return std::isfinite(h); }  // whether there is such a pair
+    // Keeps the one that needs the smaller step; of equal ones that of lower ids.
     void note(const Passage& other) {
         if (std::tie(other.h, other.i, other.j) < std::tie(h, i, j)) *this = other;
     }
@@ -53,7 +54,8 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
 
 }  // namespace detail
 
-// What moves before the first detection: grains and walls by their own velocities for (1 - theta) h.
+// What moves before the first detection: grains and walls by their own velocities for (1 - theta) h [s]. Overlaps are
+// allowed up to `largest_overlap` times the smaller radius.
 template <class M>
 Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
                            double h, double theta, double largest_overlap) {
@@ -84,6 +86,7 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
     return worst;
 }
 
+// What find_unseen() finds in a subdomain.
 struct Unseen {
     bool missed = false;  // a contact without restitution was left out that the step would close
     Passage passage;      // of pairs with restitution, which act once they touch
@@ -91,7 +94,7 @@ struct Unseen {
 
 // Looks at the candidates that no contact law holds while the solved velocities last, from this detection to the next;
 // marks those that are missed. Without restitution a contact that is not left out stays open along its first normal,
-// and so all the way. `speed`: nothing is faster.
+// and so all the way. `speed`: nothing is faster [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {

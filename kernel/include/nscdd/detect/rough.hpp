@@ -14,17 +14,17 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-struct GrainPair {
-    int i, j;
+struct GrainPair {  // two grains that are close to each other
+    int i, j;       // places in the list of grains; i has the lower id
 };
 
 // Cubic cells over the grains' centres, numbered along a Morton curve so that close in space is close in memory.
 template <class M>
 class Cells {
   public:
-    using Coordinates = std::array<std::int64_t, M::dim>;
+    using Coordinates = std::array<std::int64_t, M::dim>;  // of a cell, from 1 on along each axis
 
-    // `size`: edge of a cell, at least the largest centre distance looked for.
+    // `size`: edge of a cell [m], at least the largest centre distance looked for.
     Cells(std::span<const Grain<M>> grains, double size) {
         typename M::Vec high = M::Vec::Constant(-1e300);
         low_ = M::Vec::Constant(1e300);
@@ -33,12 +33,14 @@ class Cells {
         size_ = std::max(size, grains.empty() ? 1.0 : (high - low_).maxCoeff() / double(max_coordinate - 2));
     }
 
+    // Of the cell that the point is in; only for points within the box of the grains' centres.
     Coordinates coordinates(const typename M::Vec& x) const {
         Coordinates c;
         for (int d = 0; d < M::dim; ++d)
             c[static_cast<std::size_t>(d)] = static_cast<std::int64_t>((x[d] - low_[d]) / size_) + 1;
         return c;
     }
+    // Place of a cell on the Morton curve: the bits of its coordinates in turn.
     static std::uint64_t code(const Coordinates& c) {
         std::uint64_t code = 0;
         for (int d = 0; d < M::dim; ++d)
@@ -112,8 +114,8 @@ void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPai
     if (refused.i >= 0 || found.size() >= refused.most) throw refused;
 }
 
-// Pairs with a gap below `skin` whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower id.
-// Throws TooManyPairs.
+// Pairs with a gap below `skin` [m] whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower
+// id. Throws TooManyPairs.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
     // Row by row of cells, an empty one at both ends: the neighbours of a cell are three in a row, in its own row and

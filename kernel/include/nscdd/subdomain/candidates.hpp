@@ -11,10 +11,10 @@ namespace nscdd::inline NSCDD_ABI {
 // A pair that the broad phase has found, with the impulse that it carries from step to step.
 template <class M>
 struct Candidate {
-    int i;  // local grain, the lower id of the two
-    int j;  // local grain, or wall
-    typename M::Impulse r = M::Impulse::Zero();
-    static constexpr double held = std::numeric_limits<double>::infinity();
+    int i;                                       // place in Candidates::grains; the grain with the lower id of the two
+    int j;                                       // place of the other grain, or number of the wall
+    typename M::Impulse r = M::Impulse::Zero();  // on i [N s], 0 where it is no contact
+    static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
     double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
     bool missed = false;     // left out, and then found to close within the step: the next attempt takes it in
 };
@@ -22,9 +22,9 @@ struct Candidate {
 template <class M>
 struct Candidates {
     // Set by the broad phase (repartition.hpp).
-    std::vector<Grain<M>> grains;                 // in spatial order
-    std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found
-    std::vector<Candidate<M>> pairs, wall_pairs;
+    std::vector<Grain<M>> grains;                 // those with a copy on this rank, in spatial order
+    std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found [m]
+    std::vector<Candidate<M>> pairs, wall_pairs;  // between grains by ascending lower place; with walls by grain
 
     // Set by the narrow phase of each step (fine.hpp).
     std::vector<int> source, wall_source;  // candidate of each contact

@@ -8,7 +8,7 @@
 namespace nscdd::inline NSCDD_ABI {
 
 struct Topology {
-    int rank = 0;
+    int rank = 0;  // of this subdomain
 
     // Set by the broad phase (repartition.hpp).
     std::vector<int> sharer_begin{0}, sharers;  // ranks with a copy of each grain, ascending, this one included
@@ -23,7 +23,9 @@ struct Topology {
     // Contacts of interface grains, at the front of the problem's lists: they are swept first.
     std::size_t interface_contacts = 0, interface_wall_contacts = 0;
 
+    // The sharers of a grain are sharers[s] for first_sharer(grain) <= s < last_sharer(grain).
     std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
+    // One beyond the last sharer of a grain.
     std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }
 
     // Whether this copy stands for its grain in sums over the scene.
