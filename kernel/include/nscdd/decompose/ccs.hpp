@@ -14,8 +14,8 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
   public:
-    static constexpr const char* name = "ccs";
-    static constexpr const char* interface_name = Gluing::name;
+    static constexpr const char* name = "ccs";                   // as the program's --scheme
+    static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
 
     // Tells rank 0 which copies there are.
     void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {

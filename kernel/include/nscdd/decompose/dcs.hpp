@@ -16,8 +16,8 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
   public:
-    static constexpr const char* name = "dcs";
-    static constexpr const char* interface_name = Gluing::name;
+    static constexpr const char* name = "dcs";                   // as the program's --scheme
+    static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
 
     void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
         fronts_.resize(parts.size());

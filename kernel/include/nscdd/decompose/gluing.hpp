@@ -21,14 +21,15 @@ namespace nscdd::inline NSCDD_ABI {
 
 // Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
 struct Copies {
-    int dof = 1;
-    std::vector<int> begin{0};
-    std::vector<double> inverse_mass;  // of the whole body, bodies x dof
+    int dof = 1;                       // degrees of freedom of a body
+    std::vector<int> begin{0};         // first copy of each body, then the number of copies; bodies + 1 entries
+    std::vector<double> inverse_mass;  // of the whole body, bodies x dof [1/kg]; of spins 1/inertia [1/(kg m^2)]
     std::vector<const double*> from;   // where the velocity of each copy is, dof doubles
     std::vector<double*> to;           // where it is wanted, null: nowhere; perhaps where it is
 
-    int bodies() const { return static_cast<int>(begin.size()) - 1; }
-    int count() const { return begin.back(); }
+    int bodies() const { return static_cast<int>(begin.size()) - 1; }  // number of shared bodies
+    int count() const { return begin.back(); }                         // number of copies of all of them
+    // No bodies any more; those to come have so many degrees of freedom.
     void clear(int degrees) {
         dof = degrees;
         begin.assign(1, 0);
@@ -41,9 +42,10 @@ struct Copies {
 // Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
 class ClosedForm {
   public:
-    static constexpr const char* name = "closed-form";
-    static constexpr Work work = Work::glue;
+    static constexpr const char* name = "closed-form";  // as the program's --interface
+    static constexpr Work work = Work::glue;            // what a copy is charged as
 
+    // Once per step: which copies want the mean.
     void setup(const Copies& copies) {
         to_.clear();
         to_begin_.assign(1, 0);
@@ -54,7 +56,9 @@ class ClosedForm {
         }
     }
 
-    // With the degrees of freedom of a model a constant, a copy is a few loads and stores: a quarter of the time.
+    // Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). With the degrees of freedom of a
+    // model a constant, a copy is a few loads and stores: a quarter of the time. Throws std::invalid_argument unless
+    // they are 2, 3 or 6.
     void operator()(const Copies& copies) {
         switch (copies.dof) {
             case 2:
@@ -112,7 +116,7 @@ inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     return a;
 }
 
-// Diagonal of M_E^-1 over all copies: multiplicity / whole mass.
+// Diagonal of M_E^-1 over all copies, copies x dof: multiplicity / whole mass or inertia.
 inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     Eigen::VectorXd inverse(copies.count() * copies.dof);
     for (int b = 0; b < copies.bodies(); ++b) {
@@ -131,9 +135,10 @@ inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
 template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
 class Factorised {
   public:
-    static constexpr const char* name = "factorised";
-    static constexpr Work work = Work::factorised;
+    static constexpr const char* name = "factorised";  // as the program's --interface
+    static constexpr Work work = Work::factorised;     // what a copy is charged as
 
+    // Once per step: assembles X and factorises it. Throws std::runtime_error unless X is positive definite.
     void setup(const Copies& copies) {
         velocity_.resize(copies.count() * copies.dof);
         jumps_ = jump_matrix(copies);
@@ -145,6 +150,8 @@ class Factorised {
             throw std::runtime_error("interface operator X is not positive definite");
     }
 
+    // Solves X Delta F_Gamma = sum_E A V_E for the velocities at `from`; writes those after it at `to`. Copies as at
+    // setup().
     void operator()(const Copies& copies) {
         if (jumps_.rows() == 0) return;
         const auto dof = static_cast<std::ptrdiff_t>(copies.dof);
@@ -156,7 +163,7 @@ class Factorised {
             if (copies.to[c]) std::copy_n(velocity_.data() + static_cast<std::ptrdiff_t>(c) * dof, dof, copies.to[c]);
     }
 
-    const Eigen::SparseMatrix<double>& x() const { return x_; }
+    const Eigen::SparseMatrix<double>& x() const { return x_; }  // X [1/kg], a row per jump and degree of freedom
 
   private:
     Eigen::SparseMatrix<double> jumps_, correction_, x_;

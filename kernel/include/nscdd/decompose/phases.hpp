@@ -7,9 +7,10 @@ namespace nscdd::inline NSCDD_ABI {
 
 // [s]: outside the communicator, and inside it as in CommSeconds.
 struct PhaseTime {
-    double own = 0, wait = 0, transfer = 0;
+    double own = 0, wait = 0, transfer = 0;  // own work; waiting for partners; sending and receiving [s]
 };
 
+// Time of one process by phases, added up over the steps.
 struct PhaseSeconds {
     PhaseTime detect;            // contact detection, new decomposition of the domain, multiplicities
     PhaseTime sweep, interface;  // the iteration; with sweeps the test of convergence
@@ -19,7 +20,9 @@ struct PhaseSeconds {
 // Adds the time since the last lap to a phase.
 class Stopwatch {
   public:
+    // Starts. `comm` must live as long as this, which reads its clock.
     explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
+    // Adds the time since the last lap(), skip() or the start to `phase`.
     void lap(PhaseTime& phase) {
         const PhaseTime now = reading();
         phase.own += now.own - last_.own;
@@ -27,7 +30,7 @@ class Stopwatch {
         phase.transfer += now.transfer - last_.transfer;
         last_ = now;
     }
-    void skip() { last_ = reading(); }
+    void skip() { last_ = reading(); }  // the time since the last lap belongs to no phase
 
   private:
     PhaseTime reading() const {

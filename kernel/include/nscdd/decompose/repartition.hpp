@@ -22,8 +22,8 @@ namespace nscdd::inline NSCDD_ABI {
 // Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
 template <class M>
 struct PairImpulse {
-    int i, j;
-    typename M::Impulse r;
+    int i, j;               // ids of the grains, i the lower one
+    typename M::Impulse r;  // on i [N s]
 };
 
 namespace detail {
@@ -93,7 +93,7 @@ void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) 
         if (Candidate<M>* found = by_ids[detail::pair_key(p.i, p.j)]) found->r = p.r;
 }
 
-// All impulses that are not zero.
+// visit(candidate, PairImpulse) for all impulses that are not zero.
 template <class M>
 void visit_impulses(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.pairs)
@@ -225,7 +225,7 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 }  // namespace detail
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
-// `partition`, with all candidates that are closer than `skin`. `largest_radius` of the whole scene.
+// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
 // Throws std::runtime_error, the same on every rank, when there are too many of them (TooManyPairs).
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,

@@ -13,7 +13,7 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class CommunicationScheme {
   public:
-    using Model = M;
+    using Model = M;  // dimension and contact law of the scene
     virtual ~CommunicationScheme() = default;
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
@@ -32,6 +32,7 @@ void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work ki
     comm.charge(static_cast<int>(k), kind, static_cast<double>(count), static_cast<double>(part.sweeper.bytes()));
 }
 
+// The velocities of all hosted ranks' interface grains into their messages.
 template <class M>
 void pack(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });

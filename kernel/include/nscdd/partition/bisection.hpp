@@ -22,8 +22,8 @@ class Bisection {
     using Vec = typename M::Vec;
     // Points with x[axis] < at are on the first side, which has half of the ranks, rounded down.
     struct Cut {
-        int axis = 0;
-        double at = 0;
+        int axis = 0;   // 0 to dim-1
+        double at = 0;  // place of the cut on the axis [m]
     };
 
     // Cuts of the tree, each before those of its first side, these before those of the other: one fewer than ranks.
@@ -36,6 +36,7 @@ class Bisection {
                 throw std::invalid_argument("a cut of a bisection is not valid");
     }
 
+    // Rank whose piece the point is in.
     int owner(const Vec& point) const {
         int first = 0;
         std::size_t node = 0;
@@ -50,12 +51,13 @@ class Bisection {
         return first;
     }
 
+    // visit(rank) once for each rank whose piece comes within `reach` [m] (per axis) of the point, ascending.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         visit_below(0, 0, ranks_, point, reach, visit);
     }
 
-    std::string name() const { return "bisection into " + std::to_string(ranks_); }
-    // Axis and place of each cut.
+    std::string name() const { return "bisection into " + std::to_string(ranks_); }  // with the number of ranks
+    // Axis and place [m] of each cut, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out;
         for (const Cut& cut : cuts_) out.insert(out.end(), {double(cut.axis), cut.at});

@@ -12,11 +12,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Number of cells along each axis.
 template <int dim>
 using GridCells = std::array<int, dim>;
 
 // The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
-// 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes.
+// 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
+// of the box [m]. Throws std::invalid_argument for a count below 1.
 template <class M>
 GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     if (count < 1) throw std::invalid_argument("a scene has at least one subdomain");
@@ -72,13 +74,14 @@ class Grid {
         if (!low.allFinite() || !size_.allFinite()) throw std::invalid_argument("the box of a grid must be finite");
     }
 
+    // Rank of the cell that the point is in, the first axis fastest.
     int owner(const typename M::Vec& point) const {
         int rank = 0;
         for (int d = M::dim - 1; d >= 0; --d) rank = rank * cells(d) + cell(point[d], d);
         return rank;
     }
 
-    // Calls visit(rank) for every subdomain whose cell comes within `reach` (per axis) of the point.
+    // Calls visit(rank) for every subdomain whose cell comes within `reach` [m] (per axis) of the point.
     void visit_owners(const typename M::Vec& point, double reach, auto&& visit) const {
         std::array<int, 3> first{0, 0, 0}, last{0, 0, 0};
         for (int d = 0; d < M::dim; ++d) {
@@ -91,6 +94,7 @@ class Grid {
                 for (int x = first[0]; x <= last[0]; ++x) visit(x + nx * (y + ny * z));
     }
 
+    // Such as "grid 2x2x1".
     std::string name() const {
         std::string text = "grid ";
         for (int d = 0; d < M::dim; ++d) {
@@ -99,7 +103,7 @@ class Grid {
         }
         return text;
     }
-    // Cells per axis, low corner, high corner.
+    // Cells per axis, low corner, high corner [m], for Partitioner::restore.
     Buffer numbers() const {
         Buffer out(cells_.begin(), cells_.end());
         out.insert(out.end(), low_.data(), low_.data() + M::dim);

@@ -27,8 +27,9 @@ class CellTable {
   public:
     using Vec = typename M::Vec;
 
-    // `owner`: of each cell, the first axis fastest. Throws std::invalid_argument for cells that are none, for another
-    // number of owners, for one that is no rank, and for a box that is not finite.
+    // `low`: corner of the box [m]; `edge`: of a cell, per axis [m]; `owner`: of each cell, the first axis fastest.
+    // Throws std::invalid_argument for cells that are none, for another number of owners, for one that is no rank, and
+    // for a box that is not finite.
     CellTable(const std::array<int, M::dim>& cells, const Vec& low, const Vec& edge, std::vector<int> owner, int ranks)
         : cells_(cells), low_(low), edge_(edge), owner_(std::move(owner)), ranks_(ranks) {
         double count = 1;
@@ -41,12 +42,14 @@ class CellTable {
             throw std::invalid_argument("the cells of a table must have a finite place and size");
     }
 
+    // Rank of the cell that the point is in.
     int owner(const Vec& point) const {
         std::size_t at = 0;
         for (int d = M::dim - 1; d >= 0; --d) at = at * static_cast<std::size_t>(along(d)) + cell(point[d], d);
         return owner_[at];
     }
 
+    // visit(rank) once for each rank that has a cell within `reach` [m] (per axis) of the point.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         std::array<std::size_t, 3> first{}, last{};
         for (int d = 0; d < M::dim; ++d) {
@@ -64,8 +67,8 @@ class CellTable {
         for (const int rank : seen) visit(rank);
     }
 
-    std::string name() const { return "METIS into " + std::to_string(ranks_); }
-    // Ranks, cells per axis, low corner, edges, owners.
+    std::string name() const { return "METIS into " + std::to_string(ranks_); }  // with the number of ranks
+    // Ranks, cells per axis, low corner [m], edges [m], owners, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out{static_cast<double>(ranks_)};
         out.insert(out.end(), cells_.begin(), cells_.end());

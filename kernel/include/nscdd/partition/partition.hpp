@@ -39,8 +39,7 @@ concept HasNumbers = requires(const P& partition) {
 
 // int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
 // visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
-// along
-//   each axis; for ranks that do not, now and then, it may be called as well.
+// along each axis; for ranks that do not, now and then, it may be called as well.
 // name(): what reports say.
 template <class P, class M>
 concept PartitionOf =
@@ -52,6 +51,7 @@ class Partition {
   public:
     using Vec = typename M::Vec;
 
+    // Of any class that is a PartitionOf<M>; the compiler says what another one lacks.
     template <class P>
         requires(!std::same_as<P, Partition>)
     Partition(P partition) {
@@ -65,11 +65,12 @@ class Partition {
         if constexpr (PartitionOf<P, M>) held_ = std::make_shared<const Held<P>>(std::move(partition));
     }
 
-    int owner(const Vec& point) const { return held_->owner(point); }
+    int owner(const Vec& point) const { return held_->owner(point); }  // rank, 0 to size-1
+    // visit(rank) for each rank that owns a point at most `reach` [m] away along each axis (PartitionOf).
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         held_->visit_owners(point, reach, std::ref(visit));
     }
-    std::string name() const { return held_->name(); }
+    std::string name() const { return held_->name(); }  // what reports say
     // All that it is, for a partition to be made again where a stored simulation goes on; empty if it cannot say.
     Buffer numbers() const { return held_->numbers(); }
 
@@ -104,7 +105,7 @@ class Partition {
 // The least box around all grains' centres.
 template <class M>
 struct Box {
-    typename M::Vec low, high;
+    typename M::Vec low, high;  // corners [m]
 };
 
 // What a partition may be made from.
@@ -113,9 +114,9 @@ struct PartitionInput {
     // Those of the last rough detection, with its candidates; before the first one they have none, and the grains lie
     // anywhere.
     const std::vector<Subdomain<M>>& parts;
-    Communicator& comm;
-    Box<M> box;
-    Buffer numbers;  // of the partition until now; empty if there is none
+    Communicator& comm;  // parts[k] is that of its k-th hosted rank
+    Box<M> box;          // of all grains of the scene
+    Buffer numbers;      // of the partition until now; empty if there is none
 };
 
 // How a simulation comes by its partition.

@@ -20,6 +20,7 @@ void visit_candidates(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.wall_pairs) visit(position(c.i), position(c.i), position(c.i));
 }
 
+// Candidates of this subdomain, those with walls included.
 template <class M>
 double candidate_count(const Subdomain<M>& part) {
     return static_cast<double>(part.pairs.size() + part.wall_pairs.size());
