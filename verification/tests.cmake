@@ -138,6 +138,7 @@ find_package(benchmark)
 if(benchmark_FOUND AND TARGET nscdd_files)
     # two minutes of compiling that no test needs: `cmake --build build --target nscdd_bench`
     add_executable(nscdd_bench EXCLUDE_FROM_ALL benchmark/bench_step.cpp benchmark/bench_sweep.cpp)
+    target_include_directories(nscdd_bench PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
     target_link_libraries(nscdd_bench PRIVATE nscdd_files nscdd::kernel nscdd_flags benchmark::benchmark)
     if(NSCDD_FULL_TESTS)
         set_target_properties(nscdd_bench PROPERTIES EXCLUDE_FROM_ALL OFF)

@@ -86,12 +86,15 @@ struct BatchWalls {
 
     void load(const ContactProblem<M>& problem, const int* wall) {
         alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
-        for (int k = 0; k < Packet::width; ++k) {
-            if (wall[k] < 0) continue;  // a lane without a contact
+        const auto fill = [&](int k) {
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
             if constexpr (driven) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
-        }
+        };
+        if (wall[Packet::width - 1] >= 0)
+            for (int k = 0; k < Packet::width; ++k) fill(k);
+        else  // lanes without a contact come last
+            for (int k = 0; wall[k] >= 0; ++k) fill(k);
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);

@@ -36,8 +36,8 @@ class Sweeper {
         batched_ = load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
         batched_ &= load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, order_);
         rows_.load(problem);
-        wall_share_.assign(problem.walls.size(), 1.0);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[w] = 1.0 / problem.wall_copies(w);
+        wall_share_.assign(1 + problem.walls.size(), 1.0);
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[1 + w] = 1.0 / problem.wall_copies(w);
         inverse_relaxation_ = 1 / relaxation;
         if (!batched_) prepare_contacts(problem, relaxation);
         window_ = sweeps_ = 0;
@@ -106,12 +106,13 @@ class Sweeper {
         add_group<Rows<Layout::row>>(problem, grains_, parts);
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
         for (std::size_t at = 0; at < rows_.data.size(); at += Layout::row) {
-            double linear = 0, angular = 0;
-            for (std::size_t d = 0; d < M::dof; ++d) {
-                const double change = rows_.data[at + d] - free_rows_[at + d];
-                (d < M::dim ? linear : angular) += change * change;
-            }
-            parts.turned.add(rows_.data[at + Layout::mass_at], linear + angular / Layout::kappa);
+            const double *now = rows_.data.data() + at, *free = free_rows_.data() + at;
+            const auto squares = [&](int begin, int end) {
+                double sum = 0;
+                for (int d = begin; d < end; ++d) sum += (now[d] - free[d]) * (now[d] - free[d]);
+                return sum;
+            };
+            parts.turned.add(now[Layout::mass_at], squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
         }
         add_turned_walls(problem, free_.walls, parts.turned);
         return parts;
@@ -367,13 +368,9 @@ class Sweeper {
     void load_shares(const BatchGroup<M>& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
         alignas(sizeof(Packet)) double share[2][lanes];
         for (std::size_t k = 0; k < lanes; ++k) {
-            const int other = group.other(batch)[k];
-            const auto j = static_cast<std::size_t>(other);
+            const auto j = static_cast<std::size_t>(group.other(batch)[k] + Batch<M, Other>::wall);
             share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / Layout::row];
-            if constexpr (Batch<M, Other>::wall)
-                share[1][k] = other < 0 ? 1.0 : wall_share_[j];
-            else
-                share[1][k] = rows_.share[j / Layout::row];
+            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
         }
         share_i = Packet::load(share[0]);
         share_j = Packet::load(share[1]);
@@ -382,7 +379,7 @@ class Sweeper {
     BodyRows<M> rows_;
     AlignedDoubles free_rows_;  // V_free; where contacts are swept one by one, and of walls:
     FreeVelocities<M> free_;
-    std::vector<double> wall_share_;  // 1/multiplicity
+    std::vector<double> wall_share_;  // 1/multiplicity; first that of a lane without a contact
     BatchGroup<M> grains_, walls_;
     std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
