@@ -47,9 +47,9 @@ void check_derivatives(Random& random) {
 
 template <int size>
 void check_cone(Random& random) {
-    using Vec = typename Cone<size>::Vec;
+    using Vec = typename detail::Cone<size>::Vec;
     for (int trial = 0; trial < 200; ++trial) {
-        Cone<size> cone{random_vector<Vec>(random)};
+        detail::Cone<size> cone{random_vector<Vec>(random)};
         cone.n /= cone.n.norm();
         const auto inside = [&] {
             const Vec t = cone.tangent(random_vector<Vec>(random));
@@ -58,9 +58,9 @@ void check_cone(Random& random) {
         const Vec s = inside(), z = inside(), d = random_vector<Vec>(random);
         const double loss = 1e-9 / std::min(cone.determinant(s), cone.determinant(z));  // to what round-off leaves
         CHECK((cone.product(s, cone.quotient(s, d)) - d).norm() <= loss);
-        ConeScaling<size> scaling;
+        detail::ConeScaling<size> scaling;
         REQUIRE(scaling.compute(cone, s, z));
-        CHECK((scaling.w * scaling.inverse - Cone<size>::Block::Identity()).norm() <= loss);
+        CHECK((scaling.w * scaling.inverse - detail::Cone<size>::Block::Identity()).norm() <= loss);
         CHECK((scaling.inverse * s - scaling.point).norm() <= loss);
         CHECK((scaling.w * z - scaling.point).norm() <= loss);
         const auto [r, w] = cone.split(d, 0.01);
@@ -74,7 +74,7 @@ void check_cone(Random& random) {
         CHECK((s + 0.999 * t * d).dot(cone.n) > 0);
         CHECK((cone.determinant(s + 1.001 * t * d) < 0 || (s + 1.001 * t * d).dot(cone.n) < 0));
     }
-    CHECK_FALSE(ConeScaling<size>().compute({Vec::Unit(0)}, Vec::Zero(), Vec::Unit(0)));
+    CHECK_FALSE(detail::ConeScaling<size>().compute({Vec::Unit(0)}, Vec::Zero(), Vec::Unit(0)));
 }
 
 // 6 x 6 x 6 spheres under a heavy lid: more unknowns at contacts that carry than grains have.

@@ -24,8 +24,8 @@ namespace nscdd::inline NSCDD_ABI {
 // and tells update() the products f.f, f.f_0, f.f_1 ... (before f takes its slot), summed over all contacts.
 class Anderson {
   public:
-    static constexpr int largest_window = 8;
-    using Products = std::array<double, largest_window + 1>;
+    static constexpr int largest_window = 8;                  // earlier iterates that can be combined, at most
+    using Products = std::array<double, largest_window + 1>;  // f.f, then f.f_j by slot [J]: products() are in use
     // The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
     // changes whenever a contact turns from sticking to sliding: with W itself it takes a quarter more iterations, and
     // with nothing for the tangential part a grain that rolls without a normal change would not count at all.
@@ -38,38 +38,42 @@ class Anderson {
     // problems end in a cycle of combinations whose coefficients stay far below 1 (both: METHOD.md, section 8).
     static constexpr int many = 200, pause = 5;
     // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
-    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 8).
+    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 8). W_n of split and
+    // of whole masses, and the answer, are in [1/kg].
     static double metric(double split, double whole) {
         const double square = split / whole * (split / whole);
         return split * square * square;
     }
 
-    explicit Anderson(int window)  // 0 to largest_window
+    // window: earlier iterates to combine, 0 to largest_window. It is not checked here (check_options()).
+    explicit Anderson(int window)
         : window_(window),
           coefficients_(Vector::Zero(window_)),
           products_(Matrix::Zero(window_, window_)),
           now_(0),
           last_(window_ - 1) {}
 
-    int window() const { return window_; }
-    std::size_t products() const { return static_cast<std::size_t>(window_ + 1); }
-    double coefficient(int slot) const { return coefficients_[slot]; }
-    int now() const { return now_; }
-    int last() const { return last_; }
-    int restarts() const { return restarts_; }
+    int window() const { return window_; }                                          // number of slots
+    std::size_t products() const { return static_cast<std::size_t>(window_ + 1); }  // numbers that update() reads
+    double coefficient(int slot) const { return coefficients_[slot]; }  // c_j; 0 where the slot takes no part
+    int now() const { return now_; }            // slot that takes f, the change by this iteration's sweep
+    int last() const { return last_; }          // slot that takes g, what the last iteration ended with
+    int restarts() const { return restarts_; }  // how often a change that grew has emptied the window
 
     // Velocities and impulses are combined by the same coefficients, so that V = V_free + M^-1 H r stays true but for
     // round-off. Coefficients beyond 1 multiply that round-off, by `growth_` at most: a heavy ball on light ones shows
     // it after 60 iterations, packings after thousands. True where the factor may exceed 1e4: then velocities have to
     // be computed from the impulses again, and must not be combined with earlier ones, forget().
     bool velocities_stale() const { return growth_ > 1e4; }
+    // Empties the window: the next iteration starts from g itself.
     void forget() {
         coefficients_.setZero();
         filled_ = 0;
         growth_ = 1;
     }
 
-    // A change larger than the last one says that the combination did harm: what it was made from is forgotten.
+    // The coefficients of the next iteration, from products() numbers [J]. A change larger than the last one says that
+    // the combination did harm: what it was made from is forgotten.
     void update(const double* products) {
         const double own = products[0];
         const Vector with = Eigen::Map<const Eigen::VectorXd>(products + 1, window_);
@@ -151,9 +155,9 @@ class Anderson {
 
 // What a sweep without it does at each contact besides solving it.
 struct Unaccelerated {
-    void prefetch(const auto&...) {}
-    void before(const auto&...) {}
-    void after(const auto&...) {}
+    void prefetch(const auto&...) {}  // nothing: there are no earlier iterates to fetch
+    void before(const auto&...) {}    // nothing: the sweep starts from the impulse as it is
+    void after(const auto&...) {}     // nothing: there are no products to add
 };
 
 }  // namespace nscdd

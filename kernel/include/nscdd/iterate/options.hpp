@@ -11,14 +11,15 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// When NLGS or NSCDD stops, and how it iterates. The four bounds: METHOD.md, section 5.4.
 struct SolveOptions {
-    double tolerance = 1e-4;  // on eta
+    double tolerance = 1e-4;  // on eta, ResidualParts::eta()
     // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
     double velocity_error = 0.1;
     double energy_made = 1e-3;   // on ResidualParts::energy_made()
     double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
-    int max_iterations = 20000;  // kept, and reported when hit
+    int max_iterations = 20000;  // never more are made; a solve that ends there is reported as not converged
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
@@ -35,13 +36,13 @@ struct SolveOptions {
 // problem without a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to
 // judge.
 struct SolveReport {
-    int iterations = 0;
+    int iterations = 0;         // made, each of SolveOptions::sweeps sweeps
     double residual = 0;        // eta
     double velocity_error = 0;  // ResidualParts::velocity_error()
     double energy_made = 0;     // ResidualParts::energy_made()
     double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
     double penetration = 0;     // deepest that the step would close a contact [m]
-    bool converged = true;
+    bool converged = true;      // all tests are passed
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
@@ -59,19 +60,21 @@ inline void check_options(const SolveOptions& options) {
         throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
 }
 
-// Iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
+// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
 template <class Options>
 int until_test(const Options& options, const SolveReport& report) {
     return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
 }
 
-// From the first check on, so that a step which is over by then pays nothing for it; on few contacts from the check on
-// whose sweeps have cost what setting acceleration up and its first iterations do (measured: 360 contacts solved).
+// Whether to accelerate now. From the first check on, so that a step which is over by then pays nothing for it; on few
+// contacts from the check on whose sweeps have cost what setting acceleration up and its first iterations do (measured:
+// 360 contacts solved).
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }
 
-// Writes the residual into the report; true when the iteration is over.
+// Writes the residual into the report; true when the iteration is over. least_radius: of the scene [m], 0 where it is
+// not known. Throws std::runtime_error when eta is not finite.
 inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                             SolveReport& report) {
     report.residual = parts.eta();

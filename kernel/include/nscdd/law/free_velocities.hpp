@@ -9,11 +9,11 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct FreeVelocities {
-    std::vector<typename M::Velocity> bodies;
-    std::vector<double> walls;  // speeds, WallBody::speed [m/s]
+    std::vector<typename M::Velocity> bodies;  // of ContactProblem::bodies: translations [m/s], then spins [rad/s]
+    std::vector<double> walls;                 // of ContactProblem::walls: WallBody::speed [m/s]
 };
 
-// V_free = V - M^-1 H r.
+// V_free = V - M^-1 H r, of velocities that are consistent with the impulses. Cost: less than a sweep.
 template <class M>
 FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
     for (const auto& c : problem.contacts) apply_impulse(problem, c, typename M::Impulse(-c.r), BetweenGrains{});
@@ -28,18 +28,19 @@ FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
 // of split masses over the copies of a body are those of the whole body.
 struct Turned {
     double energy = 0;   // |V - V_free|_M^2, driven walls included: sum of m c^2, c the change of one body [J]
-    double quartic = 0;  // sum of m c^4
+    double quartic = 0;  // sum of m c^4 [J m^2/s^2]
 
+    // A body of this inverse mass [1/kg] that is changed by c; `square` is c^2 [m^2/s^2].
     void add(double inverse_mass, double square) {
         if (!(square > 0)) return;
         energy += square / inverse_mass;
         quartic += square * square / inverse_mass;
     }
-    // Mean c^2, each body weighed by its share of the energy: bodies that hardly change do not count.
+    // Mean c^2 [m^2/s^2], each body weighed by its share of the energy: bodies that hardly change do not count.
     double mean_square() const { return quartic / energy; }
 };
 
-// Driven walls: their copies on this subdomain count where it has a contact with them.
+// Adds driven walls; `free`: their speeds in V_free [m/s]. Copies count on subdomains that have a contact with them.
 template <class M>
 void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double>& free, Turned& turned) {
     std::vector<char> touched(problem.walls.size(), 0);
@@ -50,6 +51,7 @@ void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double
     }
 }
 
+// What contacts changed of one problem; velocities must be glued (METHOD.md, section 5.2).
 template <class M>
 Turned turned(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     Turned total;

@@ -5,11 +5,10 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Which kind of contact a function is compiled for: `j` is a grain, or a wall.
-struct BetweenGrains {};
-struct WithWall {};
+struct BetweenGrains {};  // kind of contact that a function is compiled for: `j` is a grain
+struct WithWall {};       // kind of contact that a function is compiled for: `j` is a wall
 
-// Velocity of i relative to j at the contact point; the normal component alone in a frictionless scene.
+// Velocity of i relative to j at the contact point [m/s]; the normal component alone in a frictionless scene.
 template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -36,7 +35,7 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
     }
 }
 
-// The impulse as a vector in world axes.
+// The impulse as a vector in world axes [N s].
 template <class M>
 typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::Vec& normal) {
     if constexpr (M::friction)
@@ -45,7 +44,7 @@ typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::V
         return r[0] * normal;
 }
 
-// V += M^-1 H dr.
+// V += M^-1 H dr: an impulse dr on i and -dr on j [N s], with the inverse masses as they stand.
 template <class M>
 void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, BetweenGrains) {
     Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -73,11 +72,11 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
 
 // The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
 struct DelassusDiagonal {
-    double normal;
-    double tangential;  // 0 in a frictionless scene
+    double normal;      // W_n [1/kg]
+    double tangential;  // W_t [1/kg]; 0 in a frictionless scene
 };
 
-// `split`: with this copy's masses (the sweep), else with whole masses (the residual).
+// W_n and W_t of one contact. `split`: with this copy's masses (the sweep), else with whole masses (the residual).
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);

@@ -15,10 +15,10 @@ namespace nscdd::inline NSCDD_ABI {
 // Sums over the contacts and bodies of one subdomain, or of all.
 struct ResidualParts {
     double change = 0;       // sum of (r'-r)^T W (r'-r) [J]
-    double energy = 0;       // sum of r^T W r
-    double next_energy = 0;  // sum of r'^T W r'
-    double round_off = 0;    // sum of |v|^2 / W_n, whose round-off squared no change can be below
-    double contacts = 0;
+    double energy = 0;       // sum of r^T W r [J]
+    double next_energy = 0;  // sum of r'^T W r' [J]
+    double round_off = 0;    // sum of |v|^2 / W_n [J], whose round-off squared no change can be below
+    double contacts = 0;     // number of contacts
     // sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
     // and limit are, r_n and mu r_n in Coulomb's law
     double work = 0;
@@ -27,7 +27,7 @@ struct ResidualParts {
     double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
     double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
-    double eta() const { return energy_residual(change, energy, next_energy, round_off); }
+    double eta() const { return energy_residual(change, energy, next_energy, round_off); }  // METHOD.md, section 5.1
 
     // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
     // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
@@ -39,19 +39,21 @@ struct ResidualParts {
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
 
-    // Energy that the contacts make out of nothing, over |V - V_free|_M^2.
+    // Energy that the contacts make out of nothing, over |V - V_free|_M^2 (METHOD.md, section 5.3).
     double energy_made() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
 
-    // Over subdomains (comm/reduce.hpp).
+    // Members that reduce() adds up over subdomains.
     auto summed() {
         return std::tie(change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.quartic);
     }
-    auto largest() { return std::tie(penetration, miss); }
+    auto largest() { return std::tie(penetration, miss); }  // members of which reduce() takes the largest
 
-    // A change of velocities below 1e-8 of the velocities themselves is not asked to be more exact than that.
+    // |V - V_free|_M^2 [J], what works are compared with. A change of velocities below 1e-8 of the velocities
+    // themselves is not asked to be more exact than that.
     double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
 };
 
+// Adds these contacts, all of one kind, to the sums; `turned` is left as it is.
 template <class M>
 void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, auto kind,
                   ResidualParts& parts) {
@@ -88,7 +90,8 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
     parts.contacts += static_cast<double>(contacts.size());
 }
 
-// Velocities must be glued: those of the unsplit problem. Cost: about one sweep.
+// Of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless given.
+// Cost: about one sweep.
 template <class M>
 ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     ResidualParts parts;

@@ -14,6 +14,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Axes of one contact, unit vectors in world axes: rows N, T(, S).
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
 
@@ -63,7 +64,7 @@ void each_contact(Problem& problem, auto&& visit) {
 
 }  // namespace detail
 
-// The impulses in the axes of each contact.
+// The impulses in the axes of each contact [N s], in the order of the local form.
 template <class M>
 std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactProblem<M>& problem) {
     std::vector<typename DelassusProblem<M::dim>::Vec> r;
@@ -92,7 +93,7 @@ void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename D
     });
 }
 
-// In: velocities consistent with the impulses, as before or after nlgs().
+// W [1/kg], q [m/s] and mu of a problem. In: velocities consistent with the impulses, as before or after nlgs().
 template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");

@@ -10,6 +10,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// When block_nlgs() stops.
 struct BlockOptions {
     double tolerance = 1e-8;      // on the natural map, ErrorMeasures::natural_map
     int check_every = 10;         // sweeps between two tests; a test costs about one sweep

@@ -11,6 +11,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 // Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
 template <int size>
 struct Cone {
@@ -97,5 +99,7 @@ struct ConeScaling {
         return a * nn + n * t.transpose() + t * n.transpose() + Block::Identity() - nn + t * t.transpose() / (1 + a);
     }
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

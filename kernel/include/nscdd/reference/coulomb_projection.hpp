@@ -7,15 +7,15 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// One component: the normal one, without friction.
+// P at one point, of one contact. `size`: components of an impulse; 1 is the normal one alone, without friction.
 template <int size>
 struct ProjectedImpulse {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
-    using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;       // of an impulse, or of a normal
+    using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;  // from impulse to impulse
 
-    Vec value = Vec::Zero();
-    Block derivative = Block::Zero();  // an element of the generalised Jacobian
-    bool open = true;                  // both are zero
+    Vec value = Vec::Zero();           // P(z) [N s]
+    Block derivative = Block::Zero();  // dP/dz, an element of the generalised Jacobian [1]
+    bool open = true;                  // whether the contact opens: both are zero
 };
 
 // Coulomb's law: z_n cut at 0, then z_t back to the disk of radius mu z_n [AlartCurnier91]. n: unit, in the axes of z.

@@ -21,6 +21,7 @@ namespace nscdd::inline NSCDD_ABI {
 template <int size>
 class InteriorPoint {
   public:
+    // Keeps references to both arguments.
     InteriorPoint(const LinearContacts<size>& problem, const NewFactors& new_factors)
         : problem_(problem), new_factors_(new_factors), contacts_(problem.contacts()) {}
 
@@ -56,16 +57,16 @@ class InteriorPoint {
     }
 
   private:
-    using Vec = typename Cone<size>::Vec;
-    using Block = typename Cone<size>::Block;
+    using Vec = typename detail::Cone<size>::Vec;
+    using Block = typename detail::Cone<size>::Block;
 
     // A contact in coordinates where the cone of friction is the circular one of 45 degrees: r = T r^, w^ = T w.
     // Without friction only the normal is left. All that is refreshed at every iterate is here.
     struct Local {
-        Cone<size> cone;
+        detail::Cone<size> cone;
         Block to_world, to_cone;  // T, and T^-1 where there is one
         Vec r, w;                 // of the cone
-        ConeScaling<size> scaling;
+        detail::ConeScaling<size> scaling;
         Vec slip;               // mu w_t/|w_t|
         double compliance = 0;  // added to W_cc for the step alone, in shares of its diagonal
         Block response, kept;   // dr = -response (L dx - residual) + kept (...)
@@ -164,7 +165,7 @@ class InteriorPoint {
         const Eigen::VectorXd dr = dr_, dw = dw_;
         std::size_t c = 0;
         solve(factors, [&](const Local& local) -> Vec {
-            const ConeScaling<size>& s = local.scaling;
+            const detail::ConeScaling<size>& s = local.scaling;
             const Vec second = local.cone.product(s.inverse * (local.to_world * problem_.at(dw, c)),
                                                   s.w * (local.to_cone * problem_.at(dr, c)));
             ++c;

@@ -19,24 +19,25 @@ namespace nscdd::inline NSCDD_ABI {
 // scaling, mass ratios of 1e6 would enter norms and pivots.
 template <int size>
 struct LinearContacts {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  // impulse, velocity or normal of one contact
 
     Eigen::SparseMatrix<double> velocity;  // L, size*contacts x states
     Eigen::SparseMatrix<double> state;     // B, states x size*contacts
     Eigen::VectorXd free;                  // u_free, bias included, size*contacts [m/s]
     std::vector<Vec> normal;               // unit, in the axes of u and r
-    std::vector<double> friction;          // mu
+    std::vector<double> friction;          // mu of each contact
     std::vector<double> weight;            // mean of the diagonal of W_cc [1/kg]
 
-    std::size_t contacts() const { return normal.size(); }
-    Eigen::Index states() const { return state.rows(); }
+    std::size_t contacts() const { return normal.size(); }  // number of contacts
+    Eigen::Index states() const { return state.rows(); }    // number of components of x
 
     // The part of contact c in a vector over all contacts, such as u or r.
     static auto at(auto& all, std::size_t c) { return all.template segment<size>(static_cast<Eigen::Index>(c) * size); }
 
+    // u of impulses r [m/s], size*contacts.
     Eigen::VectorXd relative_velocity(const Eigen::VectorXd& r) const { return free + velocity * (state * r); }
 
-    // Sum of r^T D r, D the weights.
+    // Sum of r^T D r, D the weights [J].
     double energy(const Eigen::VectorXd& r) const {
         double sum = 0;
         for (std::size_t c = 0; c < contacts(); ++c) sum += weight[c] * at(r, c).squaredNorm();
@@ -44,14 +45,15 @@ struct LinearContacts {
     }
 };
 
-// The components of an impulse of this model: all, in world axes, or the normal one alone.
+// Number of components of an impulse of this model: all, in world axes, or the normal one alone.
 template <class M>
 constexpr int impulse_size = M::Impulse::RowsAtCompileTime;
 
+// The matrices of a model's problems.
 template <class M>
 using LinearContactsOf = LinearContacts<impulse_size<M>>;
 
-// Impulses of all contacts, those between grains first.
+// Impulses of all contacts [N s], those between grains first.
 template <class M>
 Eigen::VectorXd gather_impulses(const ContactProblem<M>& problem) {
     Eigen::VectorXd r(static_cast<Eigen::Index>(problem.contact_count()) * impulse_size<M>);

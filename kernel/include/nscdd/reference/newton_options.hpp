@@ -26,10 +26,10 @@ inline void check_options(const NewtonOptions& options) {
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }
 
-struct NewtonReport : SolveReport {  // iterations: Newton steps, of both methods
-    int interior = 0;                // by the interior-point method
+struct NewtonReport : SolveReport {  // how newton_solve() ended; its iterations are Newton steps, of both methods
+    int interior = 0;                // Newton steps by the interior-point method
     int outer = 0;                   // proximal iterations
-    int factorisations = 0;
+    int factorisations = 0;          // of sparse Jacobians, by both methods
 };
 
 }  // namespace nscdd

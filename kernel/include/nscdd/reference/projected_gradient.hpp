@@ -21,10 +21,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Which method takes the steps (METHOD.md, section 11).
 enum class Descent {
     spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
     accelerated,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
 };
+
+namespace detail {
 
 // The contacts as the iteration sees them, in one order: those between grains first.
 template <int size>
@@ -266,6 +269,8 @@ class ProjectedGradient {
     int age_ = 0;          // of s
 };
 
+}  // namespace detail
+
 // The problem of bodies, in and out as for nlgs(); of the options sweeps, relaxation and window are of no
 // concern. Throws std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and
 // for options without an end.
@@ -277,8 +282,8 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     SolveReport report;
     if (problem.contact_count() == 0) return report;
     const FreeVelocities<M> free = free_velocities(problem);
-    BodyGradient<M> gradient(problem);
-    ProjectedGradient iteration(gradient, descent);
+    detail::BodyGradient<M> gradient(problem);
+    detail::ProjectedGradient iteration(gradient, descent);
     do {
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) iteration.iterate();
@@ -297,8 +302,8 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
     validate(problem, r);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
-    BlockGradient<dim> gradient(problem, r);
-    ProjectedGradient iteration(gradient, descent);
+    detail::BlockGradient<dim> gradient(problem, r);
+    detail::ProjectedGradient iteration(gradient, descent);
     do {
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) iteration.iterate();

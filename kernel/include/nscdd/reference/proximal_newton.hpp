@@ -26,6 +26,7 @@ namespace nscdd::inline NSCDD_ABI {
 template <int size>
 class ProximalNewton {
   public:
+    // Keeps references to problem and new_factors, and a copy of the options.
     ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options, const NewFactors& new_factors)
         : problem_(problem), options_(options), new_factors_(new_factors) {}
 

@@ -10,18 +10,19 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Of square matrices that need not be symmetric.
+// A factorisation of square matrices that need not be symmetric.
 class SparseFactors {
   public:
-    using Matrix = Eigen::SparseMatrix<double>;
+    using Matrix = Eigen::SparseMatrix<double>;  // compressed by columns
     virtual ~SparseFactors() = default;
     virtual void analyze(const Matrix& pattern) = 0;   // before the first factorize(), and where the pattern changes
     virtual bool factorize(const Matrix& matrix) = 0;  // false where it fails
-    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;  // by the last matrix factorised
 };
 
-using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;
+using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;  // makes one that has no matrix yet
 
+// By a solver with analyzePattern(), factorize(), info() and solve(), such as Eigen::SparseLU.
 template <class Factorisation>
 class FactorsBy final : public SparseFactors {
   public:
@@ -32,7 +33,7 @@ class FactorsBy final : public SparseFactors {
     }
     Eigen::VectorXd solve(const Eigen::VectorXd& right) const override { return factors_.solve(right); }
 
-    static std::unique_ptr<SparseFactors> create() { return std::make_unique<FactorsBy>(); }
+    static std::unique_ptr<SparseFactors> create() { return std::make_unique<FactorsBy>(); }  // a NewFactors
 
   private:
     Factorisation factors_;

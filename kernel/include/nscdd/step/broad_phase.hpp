@@ -12,23 +12,23 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-struct Radii {
-    double least = 0, largest = 0;  // of the scene [m]
+struct Radii {                      // of the grains
+    double least = 0, largest = 0;  // over the whole scene [m]
 };
 
 template <class M>
 class BroadPhase {
   public:
-    double skin() const { return skin_; }                                // of the last rough detection
-    int steps_since() const { return steps_since_; }                     // and the steps begun since
-    const std::vector<double>& offsets() const { return offsets_; }      // of the walls, when it was made
+    double skin() const { return skin_; }                                // of the last rough detection [m]
+    int steps_since() const { return steps_since_; }                     // steps begun since the last rough detection
+    const std::vector<double>& offsets() const { return offsets_; }      // of the walls at the last rough detection [m]
     const Partition<M>& partition() const { return *partition_; }        // of the last rough detection
-    double imbalance_when_made() const { return imbalance_when_made_; }  // of the partition (Partitioner)
+    double imbalance_when_made() const { return imbalance_when_made_; }  // of the partition (Partitioner) [1]
 
     // Counts a step. True when rough detection is due by their number.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.rough_every; }
 
-    // Rough detection with a skin that the next steps should not use up, and at least `needed`.
+    // Rough detection with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
                double needed) {
         const Extent extent = find_extent(parts, comm);
@@ -44,7 +44,7 @@ class BroadPhase {
         steps_since_ = 0;
     }
 
-    // The rough detection that another simulation made.
+    // The rough detection that another simulation made. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 Radii radii, const RoughDetection<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;

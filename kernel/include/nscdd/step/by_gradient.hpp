@@ -6,6 +6,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
 template <class M>
 AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
     return on_one_rank<M>(

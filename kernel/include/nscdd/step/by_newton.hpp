@@ -6,6 +6,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// The step throws std::logic_error on more than one rank, else what newton_solve() throws.
 template <class M, class Factorisation = SparseLU>
 AnyStepSolver<M> by_newton(const NewtonOptions& options) {
     return on_one_rank<M>(

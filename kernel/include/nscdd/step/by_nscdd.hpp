@@ -9,7 +9,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The sequential reference: needs a communicator of one rank.
+// The sequential reference; the step throws std::logic_error on more than one rank.
 template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
     const auto charge = [options](Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {

@@ -11,19 +11,19 @@ namespace nscdd::inline NSCDD_ABI {
 // kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
 struct StepEnergy {
     double before = 0;    // kinetic energy of grains and driven walls before the step [J]
-    double kinetic = 0;   // after it
-    double external = 0;  // work of gravity and of the grains' loads
-    double walls = 0;     // of the walls: prescribed motion, and forces on driven walls
-    double normal = 0;    // of the contacts, along their normals
-    double friction = 0;  // and along their tangents
+    double kinetic = 0;   // kinetic energy of grains and driven walls after the step [J]
+    double external = 0;  // work of gravity and of the grains' loads [J]
+    double walls = 0;     // work of the walls: prescribed motion, and forces on driven walls [J]
+    double normal = 0;    // work of the contacts along their normals [J]
+    double friction = 0;  // work of the contacts along their tangents [J]
 
-    double contacts() const { return normal + friction; }  // not above zero where no energy is made
-    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }
-    auto largest() { return std::tie(); }
-    double round_off() const { return kinetic - before - external - walls - contacts(); }
+    double contacts() const { return normal + friction; }  // not above zero where no energy is made [J]
+    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }  // what reduce() adds up
+    auto largest() { return std::tie(); }  // reduce() takes the largest value of no member
+    double round_off() const { return kinetic - before - external - walls - contacts(); }  // left of the balance [J]
 };
 
-// In: a solved step, whose velocities are in the problems and not yet in grains and walls.
+// In: a solved step, whose velocities are in the problems and not yet in grains and walls. gravity [m/s^2], h [s].
 template <class M>
 StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                        const typename M::Vec& gravity, double h) {

@@ -7,28 +7,31 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// A grain, and what subdomains know of it.
 template <class M>
 struct GatheredGrain {
-    Grain<M> grain;
-    typename M::Vec rough_position;  // when the candidates were found
-    int subdomain;                   // that speaks for it
+    Grain<M> grain;                  // as it is now
+    typename M::Vec rough_position;  // of its centre, when the candidates were found [m]
+    int subdomain;                   // rank that speaks for it
     int multiplicity;                // active copies in the last step
 };
 
 // Grains, or contacts by the grain i, from `begin` up to but without `end`.
 struct Ids {
-    int begin = 0, end = std::numeric_limits<int>::max();
-    bool contain(int id) const { return begin <= id && id < end; }
+    int begin = 0, end = std::numeric_limits<int>::max();           // the first id, and one after the last
+    bool contain(int id) const { return begin <= id && id < end; }  // whether an id is in the range
 };
 
+// A contact of the last step; vectors in world axes.
 template <class M>
 struct GatheredContact {
-    int i, j;  // ids; j < 0: wall -1-j
-    int subdomain;
-    double gap;             // now
-    double normal_impulse;  // without friction, that of the solver to the last bit
-    typename M::Vec normal, impulse;
-    typename M::Vec branch;  // now, to the centre of i from that of j, or from its foot on the wall [m]
+    int i, j;                 // ids; j < 0: wall -1-j
+    int subdomain;            // rank that has it
+    double gap;               // now [m]; negative where the two overlap
+    double normal_impulse;    // r_n [N s]; without friction, that of the solver to the last bit
+    typename M::Vec normal;   // unit, from j to i, when contacts were found
+    typename M::Vec impulse;  // on i [N s]
+    typename M::Vec branch;   // now, to the centre of i from that of j, or from its foot on the wall [m]
 
     // To hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
@@ -39,7 +42,7 @@ struct GatheredContact {
     }
 };
 
-// By ascending id on the process that hosts rank 0, empty elsewhere.
+// Grains of these ids, by ascending id on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids ids = {}) {
     const auto& parts = simulation.parts();
@@ -79,7 +82,7 @@ RoughDetection<M> last_rough(const Simulation<M>& simulation) {
             .offsets = broad.offsets()};
 }
 
-// Positions by ascending id on the process that hosts rank 0, none elsewhere.
+// The last rough detection; positions by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
 RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
     RoughDetection<M> rough = last_rough(simulation);

@@ -7,25 +7,26 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Measures {
-    using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
-    static constexpr int rotations = M::dim == 3 ? 3 : 1;
+    using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;  // in world axes
+    static constexpr int rotations = M::dim == 3 ? 3 : 1;                    // number of axes to turn about
 
-    double kinetic_energy = 0;  // of the grains [J]
-    typename M::Vec momentum = M::Vec::Zero();
-    using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;
-    Rotation angular_momentum = Rotation::Zero();  // about the origin, spins included
+    double kinetic_energy = 0;                                               // of the grains [J]
+    typename M::Vec momentum = M::Vec::Zero();                               // of the grains [kg m/s]
+    using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;  // a component for each axis to turn about
+    Rotation angular_momentum = Rotation::Zero();  // of the grains about the origin, spins included [kg m^2/s]
     Tensor virial = Tensor::Zero();  // sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure
-    double contacts = 0;             // that carry an impulse
-    double wall_contacts = 0;        // of them with walls
-    double grains_volume = 0;
-    double touched = 0;          // grains with at least one such contact
-    double largest_overlap = 0;  // [m], of the contacts of the last step, now
+    double contacts = 0;             // number of those that carry an impulse
+    double wall_contacts = 0;        // number of them with walls
+    double grains_volume = 0;        // of the grains [m^3], area [m^2] in 2D
+    double touched = 0;              // grains with a contact that carries; observe() counts exactly, measure() nearly
+    double largest_overlap = 0;      // [m], of the contacts of the last step, now
 
+    // Members that reduce() adds up over subdomains.
     auto summed() {
         return std::tie(kinetic_energy, momentum, angular_momentum, virial, contacts, wall_contacts, grains_volume,
                         touched);
     }
-    auto largest() { return std::tie(largest_overlap); }
+    auto largest() { return std::tie(largest_overlap); }  // members of which reduce() takes the largest
 
     // Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
@@ -40,7 +41,7 @@ bool carries_impulse(const Contact<M>& c) {
         return c.r[0] > 0;
 }
 
-// After a step.
+// Measures of a simulation after a step. Collective.
 template <class M>
 Measures<M> measure(const Simulation<M>& simulation) {
     constexpr int dim = M::dim;

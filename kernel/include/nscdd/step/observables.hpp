@@ -57,7 +57,7 @@ std::vector<double> carrying_grains(const Simulation<M>& simulation) {
 
 }  // namespace detail
 
-// After a step.
+// Observables of a simulation after a step. Collective.
 template <class M>
 Observables<M> observe(const Simulation<M>& simulation) {
     constexpr int dim = M::dim;

@@ -10,12 +10,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// "step 12: grain 3 and wall 1"
+// Names the two bodies, such as "step 12: grain 3 and wall 1"; ids as in GatheredContact.
 inline std::string pair_of_step(int step, int i, int j) {
     return "step " + std::to_string(step) + ": grain " + std::to_string(i) + " and " +
            (j < 0 ? "wall " + std::to_string(-1 - j) : "grain " + std::to_string(j));
 }
 
+// The message of Simulation::step() when it refuses. largest_overlap: that of SimulationSettings, over a radius [1].
 inline std::string refusal(int step, const Overlap& worst, double largest_overlap) {
     return pair_of_step(step, worst.i, worst.j) + " overlap by " + std::to_string(100 * worst.ratio) +
            " % of a radius (at most " + std::to_string(100 * largest_overlap) + " %)";

@@ -24,13 +24,13 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-struct StepReport {
-    SolveReport solve;
-    int attempts = 1;     // more than one when the answer closed a pair that was no contact
-    double contacts = 0;  // of the whole scene
-    double interface_grains = 0;
-    double free_norm = 0;  // sqrt(sum of V_free^T M V_free), driven walls included
-    StepEnergy energy;
+struct StepReport {               // of one step, the same on every rank
+    SolveReport solve;            // of the last attempt; the iterations are those of all
+    int attempts = 1;             // more than one when the answer closed a pair that was no contact
+    double contacts = 0;          // number in the whole scene
+    double interface_grains = 0;  // number in the whole scene: grains with contacts in several subdomains
+    double free_norm = 0;         // sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
+    StepEnergy energy;            // what changed the kinetic energy
 };
 
 template <class M>
@@ -75,9 +75,9 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass through each
-    // other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls that have
-    // become what no scene can have.
+    // One step of h. Collective. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass
+    // through each other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls
+    // that have become what no scene can have.
     template <class Solver>
     StepReport step(const Solver& solve) {
         static_assert(StepSolver<Solver, M>,
@@ -122,16 +122,16 @@ class Simulation {
         return report;
     }
 
-    Communicator& comm() const { return comm_; }
-    const std::vector<Subdomain<M>>& parts() const { return parts_; }
-    const SimulationSettings<M>& settings() const { return settings_; }
+    Communicator& comm() const { return comm_; }                         // that it was made with
+    const std::vector<Subdomain<M>>& parts() const { return parts_; }    // of the ranks that the process hosts
+    const SimulationSettings<M>& settings() const { return settings_; }  // with the walls as they are now
     std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
-    const std::vector<Wall<M>>& walls() const { return settings_.walls; }
-    const PhaseSeconds& seconds() const { return seconds_; }
-    std::size_t grain_count() const { return grains_; }  // of the whole scene
-    double least_radius() const { return radii_.least; }
-    int steps() const { return steps_; }
-    const BroadPhase<M>& broad_phase() const { return broad_; }
+    const std::vector<Wall<M>>& walls() const { return settings_.walls; }  // as they are now
+    const PhaseSeconds& seconds() const { return seconds_; }               // time of this process so far, by phases [s]
+    std::size_t grain_count() const { return grains_; }                    // of the whole scene
+    double least_radius() const { return radii_.least; }                   // of the whole scene [m]
+    int steps() const { return steps_; }                                   // number of steps made by step()
+    const BroadPhase<M>& broad_phase() const { return broad_; }            // the last rough detection
 
   private:
     struct Survey {
