@@ -80,7 +80,7 @@ class Scopes:
                 is_type = self.parens == 0 and TYPE.search(" " + head) and "concept" not in head
                 kind = "namespace" if re.search(r"\bnamespace\b", head) else "enum" if is_type and "enum" in head else "type" if is_type else "body"
                 self.stack.append(kind)
-                self.statement = "" if kind != "body" else self.statement + "{"
+                self.statement = "" if kind != "body" else self.statement + ("" if self.parens else "{")  # of `= {}`
             elif c == "}":
                 kind = self.stack.pop() if self.stack else "body"
                 function = kind == "body" and "body" not in self.stack and self.parens == 0 and re.search(r"\)[^=]*$", self.statement.split("{")[0])

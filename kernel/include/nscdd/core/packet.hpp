@@ -15,39 +15,46 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Doubles that the machine computes with at once, one in each lane: 8 with AVX-512, 4 with AVX, 2 with SSE or NEON, 1
+// where Eigen does not vectorise. The fast sweep gives each contact a lane. All operations go lane by lane.
 struct Packet {
-    using Native = Eigen::internal::packet_traits<double>::type;
-    static constexpr int width = Eigen::internal::packet_traits<double>::size;  // lanes
+    using Native = Eigen::internal::packet_traits<double>::type;                // Eigen's name of the machine's type
+    static constexpr int width = Eigen::internal::packet_traits<double>::size;  // lanes, doubles in a packet
 
-    Native lanes;
+    Native lanes;  // `width` doubles
 
     Packet() = default;
     explicit Packet(double x) : lanes(Eigen::internal::pset1<Native>(x)) {}  // in every lane
+    // A packet of these lanes.
     static Packet of(Native lanes) {
         Packet packet;
         packet.lanes = lanes;
         return packet;
     }
 
+    // `width` doubles, from or to memory aligned to sizeof(Packet); the first is that of lane 0.
     static Packet load(const double* from) { return of(Eigen::internal::pload<Native>(from)); }
-    void store(double* to) const { Eigen::internal::pstore(to, lanes); }
+    void store(double* to) const { Eigen::internal::pstore(to, lanes); }  // see load()
 
+    // The operation in every lane.
     friend Packet operator+(Packet a, Packet b) { return of(Eigen::internal::padd(a.lanes, b.lanes)); }
     friend Packet operator-(Packet a, Packet b) { return of(Eigen::internal::psub(a.lanes, b.lanes)); }
     friend Packet operator*(Packet a, Packet b) { return of(Eigen::internal::pmul(a.lanes, b.lanes)); }
     friend Packet operator/(Packet a, Packet b) { return of(Eigen::internal::pdiv(a.lanes, b.lanes)); }
-    friend Packet madd(Packet a, Packet b, Packet c) {  // a b + c
-        return of(Eigen::internal::pmadd(a.lanes, b.lanes, c.lanes));
-    }
-    friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }
-    friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }
+    // a b + c, rounded once where the machine can.
+    friend Packet madd(Packet a, Packet b, Packet c) { return of(Eigen::internal::pmadd(a.lanes, b.lanes, c.lanes)); }
+    friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }       // |a|
+    friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }  // a^-1/2, a > 0
 };
 
-// Lane by lane, and of one double: a contact law has one formula for both.
+// The larger of two, in every lane, and of two doubles: so a contact law has one formula for both.
 inline Packet larger(Packet a, Packet b) { return Packet::of(Eigen::internal::pmax(a.lanes, b.lanes)); }
-inline Packet smaller(Packet a, Packet b) { return Packet::of(Eigen::internal::pmin(a.lanes, b.lanes)); }
 inline double larger(double a, double b) { return a < b ? b : a; }
+// The smaller of two, in every lane, and of two doubles.
+inline Packet smaller(Packet a, Packet b) { return Packet::of(Eigen::internal::pmin(a.lanes, b.lanes)); }
 inline double smaller(double a, double b) { return b < a ? b : a; }
+
+namespace detail {
 
 // Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one of
 // them would free what a unit for another has allocated in another way.
@@ -87,8 +94,6 @@ inline double largest(Packet a) {
     return most;
 }
 
-namespace detail {
-
 // Which lane of (a, b) comes to lane l. First stage: lanes of a and b in turn. Later stages: pairs of lanes, in each
 // group the even (or odd) ones of a, then those of b; whole 128-bit lanes, which move at a lower price.
 constexpr int interleaved(int l, int lanes, bool odd) { return (l & 1 ? lanes : 0) + (l & ~1) + odd; }
@@ -127,8 +132,6 @@ EIGEN_ALWAYS_INLINE void transpose(Packet* packets) {
         transpose<count, 2 * stage>(packets);
     }
 }
-
-}  // namespace detail
 
 // One row of `row` doubles per lane, seen by component. Always inlined: as calls they cost a sweep a fifth more, a
 // residual a third.
@@ -187,5 +190,7 @@ class Rows {
 
     Packet packets_[row];
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

@@ -10,6 +10,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
 // spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho, which
@@ -308,5 +310,7 @@ struct Batch : BatchLayout<M> {
         }
     }
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

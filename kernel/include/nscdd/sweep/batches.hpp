@@ -11,6 +11,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 struct Batches {
     // Batches between two that share a body, where possible: the next batch need not wait for the last one's result.
     static constexpr int apart = 2;
@@ -58,5 +60,7 @@ struct Batches {
   private:
     std::vector<int> taken_, window_, left_;
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

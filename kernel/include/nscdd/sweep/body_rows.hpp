@@ -7,6 +7,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 template <class M>
 class BodyRows {
   public:
@@ -90,5 +92,7 @@ class BodyRows {
     bool fits_ = true;
     std::vector<double> inverse_rho_;
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

@@ -7,6 +7,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 template <class M>
 struct BatchByBatch {
     using Layout = BatchLayout<M>;
@@ -75,5 +77,7 @@ struct OneByOne {
         ++metric;
     }
 };
+
+}  // namespace detail
 
 }  // namespace nscdd

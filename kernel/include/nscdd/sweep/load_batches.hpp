@@ -7,6 +7,8 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+namespace detail {
+
 // The order in which load_batches() deals the contacts from begin to end: as they come. Where walls are driven, the
 // first contact of each wall, then the second of each, and so on: a batch has at most one contact of each driven wall.
 template <bool wall, class M>
@@ -116,5 +118,7 @@ void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contact
             for (int d = 0; d < Layout::components; ++d) c.r[d] = r(d);
     }
 }
+
+}  // namespace detail
 
 }  // namespace nscdd

@@ -7,6 +7,10 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// One pass over `contacts`, a list or part of a list of `problem`, in their order. Changes their impulses and the
+// velocities in `problem`; needs inv_wn and inv_wt, see prepare_contacts().
+//   kind            BetweenGrains{} or WithWall{}
+//   acceleration    before(c) and after(c, change of its impulse) are called at each contact c: Unaccelerated{}
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {
     for (Contact<M>& c : contacts) {
@@ -22,7 +26,8 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
     }
 }
 
-// One pass over all contacts, each solved exactly with the latest velocities [Jean99].
+// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of the contacts
+// with walls, then of those between grains.
 template <class M>
 void sweep(ContactProblem<M>& problem, auto&& acceleration) {
     sweep_contacts(problem, problem.wall_contacts, WithWall{}, acceleration);  // first: 1 % fewer iterations than last
@@ -33,7 +38,7 @@ void sweep(ContactProblem<M>& problem) {
     sweep(problem, Unaccelerated{});
 }
 
-// Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega.
+// Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega, `relaxation`.
 template <class M>
 void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     const auto prepare = [&](std::vector<Contact<M>>& contacts, auto kind) {

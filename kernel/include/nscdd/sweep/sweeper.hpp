@@ -17,24 +17,29 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class Sweeper {
   public:
-    // What a sweep takes: all contacts; those at the front of the problem's lists; the rest; of the rest those with
-    // walls, which come first, or those between grains, perhaps piece by piece.
-    enum class Pass { all, first, rest, rest_walls, rest_grains };
-    struct Piece {
-        std::size_t number = 0, of = 1;
-        std::size_t begin(std::size_t count) const { return count * number / of; }
-        std::size_t end(std::size_t count) const { return count * (number + 1) / of; }
+    enum class Pass {  // which contacts it takes, those with walls first: 1 % fewer iterations than last
+        all,           // every contact
+        first,         // those at the front of the problem's lists, see Front
+        rest,          // all others
+        rest_walls,    // of the others those with walls
+        rest_grains,   // of the others those between grains, perhaps piece by piece
     };
-    struct Front {
-        std::size_t contacts = 0, wall_contacts = 0;
+    struct Piece {                       // one of several equal parts of what Pass::rest_grains takes
+        std::size_t number = 0, of = 1;  // its number, from 0, and how many parts there are
+        std::size_t begin(std::size_t count) const { return count * number / of; }      // its first of `count` items
+        std::size_t end(std::size_t count) const { return count * (number + 1) / of; }  // one past its last item
+    };
+    struct Front {  // numbers of contacts that Pass::first takes from the front of the problem's lists
+        std::size_t contacts = 0, wall_contacts = 0;  // between grains, with walls
     };
 
-    // A problem that the layout does not fit (levers and inertias that are not those of solid grains, 3D) stays where
-    // it is, and is swept contact by contact, all of it in the first pass.
+    // Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
+    // fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
     void load(ContactProblem<M>& problem, double relaxation = 1, Front front = {}) {
         rows_.begin(problem);
-        batched_ = load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
-        batched_ &= load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, order_);
+        batched_ = detail::load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
+        batched_ &=
+            detail::load_batches<true>(problem, problem.wall_contacts, front.wall_contacts, rows_, walls_, order_);
         rows_.load(problem);
         wall_share_.assign(1 + problem.walls.size(), 1.0);
         for (std::size_t w = 0; w < problem.walls.size(); ++w) wall_share_[1 + w] = 1.0 / problem.wall_copies(w);
@@ -60,14 +65,12 @@ class Sweeper {
         rows_.data = free_rows_;
         const auto all = [](const auto& batch, int d) { return batch.r[d]; };
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, all); });
-        apply<Rows<Layout::row>>(problem, grains_, all);
+        apply<GrainRows>(problem, grains_, all);
     }
+    int window() const { return window_; }  // of accelerate() since the last load(); 0: not accelerated
 
-    int window() const { return window_; }  // 0: not accelerated
-
-    // One sweep over the contacts. `problem` is that of load(), of which the walls' speeds are used and changed. With
-    // an Anderson it starts from the combination of iterates that `anderson` says, and adds to the products that it
-    // asks for, of this subdomain.
+    // One sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed. With an
+    // Anderson it starts from its combination of iterates, and adds the products of these contacts to `products` [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
         pass(problem, Pass::all);
@@ -77,25 +80,26 @@ class Sweeper {
         pass(problem, Pass::all, &anderson, &products);
     }
 
-    // A sweep in several passes, the first before or after all others, is begun once.
+    // Before the passes of a sweep, once. Without acceleration `anderson` is null, and `products` of pass() may be.
     void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
         if (anderson) combine_velocities(problem, *anderson);
         if (batched_) find_open();
     }
+    // A part of a sweep: Pass::first before or after all others; `anderson` as in begin(), `products` as in sweep().
     void pass(ContactProblem<M>& problem, Pass which, const Anderson* anderson = nullptr,
               Anderson::Products* products = nullptr, Piece piece = {}) {
         if (!batched_) {
             if (which != Pass::all && which != Pass::first) return;
             if (anderson)
-                nscdd::sweep(problem, OneByOne<M>{*anderson, metric_.data(), past_.data(), *products});
+                nscdd::sweep(problem, detail::OneByOne<M>{*anderson, metric_.data(), past_.data(), *products});
             else
                 nscdd::sweep(problem);
             return;
         }
         if (!anderson) return sweep_groups(problem, which, piece, Unaccelerated{});
-        BatchByBatch<M> batches{*anderson, {}};
+        detail::BatchByBatch<M> batches{*anderson, {}};
         sweep_groups(problem, which, piece, batches);
-        for (std::size_t p = 0; p < anderson->products(); ++p) (*products)[p] += sum(batches.products[p]);
+        for (std::size_t p = 0; p < anderson->products(); ++p) (*products)[p] += detail::sum(batches.products[p]);
     }
 
     // As residual_parts(problem), of the velocities and impulses held here.
@@ -103,7 +107,7 @@ class Sweeper {
         if (!batched_) return residual_parts(problem, free_);
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
-        add_group<Rows<Layout::row>>(problem, grains_, parts);
+        add_group<GrainRows>(problem, grains_, parts);
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
         for (std::size_t at = 0; at < rows_.data.size(); at += Layout::row) {
             const double *now = rows_.data.data() + at, *free = free_rows_.data() + at;
@@ -122,39 +126,38 @@ class Sweeper {
     void store(ContactProblem<M>& problem) const {
         if (!batched_) return;
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        store_impulses(grains_, problem.contacts);
-        store_impulses(walls_, problem.wall_contacts);
+        detail::store_impulses(grains_, problem.contacts);
+        detail::store_impulses(walls_, problem.wall_contacts);
     }
 
-    // Where the velocity of a body is glued: M::dof doubles until the next load(), linear parts first, the unit of spin
-    // the same in all copies of a grain. Contacts that are swept one by one know other velocities, which are put here
-    // before gluing and read after it. `problem` is that of load().
+    // Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
     double* row(int body) { return rows_.row(static_cast<std::size_t>(body)); }
+    // Before rows are glued: where not batched(), these bodies' rows from their velocities in the problem of load().
     void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
         if (batched_) return;
         for (const int b : bodies)
             rows_.set_velocity(static_cast<std::size_t>(b), problem.bodies[static_cast<std::size_t>(b)].v);
     }
+    // After rows are glued: where not batched(), the velocities of these bodies from their rows.
     void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
         if (batched_) return;
         for (const int b : bodies)
             problem.bodies[static_cast<std::size_t>(b)].v = rows_.velocity(static_cast<std::size_t>(b));
     }
 
-    bool batched() const { return batched_; }
-    // Batches of contacts with driven walls in a pass. A batch has one contact of each wall and waits for the speeds
-    // that the one before it leaves.
+    bool batched() const { return batched_; }  // whether the layout fits the problem of load()
+    // Batches with driven walls in a pass, each of which waits for the speeds that the one before it leaves.
     std::size_t driven_batches(Pass which) const {
         if (!batched_ || !walls_.driven || which == Pass::rest_grains) return 0;
         return which == Pass::all ? walls_.count : which == Pass::first ? walls_.first : walls_.count - walls_.first;
     }
-    // Indices into problem.contacts and wall_contacts in the order of the sweep, walls first; -1 pads.
+    // Where batched(): indices into problem.contacts, `Packet::width` a batch, in the order of a sweep; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
-    const std::vector<int>& wall_order() const { return walls_.batches.contact; }
+    const std::vector<int>& wall_order() const { return walls_.batches.contact; }  // of wall_contacts
 
-    // What a sweep reads and writes.
+    // What a sweep reads and writes [bytes], without what acceleration adds.
     std::size_t bytes() const {
-        const auto of = [](const BatchGroup<M>& group) {
+        const auto of = [](const Group& group) {
             constexpr std::size_t each =
                 std::is_empty_v<typename M::Law::Coefficients> ? 0 : sizeof(typename M::Law::Coefficients);
             return group.data.size() * sizeof(double) + group.coefficients.size() * each +
@@ -164,22 +167,24 @@ class Sweeper {
     }
 
   private:
-    using Layout = BatchLayout<M>;
+    using Layout = detail::BatchLayout<M>;
+    using Group = detail::BatchGroup<M>;
+    using GrainRows = detail::Rows<Layout::row>;
     static constexpr std::size_t lanes = Packet::width;
     static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
 
     // Calls f with the type of the walls of this problem.
     void with_walls(auto&& f) const {
         if (walls_.driven)
-            f(std::type_identity<BatchWalls<M, true>>{});
+            f(std::type_identity<detail::BatchWalls<M, true>>{});
         else
-            f(std::type_identity<BatchWalls<M, false>>{});
+            f(std::type_identity<detail::BatchWalls<M, false>>{});
     }
 
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
         const auto slots = static_cast<std::size_t>(window);
-        past_rows_.assign(slots, AlignedDoubles(rows_.data.size()));
+        past_rows_.assign(slots, detail::AlignedDoubles(rows_.data.size()));
         past_speeds_.assign(slots * problem.walls.size(), 0.0);
         past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
         metric_.clear();
@@ -187,8 +192,7 @@ class Sweeper {
         make_room(problem, problem.contacts, grains_, BetweenGrains{});
     }
 
-    void make_room(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, BatchGroup<M>& group,
-                   auto kind) {
+    void make_room(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, Group& group, auto kind) {
         const auto metric = [&problem, kind](const Contact<M>& c) {
             return Anderson::metric(delassus(problem, c, true, kind).normal, delassus(problem, c, false, kind).normal);
         };
@@ -214,7 +218,7 @@ class Sweeper {
         free_rows_ = rows_.data;
         const auto none = [](const auto& batch, int d) { return Packet(0) - batch.r[d]; };
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(free, walls_, none); });
-        apply<Rows<Layout::row>>(free, grains_, none);
+        apply<GrainRows>(free, grains_, none);
         free_rows_.swap(rows_.data);
         free_.walls.clear();
         for (const WallBody<M>& wall : free.walls) free_.walls.push_back(wall.speed);
@@ -222,9 +226,9 @@ class Sweeper {
 
     // V += M^-1 H dr, component d of dr being change(batch, d).
     template <class Other>
-    void apply(ContactProblem<M>& problem, const BatchGroup<M>& group, auto&& change) {
+    void apply(ContactProblem<M>& problem, const Group& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
-            Batch<M, Other> batch;
+            detail::Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             Packet dr[Layout::components];
             for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, d);
@@ -259,17 +263,16 @@ class Sweeper {
         }
     }
 
-    // Walls first: 1 % fewer iterations than last.
     void sweep_groups(ContactProblem<M>& problem, Pass pass, Piece piece, auto&& acceleration) {
         if (pass != Pass::rest_grains)
             with_walls([&](auto walls) {
                 sweep_group<typename decltype(walls)::type>(problem, walls_, pass, {}, acceleration);
             });
-        if (pass != Pass::rest_walls) sweep_group<Rows<Layout::row>>(problem, grains_, pass, piece, acceleration);
+        if (pass != Pass::rest_walls) sweep_group<GrainRows>(problem, grains_, pass, piece, acceleration);
     }
 
     template <class Other>
-    void sweep_group(ContactProblem<M>& problem, BatchGroup<M>& group, Pass pass, Piece piece, auto&& acceleration) {
+    void sweep_group(ContactProblem<M>& problem, Group& group, Pass pass, Piece piece, auto&& acceleration) {
         const Packet inverse_relaxation(inverse_relaxation_);
         const bool front = pass == Pass::all || pass == Pass::first;
         const std::size_t rest = group.count - group.first, begin = front ? 0 : group.first + piece.begin(rest),
@@ -282,11 +285,11 @@ class Sweeper {
                 group.prefetch(k + ahead);
                 acceleration.prefetch(group, k + ahead);
             }
-            if constexpr (!Batch<M, Other>::wall) {
+            if constexpr (!detail::Batch<M, Other>::wall) {
                 if (group.open[k] && stays_open(group, k)) continue;
                 group.open[k] = 0;
             }
-            Batch<M, Other> batch;
+            detail::Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             acceleration.before(batch, group, k);
             Packet wn, wt, next[Layout::components], dr[Layout::components];
@@ -305,10 +308,10 @@ class Sweeper {
     }
 
     template <class Other>
-    EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const BatchGroup<M>& group, std::size_t k,
-                                         Batch<M, Other>& batch) {
+    EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const Group& group, std::size_t k,
+                                         detail::Batch<M, Other>& batch) {
         batch.a.store(rows_.data.data(), group.body(k));
-        if constexpr (Batch<M, Other>::wall)
+        if constexpr (detail::Batch<M, Other>::wall)
             batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
         else
             batch.b.store(rows_.data.data(), group.other(k));
@@ -321,23 +324,23 @@ class Sweeper {
 
     // Would a sweep leave an open batch as it is? A quarter of the price of the sweep in 3D, which needs spins and two
     // divisions. Asked of thousands of batches a sweep; left alone, GCC makes a call of it in some programs.
-    [[gnu::always_inline]] bool stays_open(const BatchGroup<M>& group, std::size_t batch) const {
+    [[gnu::always_inline]] bool stays_open(const Group& group, std::size_t batch) const {
         static_assert(Layout::row % 4 == 0);
-        Rows<4> a, b;  // the first four components, with the velocity
+        detail::Rows<4> a, b;  // the first four components, with the velocity
         a.load(rows_.data.data(), group.body(batch));
         b.load(rows_.data.data(), group.other(batch));
         const double* from = group.fields(batch);
         Packet opening = Packet::load(from + Layout::bias_at * Packet::width);
         for (int d = 0; d < M::dim; ++d)
             opening = madd(a[d] - b[d], Packet::load(from + (Layout::normal_at + d) * Packet::width), opening);
-        return none_negative(opening);
+        return detail::none_negative(opening);
     }
 
     template <class Other>
-    void add_group(const ContactProblem<M>& problem, const BatchGroup<M>& group, ResidualParts& parts) const {
+    void add_group(const ContactProblem<M>& problem, const Group& group, ResidualParts& parts) const {
         Packet change(0), energy(0), next_energy(0), round_off(0), work(0), made(0), closing(0), miss(0);
         for (std::size_t k = 0; k < group.count; ++k) {
-            Batch<M, Other> batch;
+            detail::Batch<M, Other> batch;
             batch.load(problem, rows_.data, group, k);
             Packet wn, wt, next[Layout::components], dr[Layout::components], share_i(1), share_j(1);
             if (group.shared[k]) load_shares<Other>(group, k, share_i, share_j);
@@ -354,41 +357,41 @@ class Sweeper {
             closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
             miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
         }
-        parts.change += sum(change);
-        parts.energy += sum(energy);
-        parts.next_energy += sum(next_energy);
-        parts.round_off += sum(round_off);
-        parts.work += sum(work);
-        parts.made += sum(made);
-        parts.penetration = std::max(parts.penetration, problem.h * nscdd::largest(closing));
-        parts.miss = std::max(parts.miss, std::sqrt(nscdd::largest(miss)));
+        parts.change += detail::sum(change);
+        parts.energy += detail::sum(energy);
+        parts.next_energy += detail::sum(next_energy);
+        parts.round_off += detail::sum(round_off);
+        parts.work += detail::sum(work);
+        parts.made += detail::sum(made);
+        parts.penetration = std::max(parts.penetration, problem.h * detail::largest(closing));
+        parts.miss = std::max(parts.miss, std::sqrt(detail::largest(miss)));
     }
 
     template <class Other>
-    void load_shares(const BatchGroup<M>& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
+    void load_shares(const Group& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
         alignas(sizeof(Packet)) double share[2][lanes];
         for (std::size_t k = 0; k < lanes; ++k) {
-            const auto j = static_cast<std::size_t>(group.other(batch)[k] + Batch<M, Other>::wall);
+            const auto j = static_cast<std::size_t>(group.other(batch)[k] + detail::Batch<M, Other>::wall);
             share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / Layout::row];
-            share[1][k] = Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
+            share[1][k] = detail::Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
         }
         share_i = Packet::load(share[0]);
         share_j = Packet::load(share[1]);
     }
 
-    BodyRows<M> rows_;
-    AlignedDoubles free_rows_;  // V_free; where contacts are swept one by one, and of walls:
+    detail::BodyRows<M> rows_;
+    detail::AlignedDoubles free_rows_;  // V_free; where contacts are swept one by one, and of walls:
     FreeVelocities<M> free_;
     std::vector<double> wall_share_;  // 1/multiplicity; first that of a lane without a contact
-    BatchGroup<M> grains_, walls_;
+    Group grains_, walls_;
     std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
     double inverse_relaxation_ = 1;  // 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
-    std::vector<double> metric_;             // where contacts are swept one by one, as are
-    std::vector<typename M::Impulse> past_;  // their iterates and changes
-    std::vector<AlignedDoubles> past_rows_;  // by slot
-    std::vector<double> past_speeds_;        // by wall and slot
+    std::vector<double> metric_;                     // where contacts are swept one by one, as are
+    std::vector<typename M::Impulse> past_;          // their iterates and changes
+    std::vector<detail::AlignedDoubles> past_rows_;  // by slot
+    std::vector<double> past_speeds_;                // by wall and slot
 };
 
 }  // namespace nscdd
