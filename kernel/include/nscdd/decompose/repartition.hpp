@@ -282,7 +282,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             const Grain<M>& grain = part.grains[g];
             if (partition.owner(grain.position) != part.rank) continue;
             for (std::size_t w = 0; w < walls.size(); ++w)
-                if (walls[w].normal.dot(grain.position) - walls[w].offset - grain.radius < skin) {
+                if (walls[w].distance(grain.position) - grain.radius < skin) {
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
                     uses[k][g] = detail::Use::here;
                 }

@@ -106,7 +106,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         Candidate<M>& candidate = part.wall_pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Wall<M>& wall = walls[static_cast<std::size_t>(candidate.j)];
-        const double gap = wall.normal.dot(a.position) - wall.offset - a.radius;
+        const double gap = wall.distance(a.position) - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
         const auto& pairing = materials(a.material, wall.material);
         if (!detail::acts(candidate, pairing, gap, alert)) continue;

@@ -80,8 +80,8 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         const double allowed = largest_overlap * a.radius;
         const double closing = wall.normal_speed() - a.velocity.template head<M::dim>().dot(wall.normal);
-        note(detail::when_deeper(wall.normal.dot(a.position) - wall.offset - a.radius, closing, allowed, time), allowed,
-             closing, materials(a.material, wall.material), a.id, -1 - c.j);
+        note(detail::when_deeper(wall.distance(a.position) - a.radius, closing, allowed, time), allowed, closing,
+             materials(a.material, wall.material), a.id, -1 - c.j);
     }
     return worst;
 }

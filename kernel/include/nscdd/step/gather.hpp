@@ -114,7 +114,7 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
         }
         for (const auto& c : parts[k].problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
-            const double distance = wall.normal.dot(grain(c.i).position) - wall.offset;
+            const double distance = wall.distance(grain(c.i).position);
             put(c, -1 - c.j, distance - grain(c.i).radius, distance * wall.normal);
         }
     }

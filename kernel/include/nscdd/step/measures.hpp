@@ -60,7 +60,7 @@ Measures<M> measure(const Simulation<M>& simulation) {
         }
         for (const auto& c : part.problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
-            const double distance = wall.normal.dot(grain(c.i).position) - wall.offset;
+            const double distance = wall.distance(grain(c.i).position);
             m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius - distance);
             if (!carries_impulse<M>(c)) continue;
             ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
