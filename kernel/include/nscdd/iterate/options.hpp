@@ -19,7 +19,7 @@ struct SolveOptions {
     double energy_made = 1e-3;   // on ResidualParts::energy_made()
     double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
     int check_every = 10;        // iterations between two tests
-    int max_iterations = 20000;  // never more are made; a solve that ends there is reported as not converged
+    int max_iterations = 20000;  // cap; one is made at least. A solve that it ends is reported as not converged
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
