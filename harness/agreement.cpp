@@ -121,10 +121,12 @@ void require_same_scene(const Run& reference, const Run& candidate) {
 std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) {
     require_same_scene(reference, candidate);
     const RunReport &a = reference.report, &b = candidate.report;
-    // One step from one state tells solvers apart. After many, packings that are free to rearrange have drifted apart
-    // within the tolerance, whoever solved them: the bounds of whole runs are 1.5 to 3 times what 50 steps of the
-    // reference differ from those of the reference at half its tolerance (the main job makes that comparison too);
-    // of contacts, 0.15 % there, ten times, since a small packing has few.
+    // One step from one state tells solvers apart. Its answers to a tolerance of 1e-4 are spread: on the reduced scenes
+    // the reference differs from itself at half the tolerance by up to 0.06 in velocities, 0.005 in kinetic energy and
+    // 0.03 in stress. After many steps, packings that are free to rearrange have drifted apart within the tolerance,
+    // whoever solved them: the bounds of whole runs are 1.4 to 2.3 times the most by which 50 steps of the reference
+    // differ from those at 0.4 to 0.9 of its tolerance (velocities 0.31, kinetic energy 0.043, stress 0.14, positions
+    // 0.016); of contacts, 0.15 % there, ten times, since a small packing has few.
     const bool one_step = a.steps == 1 && b.steps == 1;
     // A candidate could excuse itself by a tolerance of its own; one that is finer than the reference's need not be.
     const double tolerance = std::max(a.tolerance, default_tolerance);
@@ -135,8 +137,8 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
             {"velocities, |V - V_ref|_M / |V_free|_M",
              relative(velocity_distance(reference, candidate), a.free_velocity_norm), one_step ? 0.03 : 0.5},
             {"kinetic energy, difference / (|V_free|_M^2 / 2)",
-             relative(std::abs(a.kinetic_energy - b.kinetic_energy), energy_scale), one_step ? 0.03 : 0.05},
-            {"stress, |s - s_ref| / |s_ref|", stress_distance(a, b), one_step ? 0.01 : 0.2},
+             relative(std::abs(a.kinetic_energy - b.kinetic_energy), energy_scale), one_step ? 0.03 : 0.1},
+            {"stress, |s - s_ref| / |s_ref|", stress_distance(a, b), one_step ? 0.03 : 0.2},
             {"positions, farthest / least radius", farthest(reference, candidate), one_step ? 1e-4 : 0.03},
             {"contacts, differences of the steps / their sum", contacts_distance(a, b), one_step ? 0.01 : 0.02}};
 }

@@ -31,6 +31,10 @@ class Headers(unittest.TestCase):
                  "    return c + b;", "}"]
         self.assertEqual(self.filtered(*lines), ["/// Adds.", "template <class M>", "int add(int a,", *lines[3:5], "    int c = a;", *lines[6:]])
 
+    def test_a_function_with_braces_among_its_parameters_ends_where_its_body_does(self):
+        self.assertEqual(self.filtered("struct A {", "    void f(B b = {}) {", "        b();", "    }", "    // After.", "    int a;", "};")[4:6],
+                         ["    /// After.", "    int a;"])
+
     def test_a_comment_on_two_variables_is_that_of_both(self):
         self.assertEqual(self.filtered("std::map<int, int> a{1, 2}, b;  // both"),
                          ["std::map<int, int> a{1, 2}; /**< both */ std::map<int, int> b; /**< both */"])
