@@ -32,7 +32,7 @@ constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... key
 
 inline constexpr std::tuple laws{
     offer_law<Frictionless>("frictionless"),
-    offer_law<Coulomb>("coulomb", LawKey{"friction", &Pairing::friction}),
+    offer_law<Coulomb>("coulomb", LawKey<Pairing>{"friction", &Pairing::friction}),
 };
 
 // visit.operator()<L>(law) for the one that the scene names.
