@@ -35,7 +35,6 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
                                             const SolveOptions&, PhaseSeconds&);                                       \
     prefix template LinearContactsOf<M> linear_contacts(const ContactProblem<M>&);                                     \
     prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                  \
-    prefix template DelassusProblem<M::dim> assemble(ContactProblem<M>);                                               \
     prefix template class Ccs<M, ClosedForm>;                                                                          \
     prefix template class Dcs<M, ClosedForm>;                                                                          \
     prefix template class Ccs<M, Factorised<>>;                                                                        \
