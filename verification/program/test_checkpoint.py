@@ -27,6 +27,14 @@ def ranks_of(launcher):
     return [int(pid) for pid in children.read_text().split()] if children.exists() else []
 
 
+def alive(pid):
+    """Not gone, and no zombie that waits for its parent."""
+    try:
+        return pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
 class CheckpointTest(ProgramTest):
     def setUp(self):
         super().setUp()
@@ -66,13 +74,23 @@ class CheckpointTest(ProgramTest):
     def wait_until_gone(self, pid):
         """Ranks whose mpirun is killed end by themselves."""
         for _ in range(3000):
-            try:
-                if pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z":
-                    return
-            except FileNotFoundError:
+            if not alive(pid):
                 return
             time.sleep(0.01)
         self.fail(f"process {pid} does not end")
+
+    def end_of(self, run):
+        """Exit code. mpiexec of Open MPI 4.1.4 can hang in its own PMIx_server_finalize where a rank was killed while it connected (2 of
+        452 kills during the start): mpiexec alone, with all ranks dead, is killed and counted; a rank that lives is our hang."""
+        ranks = ranks_of(run)
+        try:
+            return run.wait(60)
+        except subprocess.TimeoutExpired:
+            ranks += ranks_of(run)
+            self.assertEqual([pid for pid in ranks if alive(pid)], [], "these processes do not end")
+            self.launchers_hung += 1
+            run.kill()
+            return run.wait()
 
     def steps(self):
         """Made, and left; reads all that is in the checkpoint."""
@@ -202,7 +220,7 @@ class Faults(CheckpointTest):
                         os.kill(victim, choose.choice((signal.SIGKILL, signal.SIGKILL, signal.SIGTERM)))
                     except ProcessLookupError:
                         pass  # it has just come to its end
-            code = run.wait(60)
+            code = self.end_of(run)
             for pid in victims if done < kills else ():
                 self.wait_until_gone(pid)
             self.assertNotIn("nscdd:", run.stderr.read())
@@ -219,7 +237,7 @@ class Faults(CheckpointTest):
                     self.moments.add(made)
 
     def test_killed_at_random_moments(self):
-        self.moments = set()
+        self.moments, self.launchers_hung = set(), 0
         for ranks, kills in ((0, 8), (2, 4)):
             self.killed(kills, ranks, seed=ranks)
         self.assertGreater(len(self.moments), 4)
@@ -227,11 +245,11 @@ class Faults(CheckpointTest):
 
 class HundredKills(Faults):
     def test_killed_at_random_moments(self):
-        self.moments = set()
+        self.moments, self.launchers_hung = set(), 0
         for ranks, kills in ((0, 60), (2, 25), (3, 15)):
             self.killed(kills, ranks, seed=100 + ranks)
         self.assertGreater(len(self.moments), 50)
-        print(f"100 kills: checkpoints of {len(self.moments)} different steps were left")
+        print(f"100 kills: checkpoints of {len(self.moments)} different steps were left, mpiexec hung {self.launchers_hung} times")
 
 
 if __name__ == "__main__":
