@@ -42,9 +42,12 @@ def arrays(data):
 
 
 def main(path, out):
+    makers = readers()
+    if not makers:
+        return 77
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
     found = {}
-    for name, make in readers().items():
+    for name, make in makers.items():
         reader = make()
         reader.SetFileName(path)
         reader.UpdateInformation()
@@ -56,8 +59,6 @@ def main(path, out):
             for block, data in blocks(reader.GetOutputDataObject(0)):
                 for key, values in arrays(data).items():
                     found[f"{name}/{k}/{block}/{key}"] = np.array(values)
-    if not found:
-        return 77
     np.savez(out, **found)
     return 0
 
