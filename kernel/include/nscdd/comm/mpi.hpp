@@ -55,10 +55,10 @@ class Mpi final : public Communicator {
         return std::make_unique<Messages>(*this, links);
     }
 
-    // Each message goes alone to its target, which learns of it by looking (NBX: Hoefler, Siebert, Lumsdaine, PPoPP
-    // 2010): when all of a rank's messages have been taken it enters a barrier, and when that is over nobody has any
-    // under way. The barrier is a reduction of nothing: SimGrid 3.32 lets ranks through MPI_Ibarrier when rank 0 has
-    // come to it, whoever else has not.
+    // Each message goes alone to its target, which learns of it by probing and answers with an empty one. A rank that has
+    // all its answers enters a barrier; when the barrier is over, no message is under way (as NBX, Hoefler, Siebert,
+    // Lumsdaine, PPoPP 2010, does by synchronous sends). The barrier is a reduction of nothing: SimGrid 3.32 lets ranks
+    // through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
         check_count(out.size(), "route");
@@ -74,38 +74,47 @@ class Mpi final : public Communicator {
             }
         requests_.clear();
         routes_ = 1 - routes_;  // messages of the next route do not meet this one's
+        const auto send = [&](int process, const Buffer& message) {
+            check(MPI_Isend(message.data(), narrow(message.size()), MPI_DOUBLE, process, route_tag + routes_,
+                            comm_.handle, &requests_.emplace_back()),
+                  "route");
+        };
         for (auto& [process, message] : staged) {
             message.push_back(entry);
-            check(MPI_Issend(message.data(), narrow(message.size()), MPI_DOUBLE, process, route_tag + routes_,
-                             comm_.handle, &requests_.emplace_back()),
-                  "route");
+            send(process, message);
         }
+        const Buffer answer;
         double latest = entry;
+        std::size_t unanswered = staged.size();
         for (bool inside = false, over = false; !over;) {
-            int flag = 0;
-            MPI_Status status;
-            check(MPI_Iprobe(MPI_ANY_SOURCE, route_tag + routes_, comm_.handle, &flag, &status), "route");
-            if (flag) {
-                int n = 0;
-                check(MPI_Get_count(&status, MPI_DOUBLE, &n), "route");
-                Buffer& in = arrived[status.MPI_SOURCE];
-                in.resize(static_cast<std::size_t>(n));
-                check(MPI_Recv(in.data(), n, MPI_DOUBLE, status.MPI_SOURCE, route_tag + routes_, comm_.handle,
-                               MPI_STATUS_IGNORE),
-                      "route");
-                latest = std::max(latest, in.back());
-                in.pop_back();
-                continue;
+            if (unanswered == 0 && !inside) {
+                inside = true;
+                barrier_.start(std::vector<Buffer>(hosted_.count()), 0, entry);
             }
-            if (inside) {
+            int there = 0, n = 0;
+            MPI_Status status;
+            check(MPI_Iprobe(MPI_ANY_SOURCE, route_tag + routes_, comm_.handle, &there, &status), "route");
+            if (!there) {
+                if (!inside) continue;
                 barrier_.go_on(false);
                 over = !barrier_.under_way();
-            } else {
-                check(MPI_Testall(narrow(requests_.size()), requests_.data(), &flag, MPI_STATUSES_IGNORE), "route");
-                inside = flag != 0;
-                if (inside) barrier_.start(std::vector<Buffer>(hosted_.count()), 0, entry);
+                continue;
             }
+            check(MPI_Get_count(&status, MPI_DOUBLE, &n), "route");
+            Buffer message(static_cast<std::size_t>(n));
+            check(MPI_Recv(message.data(), n, MPI_DOUBLE, status.MPI_SOURCE, route_tag + routes_, comm_.handle,
+                           MPI_STATUS_IGNORE),
+                  "route");
+            if (message.empty()) {
+                --unanswered;
+                continue;
+            }
+            latest = std::max(latest, message.back());
+            message.pop_back();
+            arrived[status.MPI_SOURCE] = std::move(message);
+            send(status.MPI_SOURCE, answer);
         }
+        check(MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "route");
         std::vector<Buffer> in(hosted_.count());
         for (const auto& [process, messages] : arrived)
             for (auto at = messages.begin(); at != messages.end();) {
@@ -264,37 +273,47 @@ class Mpi final : public Communicator {
             rows_.start(mine, added, stamp);
             start_round();
         }
-        // To the end, or as far as it goes without waiting.
+        // To the end, or as far as it goes without waiting. One row is asked for at a time, so that a call costs as
+        // little as it can: the first that is not there ends it.
         void go_on(bool wait) {
-            for (int over = 1; under_way();) {
-                check(wait ? MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE)
-                           : MPI_Testall(narrow(requests_.size()), requests_.data(), &over, MPI_STATUSES_IGNORE),
-                      "reduce");
-                if (!over) return;
-                rows_.finish_round();
-                start_round();
-            }
+            for (; under_way(); finish_round())
+                for (; received_ < receiving_.size(); ++received_) {
+                    MPI_Request& request = receiving_[received_];
+                    int there = 1;
+                    check(wait ? MPI_Wait(&request, MPI_STATUS_IGNORE) : MPI_Test(&request, &there, MPI_STATUS_IGNORE),
+                          "reduce");
+                    if (!there) return;
+                }
         }
 
       private:
         void start_round() {
-            requests_.clear();
+            receiving_.clear();
+            sending_.clear();
+            received_ = 0;
             if (!under_way()) return;
-            const auto trade = [this](int process, Buffer& row, auto* call) {
+            const auto trade = [this](std::vector<MPI_Request>& requests, int process, Buffer& row, auto* call) {
                 check(call(row.data(), narrow(row.size()), MPI_DOUBLE, process, own_tag_, comm_.comm_.handle,
-                           &requests_.emplace_back()),
+                           &requests.emplace_back()),
                       "reduce");
             };
-            rows_.trade([&](int process, Buffer& row) { trade(process, row, &MPI_Irecv); },
-                        [&](int process, Buffer& row) { trade(process, row, &MPI_Isend); },
+            rows_.trade([&](int process, Buffer& row) { trade(receiving_, process, row, &MPI_Irecv); },
+                        [&](int process, Buffer& row) { trade(sending_, process, row, &MPI_Isend); },
                         [this](std::span<const double> row) {
                             if (counted_) comm_.count(row.size());
                         });
         }
+        // Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
+        void finish_round() {
+            check(MPI_Waitall(narrow(sending_.size()), sending_.data(), MPI_STATUSES_IGNORE), "reduce");
+            rows_.finish_round();
+            start_round();
+        }
 
         Mpi& comm_;
         ReducedRows rows_;
-        std::vector<MPI_Request> requests_;  // of the round under way
+        std::vector<MPI_Request> receiving_, sending_;  // of the round under way
+        std::size_t received_ = 0;
         int own_tag_;
         bool counted_;
     };
