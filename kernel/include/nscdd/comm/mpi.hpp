@@ -33,9 +33,9 @@ namespace nscdd::inline NSCDD_ABI {
 // Ranks are dealt to processes in stretches. What the ranks of one process send to those of another is one message.
 class Mpi final : public Communicator {
   public:
-    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`
-    // is told of all that is charged, where somebody wants to know. `size`: ranks in all, the same on every process; 0:
-    // one a process. Throws std::invalid_argument for fewer ranks than processes.
+    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
+    // if given, is called at every charge(). `size`: ranks in all, the same on every process; 0: one a process. Throws
+    // std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
@@ -55,10 +55,9 @@ class Mpi final : public Communicator {
         return std::make_unique<Messages>(*this, links);
     }
 
-    // Each message goes alone to its target, which learns of it by looking (NBX: Hoefler, Siebert, Lumsdaine, PPoPP
-    // 2010): when all of a rank's messages have been taken it enters a barrier, and when that is over nobody has any
-    // under way. The barrier is a reduction of nothing: SimGrid 3.32 lets ranks through MPI_Ibarrier when rank 0 has
-    // come to it, whoever else has not.
+    // NBX (Hoefler, Siebert, Lumsdaine, PPoPP 2010): synchronous sends and probing; a rank enters a non-blocking
+    // barrier when its sends have been received, and is done when the barrier is. The barrier is a reduction of
+    // nothing: SimGrid 3.32 lets ranks through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
         check_count(out.size(), "route");
@@ -118,7 +117,7 @@ class Mpi final : public Communicator {
         return in;
     }
 
-    // Processes with fewer ranks than others send as much.
+    // Every process sends as many doubles, also one with fewer ranks than others.
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
         const double entry = now();
         check_count(mine.size(), "all_gather");
@@ -147,7 +146,7 @@ class Mpi final : public Communicator {
         return gathered_;
     }
 
-    // MPI_Allreduce may take any order: messages of our own.
+    // MPI_Allreduce may add in any order, so the kernel sends messages of its own.
     void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         const double entry = now();
         check_count(mine.size(), "reduce");
@@ -179,8 +178,8 @@ class Mpi final : public Communicator {
 
   private:
     static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, barrier_tag = 4, first_channel_tag = 5;
-    // Of persistent requests, one a process that is sent to and one a process that is received from. Every message has
-    // a stamp behind it, the time at which its sender called start().
+    // Persistent requests: one for each process that this one sends to, and one for each that it receives from. Every
+    // message ends with a stamp, the time at which its sender called start().
     class Messages final : public Channel {
       public:
         Messages(Mpi& comm, const std::vector<Links>& links) : comm_(comm), layout_(comm.hosted_, links, send_, recv_) {
@@ -217,7 +216,7 @@ class Mpi final : public Communicator {
         }
         void finish() override {
             const double entry = comm_.now();
-            // All of them even after an error, for those under way still use our memory.
+            // Waits for all requests even after an error: those under way still use our memory.
             int code = MPI_SUCCESS;
             for (std::size_t k = 0; k < requests_.size(); ++k) {
                 const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
@@ -251,7 +250,7 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    // The rounds of messages in which rows of all ranks become one. `counted`: as messages of the ranks.
+    // A reduction in rounds of messages (ReductionRounds). `counted`: whether traffic() counts its messages.
     class Reduction {
       public:
         Reduction(Mpi& comm, int own_tag, bool counted)
@@ -264,7 +263,7 @@ class Mpi final : public Communicator {
             rows_.start(mine, added, stamp);
             start_round();
         }
-        // To the end, or as far as it goes without waiting.
+        // Continues the reduction: to its end if `wait`, else as far as possible without waiting.
         void go_on(bool wait) {
             for (int over = 1; under_way();) {
                 check(wait ? MPI_Waitall(narrow(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE)
@@ -310,7 +309,7 @@ class Mpi final : public Communicator {
             check(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
             check(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
         }
-        // Of this process, or of all: what MPI_Comm_rank or MPI_Comm_size says.
+        // The number that MPI_Comm_rank or MPI_Comm_size gives.
         int place(int (*ask)(MPI_Comm, int*)) const {
             int number = 0;
             check(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
@@ -363,8 +362,8 @@ class Mpi final : public Communicator {
         seconds_.transfer += elapsed - wait;
     }
 
-    // Clocks of different processes may differ by anything: each asks the first for the time, and believes the
-    // answer that came back soonest. Good to half a round trip; later drift is not followed.
+    // Clocks of different processes may differ by anything: each process asks the first one for the time several times,
+    // and takes the answer that came back soonest. Good to half a round trip; later drift is not followed.
     void synchronise_clock() {
         int *global = nullptr, found = 0;
         check(MPI_Comm_get_attr(MPI_COMM_WORLD, MPI_WTIME_IS_GLOBAL, static_cast<void*>(&global), &found), "clock");

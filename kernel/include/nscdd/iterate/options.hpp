@@ -24,7 +24,7 @@ struct SolveOptions {
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
-    // The same with what has been found to need the fewest iterations (METHOD.md, section 8).
+    // These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
@@ -32,9 +32,8 @@ struct SolveOptions {
     }
 };
 
-// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step. A
-// problem without a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to
-// judge.
+// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step.
+// Without a least radius the penetration is not tested but only reported, for the caller to judge.
 struct SolveReport {
     int iterations = 0;         // made, each of SolveOptions::sweeps sweeps
     double residual = 0;        // eta
@@ -66,9 +65,8 @@ int until_test(const Options& options, const SolveReport& report) {
     return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
 }
 
-// Whether to accelerate now. From the first check on, so that a step which is over by then pays nothing for it; on few
-// contacts from the check on whose sweeps have cost what setting acceleration up and its first iterations do (measured:
-// 360 contacts solved).
+// True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
+// do not pay for the set-up, measured to cost about 360 solved contacts.
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }

@@ -1,4 +1,4 @@
-// V_free, what the bodies of a problem would do without contacts, and how far contacts turn them from it.
+// V_free, the velocities of a problem's bodies without contacts, and how much contacts change them.
 #pragma once
 
 #include <vector>
@@ -51,7 +51,7 @@ void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double
     }
 }
 
-// What contacts changed of one problem; velocities must be glued (METHOD.md, section 5.2).
+// The change of one problem's velocities by its contacts; velocities must be glued (METHOD.md, section 5.2).
 template <class M>
 Turned turned(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     Turned total;

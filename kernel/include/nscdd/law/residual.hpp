@@ -29,8 +29,8 @@ struct ResidualParts {
 
     double eta() const { return energy_residual(change, energy, next_energy, round_off); }  // METHOD.md, section 5.1
 
-    // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
-    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
+    // Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
+    // V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
     double velocity_error() const {
         if (eta() == 0) return 0;
         if (turned.energy == 0) return std::numeric_limits<double>::infinity();
@@ -48,8 +48,8 @@ struct ResidualParts {
     }
     auto largest() { return std::tie(penetration, miss); }  // members of which reduce() takes the largest
 
-    // |V - V_free|_M^2 [J], what works are compared with. A change of velocities below 1e-8 of the velocities
-    // themselves is not asked to be more exact than that.
+    // Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
+    // being asked to be more exact than that.
     double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
 };
 

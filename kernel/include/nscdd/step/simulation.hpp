@@ -37,7 +37,7 @@ template <class M>
 class Simulation {
   public:
     // Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
-    // processes, each grain from one. The same of impulses.
+    // processes, each grain from one. Impulses likewise.
     //
     // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
     // positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
@@ -281,7 +281,8 @@ class Simulation {
             part.wall_pairs[static_cast<std::size_t>(part.wall_source[c])].r = part.problem.wall_contacts[c].r;
     }
 
-    // Nothing detected before what moves until the first detection, and a state to go on from may be of another step.
+    // Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
+    // come from another h.
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
         const Survey start = survey(Velocities::known, time);
@@ -295,7 +296,7 @@ class Simulation {
         if (all[0] > 0) refuse_passage(passages);
     }
 
-    // What task(k) returns for each hosted rank, of all ranks: asked for once something is wrong.
+    // What task(k) returns for each rank, of all ranks. Only called once something is wrong.
     std::vector<Buffer> gathered(auto&& task) const {
         std::vector<Buffer> mine, all;
         for (std::size_t k = 0; k < parts_.size(); ++k) mine.push_back(task(k));
@@ -306,7 +307,7 @@ class Simulation {
         return all;
     }
 
-    // passages[k]: of the k-th hosted rank; one of all ranks is found.
+    // passages[k]: of the k-th hosted rank; on some rank there is one.
     [[noreturn]] void refuse_passage(const std::vector<Passage>& passages) const {
         Passage worst;
         for (const Buffer& p : gathered([&](std::size_t k) {
