@@ -21,8 +21,8 @@ namespace {
 constexpr double contact_gap = 1e-4;
 constexpr double most_overlap = 1e-3;
 
-// Of the core of a jammed packing of many grains; in a core of n both ends are wider by a number over sqrt(n). Both
-// generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
+// Bounds of the core of a jammed packing of many grains; in a core of n grains both ends are wider by a number over
+// sqrt(n). Both generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
 struct Bounds {
     double fraction[2], fraction_few, coordination[2], coordination_few;
 };
@@ -45,7 +45,8 @@ double reach(const Packing& packing, const Near& near) {
     return packing.radius[near.i] + (near.j < packing.size() ? packing.radius[near.j] : 0.0);
 }
 
-// All pairs, grains with walls too, whose gap is less than `gap`: by cells as wide as the farthest of them are apart.
+// All pairs of grains, and of grains and walls, whose gap is less than `gap`. Found by cells as wide as the centres of
+// such a pair can be apart.
 std::vector<Near> near_pairs(const Packing& packing, double gap) {
     const auto dim = static_cast<std::size_t>(packing.dim);
     const std::size_t n = packing.size();
@@ -87,7 +88,8 @@ std::vector<Near> near_pairs(const Packing& packing, double gap) {
     return pairs;
 }
 
-// The share of a disk or sphere on the inner side of a plane `t` radii from its centre; t > 0: the centre is inside.
+// The share of the volume of a disk or sphere on the inner side of a plane `t` radii from its centre; t > 0: the centre
+// is inside.
 double cut_share(double t, int dim) {
     t = std::clamp(t, -1.0, 1.0);
     if (dim == 3) return (2 + 3 * t - t * t * t) / 4;
@@ -98,7 +100,7 @@ double volume(double radius, int dim) {
     return dim == 3 ? 4.0 / 3 * std::numbers::pi * radius * radius * radius : std::numbers::pi * radius * radius;
 }
 
-// Grains that contacts can hold: dim + 1 each, of grains that are held themselves and of walls.
+// Grains that contacts can hold: those with dim + 1 contacts with walls or with grains that are held themselves.
 std::vector<char> held_grains(const Packing& packing, const std::vector<Near>& contacts) {
     const std::size_t n = packing.size();
     std::vector<char> held(n + 1, true);

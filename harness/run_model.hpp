@@ -42,7 +42,7 @@ std::string model_name(std::span<const Wall<M>> walls) {
     return model_name<M>() + (driven ? ", driven walls" : ", kinematic walls");
 }
 
-// Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
+// CPU time of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
 inline double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -70,7 +70,7 @@ nlohmann::json final_measures(const Simulation<M>& simulation) {
     return json;
 }
 
-// Grains by their multiplicity in the last step.
+// Numbers of grains by their multiplicity in the last step.
 template <class M>
 std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulation) {
     const auto visit = [&simulation](std::size_t k, auto&& count) {
@@ -114,7 +114,7 @@ inline void to_json(nlohmann::json& json, const EnergySeries& e) {
             {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
 }
 
-// Of a step that sequential NLGS has solved.
+// The problem of a step that sequential NLGS has solved, solved on to `options`.
 template <class M>
 ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
     ExportedProblem out;

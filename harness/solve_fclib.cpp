@@ -26,7 +26,7 @@ nlohmann::json to_json(const ErrorMeasures& e) {
             {"worst", e.worst}};
 }
 
-// In many cheap steps, tested now and then.
+// Whether a solver takes many cheap steps, tested now and then.
 bool iterates(const std::string& solver) { return solver != "newton" && solver != "none"; }
 
 struct Solved {
