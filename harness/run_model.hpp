@@ -144,7 +144,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     std::vector<int> iterations;
     std::vector<double> residual, velocity_error, energy_made, penetration, contacts;
     EnergySeries energy;
-    double interface_grains = 0, free_norm = 0, turned_norm = 0, total_iterations = 0;
+    double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
     Traffic solving;
     double solver_cpu = 0;
     const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
@@ -199,7 +199,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         contacts.push_back(report.contacts);
         interface_grains += report.interface_grains;
         free_norm = report.free_norm;
-        turned_norm = report.solve.turned_norm;
+        velocity_change_norm = report.solve.velocity_change_norm;
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
         recorder.after(report);
@@ -220,7 +220,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
-    measures["turned_velocity_norm"] = turned_norm;
+    measures["turned_velocity_norm"] = velocity_change_norm;
     const State head = state_head(simulation, request);
     result.last_step = head.step;
     if (!request.state.empty()) {

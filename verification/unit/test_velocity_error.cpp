@@ -95,7 +95,7 @@ TEST_CASE("contacts that turn nothing, and such as do nothing", "[velocity error
     closing.change = closing.next_energy = closing.round_off = 1;
     closing.miss = 1;
     CHECK(closing.velocity_error() == std::numeric_limits<double>::infinity());
-    closing.turned = {std::numeric_limits<double>::quiet_NaN(), 1};
+    closing.velocity_change = {std::numeric_limits<double>::quiet_NaN(), 1};
     CHECK_FALSE(closing.velocity_error() <= 1);
 }
 

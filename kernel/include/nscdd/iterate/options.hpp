@@ -35,13 +35,13 @@ struct SolveOptions {
 // Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step.
 // Without a least radius the penetration is not tested but only reported, for the caller to judge.
 struct SolveReport {
-    int iterations = 0;         // made, each of SolveOptions::sweeps sweeps
-    double residual = 0;        // eta
-    double velocity_error = 0;  // ResidualParts::velocity_error()
-    double energy_made = 0;     // ResidualParts::energy_made()
-    double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
-    double penetration = 0;     // deepest that the step would close a contact [m]
-    bool converged = true;      // all tests are passed
+    int iterations = 0;               // made, each of SolveOptions::sweeps sweeps
+    double residual = 0;              // eta
+    double velocity_error = 0;        // ResidualParts::velocity_error()
+    double energy_made = 0;           // ResidualParts::energy_made()
+    double velocity_change_norm = 0;  // |V - V_free|_M, what the contacts changed [J^1/2]
+    double penetration = 0;           // deepest that the step would close a contact [m]
+    bool converged = true;            // all tests are passed
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
@@ -78,7 +78,7 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
     report.residual = parts.eta();
     report.velocity_error = parts.velocity_error();
     report.energy_made = parts.energy_made();
-    report.turned_norm = std::sqrt(parts.turned.energy);
+    report.velocity_change_norm = std::sqrt(parts.velocity_change.energy);
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");

@@ -119,9 +119,10 @@ class Sweeper {
                 for (int d = begin; d < end; ++d) sum += (now[d] - free[d]) * (now[d] - free[d]);
                 return sum;
             };
-            parts.turned.add(now[Layout::mass_at], squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
+            parts.velocity_change.add(now[Layout::mass_at],
+                                      squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
         }
-        add_turned_walls(problem, free_.walls, parts.turned);
+        add_wall_changes(problem, free_.walls, parts.velocity_change);
         return parts;
     }
 
