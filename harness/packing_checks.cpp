@@ -40,8 +40,8 @@ double mean_diameter(const Packing& packing) {
     return sum / static_cast<double>(packing.size());
 }
 
-// Of a packing with n grains: 0 for the wall.
-double reach(const Packing& packing, const Near& near) {
+// Distance at which the two touch: the sum of their radii, 0 for a wall.
+double contact_distance(const Packing& packing, const Near& near) {
     return packing.radius[near.i] + (near.j < packing.size() ? packing.radius[near.j] : 0.0);
 }
 
@@ -64,7 +64,7 @@ std::vector<Near> near_pairs(const Packing& packing, double gap) {
     std::unordered_map<Cell, std::vector<std::size_t>, decltype(hash)> cells(n, hash);
     std::vector<Near> pairs;
     const auto add = [&](const Near& near) {
-        if (near.distance - reach(packing, near) < gap) pairs.push_back(near);
+        if (near.distance - contact_distance(packing, near) < gap) pairs.push_back(near);
     };
     for (std::size_t i = 0; i < n; ++i) {
         const Cell at = cell_of(i);
@@ -163,8 +163,8 @@ PackingMeasures remove_overlaps(Packing& packing) {
     measure_core(packing, contacts, diameter, measures);
     double factor = 1;
     for (const Near& c : contacts) {
-        measures.overlap = std::max(measures.overlap, (reach(packing, c) - c.distance) / diameter);
-        factor = std::min(factor, c.distance / reach(packing, c));
+        measures.overlap = std::max(measures.overlap, (contact_distance(packing, c) - c.distance) / diameter);
+        factor = std::min(factor, c.distance / contact_distance(packing, c));
     }
     factor *= 1 - 1e-14;  // for the rounding of products and sums of radii, here and where others subtract them
     for (double& radius : packing.radius) radius *= factor;
@@ -173,7 +173,7 @@ PackingMeasures remove_overlaps(Packing& packing) {
     measures.core_fraction *= std::pow(factor, packing.dim);
     measures.smallest_gap = std::numeric_limits<double>::infinity();
     for (const Near& c : near_pairs(packing, 2 * contact_gap * diameter))
-        measures.smallest_gap = std::min(measures.smallest_gap, (c.distance - reach(packing, c)) / diameter);
+        measures.smallest_gap = std::min(measures.smallest_gap, (c.distance - contact_distance(packing, c)) / diameter);
     return measures;
 }
 

@@ -99,7 +99,7 @@ template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
-    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= reach; };
+    const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check = [&](Candidate<M>& c, double closing) {
         if (c.free_gap < h * closing) c.missed = unseen.missed = true;

@@ -148,13 +148,13 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     std::vector<GrainPair> found(6 * grains.size() + 1);
     std::size_t count = 0;
     const auto test = [&](const Filed& a, const Filed& b) {
-        const double reach = a.radius + b.radius + skin;
+        const double candidate_distance = a.radius + b.radius + skin;
         if (count == found.size()) {
             check_pair_count<M>(grains, found);
             found.resize(2 * count);
         }
         found[count] = {a.grain, b.grain};
-        count += (a.position - b.position).squaredNorm() < reach * reach;
+        count += (a.position - b.position).squaredNorm() < candidate_distance * candidate_distance;
     };
     // Middle cells of the adjacent rows with larger numbers, relative to the cell: so each pair is tested once.
     const std::array<std::uint64_t, 4> ahead{row, layer - row, layer, layer + row};

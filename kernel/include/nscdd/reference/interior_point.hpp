@@ -152,12 +152,12 @@ class InteriorPoint {
     // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
     double find_direction(const SparseFactors& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
-        const double reach = std::min(1.0, longest());
+        const double step = std::min(1.0, longest());
         double left = 0;
         for (std::size_t c = 0; c < contacts_.size(); ++c) {
             const Local& local = contacts_[c];
-            left += (local.w + reach * (local.to_world * problem_.at(dw_, c)))
-                        .dot(local.r + reach * (local.to_cone * problem_.at(dr_, c)));
+            left += (local.w + step * (local.to_world * problem_.at(dw_, c)))
+                        .dot(local.r + step * (local.to_cone * problem_.at(dr_, c)));
         }
         const double sigma = std::clamp(std::pow(left / gap_, 3), 1e-4, 1.0);
         // the gap must not fall ahead of the inconsistency of the velocities
@@ -202,17 +202,17 @@ class InteriorPoint {
     }
 
     // The step at which the contact would leave its cones, at most `most`. For w this is where w_n = mu |w_t|.
-    double reach(std::size_t c, double most) const {
+    double step_limit(std::size_t c, double most) const {
         const Local& local = contacts_[c];
         const Vec edge = local.cone.n - local.slip;
         const double slack = edge.dot(problem_.at(w_, c)), slope = edge.dot(problem_.at(dw_, c));
         const double t = slope < 0 ? std::min(most, -slack / slope) : most;
-        return local.cone.reach(local.r, local.to_cone * problem_.at(dr_, c), t);
+        return local.cone.step_limit(local.r, local.to_cone * problem_.at(dr_, c), t);
     }
 
     double longest() const {
         double t = 2;
-        for (std::size_t c = 0; c < contacts_.size(); ++c) t = reach(c, t);
+        for (std::size_t c = 0; c < contacts_.size(); ++c) t = step_limit(c, t);
         return t;
     }
 
@@ -221,7 +221,7 @@ class InteriorPoint {
     // it in pseudo-time; the answer is untouched, since at the end dr = 0.
     void soften(double length) {
         for (std::size_t c = 0; c < contacts_.size(); ++c)
-            if (reach(c, 2.0) < 3 * length) contacts_[c].compliance = std::max(10 * contacts_[c].compliance, 1e-3);
+            if (step_limit(c, 2.0) < 3 * length) contacts_[c].compliance = std::max(10 * contacts_[c].compliance, 1e-3);
     }
 
     const LinearContacts<size>& problem_;
