@@ -20,12 +20,12 @@ inline double thread_seconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// CPU seconds of one call: the median of five stretches of at least so many, as windows are measured
+// CPU seconds of one call: the median of five samples of at least `least` seconds, as windows are measured
 // (window_model.hpp).
 double seconds_of(double least, auto&& call) {
-    std::array<double, 5> stretches;
+    std::array<double, 5> samples;
     call();  // brings the data into the caches
-    for (double& stretch : stretches) {
+    for (double& sample : samples) {
         const double began = thread_seconds();
         double took = 0, calls = 0;
         for (int batch = 1; took < least; batch *= 2) {  // in growing batches, because reading the clock takes time too
@@ -33,10 +33,10 @@ double seconds_of(double least, auto&& call) {
             calls += batch;
             took = thread_seconds() - began;
         }
-        stretch = took / calls;
+        sample = took / calls;
     }
-    std::ranges::sort(stretches);
-    return stretches[2];
+    std::ranges::sort(samples);
+    return samples[2];
 }
 
 struct MeasuredCost {

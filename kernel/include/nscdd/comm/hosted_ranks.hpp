@@ -1,4 +1,5 @@
-// Ranks dealt to processes in stretches, and one message from a process to another for all links between their ranks.
+// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
+// ranks.
 #pragma once
 
 #include <algorithm>

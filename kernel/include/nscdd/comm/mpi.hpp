@@ -30,7 +30,8 @@ namespace nscdd::inline NSCDD_ABI {
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
 // transfer.
 //
-// Ranks are dealt to processes in stretches. What the ranks of one process send to those of another is one message.
+// Ranks are dealt to processes in contiguous ranges. What the ranks of one process send to those of another is one
+// message.
 class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
