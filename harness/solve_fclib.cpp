@@ -51,12 +51,11 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     } else if (arguments.solver == "newton") {
         solved.report = newton_solve<UmfPack>(problem, r, {.tolerance = arguments.tolerance}, measure);
     } else if (arguments.solver == "spg" || arguments.solver == "apgd") {
-        solved.report =
-            projected_gradient(problem, r,
-                               {.tolerance = arguments.tolerance,
-                                .check_every = arguments.check_every,
-                                .max_iterations = arguments.max_sweeps},
-                               arguments.solver == "spg" ? Descent::spectral : Descent::accelerated, measure);
+        solved.report = projected_gradient(problem, r,
+                                           {.tolerance = arguments.tolerance,
+                                            .check_every = arguments.check_every,
+                                            .max_iterations = arguments.max_sweeps},
+                                           arguments.solver == "spg" ? Descent::spectral : Descent::nesterov, measure);
     } else {
         solved.report = block_nlgs(problem, r,
                                    {.tolerance = arguments.tolerance,

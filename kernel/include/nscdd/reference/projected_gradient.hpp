@@ -23,8 +23,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 // Which method takes the steps (METHOD.md, section 11).
 enum class Descent {
-    spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
-    accelerated,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
+    spectral,  // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
+    nesterov,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
 };
 
 namespace detail {
@@ -133,7 +133,7 @@ class ProjectedGradient {
         if (descent_ == Descent::spectral)
             spectral();
         else
-            accelerated();
+            nesterov();
     }
 
   private:
@@ -215,7 +215,7 @@ class ProjectedGradient {
     // From y, extrapolated past r by the last change, to P_K(y - t D^-1 (u + s)); t is cut until the quadratic lies
     // below its model there, and grows again. s stays for some iterations: with an s that moves the extrapolation goes
     // round in circles.
-    void accelerated() {
+    void nesterov() {
         if (y_.empty()) {
             y_.resize(d_.size()), slip_.resize(d_.size());
             before_ = contacts_.r, u_before_ = contacts_.u;
@@ -266,7 +266,7 @@ class ProjectedGradient {
     std::array<double, 5> short_;
     std::size_t slot_ = 0;
 
-    double momentum_ = 1;  // accelerated
+    double momentum_ = 1;  // nesterov
     int age_ = 0;          // of s
 };
 

@@ -160,7 +160,7 @@ class Simulation {
     }
 
     // Unlike std::max it keeps a NaN.
-    static double larger(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
+    static double larger_or_nan(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
 
     // Largest values over the scene, by one reduction. Throws std::runtime_error when they are not finite.
     Survey survey(Velocities which, double lookahead = 0) {
@@ -169,16 +169,17 @@ class Simulation {
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 const typename M::Vec v = velocity(part, g, which);
-                s.speed = larger(s.speed, v.norm());
-                s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
+                s.speed = larger_or_nan(s.speed, v.norm());
+                s.moved =
+                    larger_or_nan(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
             return s;
         });
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             const double speed = normal_speed(w, which);
-            total.speed = larger(total.speed, std::abs(speed));
-            total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
+            total.speed = larger_or_nan(total.speed, std::abs(speed));
+            total.moved = larger_or_nan(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
         }
         total.speed += settings_.h * settings_.gravity.norm();
         if (!std::isfinite(total.moved + total.speed))
