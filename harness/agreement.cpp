@@ -9,8 +9,7 @@
 namespace nscdd {
 namespace {
 
-// What is asked of a step of a scene that says nothing: eta, velocity error, energy made, penetration over the least
-// radius.
+// Default bounds of a step: eta, velocity error, energy made, penetration over the least radius.
 constexpr double default_tolerance = 1e-4, most_velocity_error = 0.1, most_energy_made = 1e-3, most_penetration = 1e-3;
 
 // sqrt(sum of dV^T M dV) over grains, spins and driven walls.
@@ -49,7 +48,7 @@ double farthest(const Run& a, const Run& b) {
     return std::sqrt(worst) / *std::min_element(radius.begin(), radius.end());
 }
 
-// difference / scale, also where nothing moves or presses.
+// difference / scale; 0 where both are 0, as where nothing moves or presses.
 double relative(double difference, double scale) { return difference == 0 ? 0 : difference / scale; }
 
 double stress_distance(const RunReport& a, const RunReport& b) {
@@ -62,7 +61,7 @@ double stress_distance(const RunReport& a, const RunReport& b) {
     return relative(std::sqrt(difference), std::sqrt(norm));
 }
 
-// Over the steps that both have made, one of which may have gone on from a state.
+// Over the steps that both runs have made; one run may have gone on from a state.
 double contacts_distance(const RunReport& a, const RunReport& b) {
     double difference = 0, total = 0;
     for (std::int64_t step = std::max(a.start_step, b.start_step); step < a.last_step(); ++step) {
@@ -79,8 +78,8 @@ double largest(const std::vector<double>& values) {
     return values.empty() ? 0 : *std::ranges::max_element(values);
 }
 
-// By the run's own figures, or as many as it says if that is more. But for eta by the default bounds, whatever those of
-// the run were.
+// Number of steps whose figures exceed these bounds (for energy made and penetration the default ones), or
+// `unconverged_steps` of the file where that is larger.
 std::int64_t unconverged(const RunReport& run, double tolerance, double allowed_error) {
     std::int64_t count = 0;
     for (std::size_t k = 0; k < run.residual.size(); ++k)
@@ -128,7 +127,8 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     // differ from those at 0.4 to 0.9 of its tolerance (velocities 0.31, kinetic energy 0.043, stress 0.14, positions
     // 0.016); of contacts, 0.15 % there, ten times, since a small packing has few.
     const bool one_step = a.steps == 1 && b.steps == 1;
-    // A candidate could excuse itself by a tolerance of its own; one that is finer than the reference's need not be.
+    // The reference's tolerances count, else a candidate could set coarse ones of its own. Bounds finer than the
+    // defaults are not asked for.
     const double tolerance = std::max(a.tolerance, default_tolerance);
     const double allowed_error = std::max(a.velocity_error_allowed, most_velocity_error);
     const double energy_scale = 0.5 * a.free_velocity_norm * a.free_velocity_norm;

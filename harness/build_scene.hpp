@@ -20,7 +20,7 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
 
 namespace build_detail {
 
-// Of a packing at rest, or of a state with its motion.
+// Grains of a packing at rest, or of a state with its motion.
 template <class M>
 std::vector<Grain<M>> stored_grains(const RunRequest& request) {
     const Scene& scene = request.scene;
@@ -48,7 +48,7 @@ void load(Grain<M>& grain, const SceneGrain& single) {
     if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
 }
 
-// The scene's own, behind those of the packing. A state has them already, but for their loads.
+// Adds the scene's own grains behind those of the packing. A state has these grains already, but for their loads.
 template <class M>
 void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
     const Scene& scene = request.scene;
@@ -75,8 +75,8 @@ void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
 
 }  // namespace build_detail
 
-// The share of this process. Collective. Throws InputError, the same on every process, for what only shows once scene
-// and packing meet.
+// Builds the share of this process. Collective. Throws InputError, the same on every process, for errors that only show
+// once scene and packing meet.
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const Scene& scene = request.scene;

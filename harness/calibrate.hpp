@@ -12,7 +12,7 @@ namespace nscdd {
 struct CalibrateArguments {
     RunArguments run;
     std::vector<int> subdomains{1, 2, 4, 8, 16, 32, 64, 128, 256, 512};
-    double seconds = 0.05;  // of a stretch of which the median of five counts
+    double seconds = 0.05;  // of a sample; the median of five counts
     std::string output;
 };
 

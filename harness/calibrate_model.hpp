@@ -20,23 +20,23 @@ inline double thread_seconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// CPU seconds of one call: the median of five stretches of at least so many, as windows are measured
+// CPU seconds of one call: the median of five samples of at least `least` seconds, as windows are measured
 // (window_model.hpp).
 double seconds_of(double least, auto&& call) {
-    std::array<double, 5> stretches;
+    std::array<double, 5> samples;
     call();  // brings the data into the caches
-    for (double& stretch : stretches) {
+    for (double& sample : samples) {
         const double began = thread_seconds();
         double took = 0, calls = 0;
-        for (int batch = 1; took < least; batch *= 2) {  // to ask for the time takes some as well
+        for (int batch = 1; took < least; batch *= 2) {  // in growing batches, because reading the clock takes time too
             for (int c = 0; c < batch; ++c) call();
             calls += batch;
             took = thread_seconds() - began;
         }
-        stretch = took / calls;
+        sample = took / calls;
     }
-    std::ranges::sort(stretches);
-    return stretches[2];
+    std::ranges::sort(samples);
+    return samples[2];
 }
 
 struct MeasuredCost {
@@ -44,8 +44,8 @@ struct MeasuredCost {
     double bytes, ns;
 };
 
-// Seconds of task(k) for the middle one of the subdomains, while other cores do the same for others, as many as there
-// are: ranks that share a memory slow each other down.
+// Seconds of task(k) for the middle subdomain, while other cores run task(k) for other subdomains, as many as there are
+// cores: ranks that share a memory slow each other down.
 double seconds_among(std::size_t subdomains, const CalibrationRequest& request, auto&& task) {
     const std::size_t mine = subdomains / 2, busy = std::min(subdomains, static_cast<std::size_t>(request.cores));
     std::vector<std::jthread> others;
@@ -56,8 +56,7 @@ double seconds_among(std::size_t subdomains, const CalibrationRequest& request, 
     return seconds_of(request.least_seconds, [&] { task(mine); });
 }
 
-// What a sweep of so many contacts in so many seconds says of one: a batch with driven walls costs more than its
-// contacts.
+// Cost of a contact from the time of a sweep: a batch with driven walls costs more than its contacts.
 template <class M>
 class SweepCosts {
   public:
@@ -85,7 +84,8 @@ class SweepCosts {
     double contacts_, driven_, batches_ = 0, batch_ = 0;
 };
 
-// Sweeps and tests of one subdomain a core, again and again, so that each comes from the cache that it would have.
+// Sweeps and tests one subdomain on each core, repeatedly, so that its data come from the cache that they would come
+// from in a run.
 template <class M>
 void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest& request, const SolveOptions& options,
                       std::vector<MeasuredCost>& costs) {
@@ -129,7 +129,7 @@ void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest
     note(Work::accelerated, sweep.contact(accelerated));
 }
 
-// Packing and gluing of all subdomains in turn. Gluing has the copy of the messages in it that a process makes of its
+// Packing and gluing of all subdomains in turn. Gluing includes the copy of the messages that a process makes of its
 // own.
 template <class Scheme, class M = typename Scheme::Model>
 void calibrate_gluing(std::vector<Subdomain<M>>& parts, Communicator& comm, double least, Work glue,
@@ -156,7 +156,7 @@ void calibrate_gluing(std::vector<Subdomain<M>>& parts, Communicator& comm, doub
                                   })});
 }
 
-// In the state of the next step after some iterations.
+// Measures on the next step, after some of its iterations.
 template <class M>
 nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationRequest& request, SolveOptions options) {
     options.tolerance = 0;

@@ -8,13 +8,13 @@
 
 namespace nscdd {
 
-// After so many steps, counted from the start of the scene, or seconds; at least one of them is 0.
+// Number of steps, counted from the start of the scene, or seconds between checkpoints; at least one of them is 0.
 struct CheckpointEvery {
     std::int64_t steps = 0;
     double seconds = 0;
 };
 
-// "50", steps, or "60s". Throws InputError.
+// Reads "50", which is steps, or "60s". Throws InputError.
 CheckpointEvery read_checkpoint_every(const std::string& text);
 
 // SIGUSR1 no longer ends the process, but is waited for by Checkpoints.
@@ -26,8 +26,8 @@ class Checkpoints {
 
     Checkpoints(Communicator& comm, const CheckpointEvery& every) : comm_(comm), every_(every), last_(comm.now()) {}
 
-    // After a step, of which so many have been made. The same on all ranks, though a signal may reach some of them
-    // alone and their clocks differ. Collective.
+    // To be called after each step with the number of steps made. Returns the same on all ranks, though a signal may
+    // reach some of them alone and their clocks differ. Collective.
     Due after(std::int64_t steps);
 
   private:

@@ -11,7 +11,7 @@ namespace nscdd {
 
 namespace {
 
-// Of a run, relative to its JSON.
+// Path of a run's state file, which its JSON names relative to itself.
 std::string state_file(const RunReport& run) {
     return (std::filesystem::path(run.file).parent_path() / run.state).string();
 }

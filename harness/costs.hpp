@@ -19,8 +19,8 @@ struct Costs {
     std::array<std::vector<CostPoint>, work_names.size()>
         units;  // by Work; by ascending bytes, at least one but for Work::driven
 
-    // Throws InputError where there are none. Between two points the cost of a unit is linear in the logarithm of the
-    // bytes; beyond the ends it is theirs.
+    // Throws InputError where no cost of this kind is known. Between two points the cost of a unit is linear in the
+    // logarithm of the bytes; beyond the first and last point it is theirs.
     double seconds(Work kind, double count, double bytes) const;
 };
 

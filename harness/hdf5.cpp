@@ -19,14 +19,14 @@ const char* kind_name() {
     return std::is_same_v<T, double> ? "numbers" : "integers";
 }
 
-// Bytes that reading a dataset takes in memory are declared, not stored: what was never written reads as the fill
-// value, and deflate shrinks by 1032 at most. True if a dataset stored in so many bytes may declare so many.
+// A dataset declares how many bytes reading it takes, it need not store them: what was never written reads as the fill
+// value, and deflate shrinks by 1032 at most. True if a dataset stored in `stored` bytes may declare `declared`.
 bool plausible(hsize_t declared, hsize_t stored) {
     constexpr hsize_t harmless = hsize_t{1} << 26;
     return declared <= harmless || declared / 2000 <= stored;
 }
 
-// Of the chunks that it is stored in; 0 where there are none.
+// Number of values in a chunk of the dataset; 0 where it is not stored in chunks.
 hsize_t chunk_values(hid_t dataset, std::size_t rank) {
     const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
     if (H5Pget_layout(creation) != H5D_CHUNKED) return 0;

@@ -20,7 +20,7 @@ using Shape = std::vector<hsize_t>;
 
 std::string to_string(const Shape& shape);  // "(5000, 3)"
 
-// Of a dataset, `end` not among them; all that there are unless told otherwise.
+// Rows of a dataset from `begin` up to but without `end`; by default all that it has.
 struct Rows {
     hsize_t begin = 0, end = std::numeric_limits<hsize_t>::max();
 };
@@ -85,10 +85,10 @@ class Reader {
     Handle file_;
 };
 
-// Writes beside the place of the file, which it takes when the set is committed.
+// Writes to a file beside its place, which it takes when the set is committed.
 class Writer {
   public:
-    // Throws OutputError. The first is of a set of its own, which save() commits.
+    // Throws OutputError. Without `files` the writer has a set of its own, which save() commits.
     explicit Writer(std::string path);
     Writer(FileSet& files, std::string path);
     Writer(const Writer&) = delete;
@@ -99,7 +99,7 @@ class Writer {
     template <class T>
     void write(const std::string& dataset, const std::vector<T>& values, const Shape& shape);
 
-    // The same in pieces: so many rows, each time those behind what has been appended.
+    // A dataset in pieces: declare() its shape, then append() rows, each time behind those that it has.
     template <class T>
     void declare(const std::string& dataset, const Shape& shape);
     template <class T>
@@ -115,7 +115,8 @@ class Writer {
     // file.
     void copy(const Reader& source, const std::string& group);
 
-    // Of the root, or of a group: made if there is none, an attribute of that name replaced.
+    // Sets an attribute of the root or of a group, which is made if there is none. An attribute of that name is
+    // replaced.
     void attribute(const std::string& name, double value, const std::string& group = "/");
     void attribute(const std::string& name, std::int64_t value, const std::string& group = "/");
     void attribute(const std::string& name, const std::string& value, const std::string& group = "/");

@@ -30,8 +30,9 @@ inline hsize_t count(const Shape& shape) {
 
 enum class Found { nothing, here, elsewhere };
 
-// Also when a group on the way is missing. Links other than hard ones may lead to other files, soft ones by way of
-// external ones, and are never followed: a packing could bring any file of its reader's into the results.
+// Where an object is; `nothing` also when a group on its way is missing. Links other than hard ones may lead to other
+// files, soft ones by way of external ones, and are never followed: a packing could bring any file of its reader's into
+// the results.
 inline Found find(hid_t file, const std::string& object) {
     for (std::size_t slash = object.find('/', 1);; slash = object.find('/', slash + 1)) {
         const std::string name = object.substr(0, slash);

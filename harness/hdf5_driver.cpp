@@ -20,7 +20,7 @@ struct File : H5FD_t {
 File& mine(H5FD_t* file) { return *static_cast<File*>(file); }
 const File& mine(const H5FD_t* file) { return *static_cast<const File*>(file); }
 
-// The file is there already, and empty (FileSet).
+// Opens the file, which is there already and empty (FileSet).
 H5FD_t* open_file(const char* name, unsigned, hid_t access, haddr_t) {
     const auto* error = static_cast<int* const*>(H5Pget_driver_info(access));
     const int descriptor = error ? ::open(name, O_RDWR | O_CLOEXEC) : -1;
@@ -50,7 +50,7 @@ herr_t set_end_of_addresses(H5FD_t* file, H5FD_mem_t, haddr_t end) {
     return 0;
 }
 
-// Zeros behind the end of the file, and where writing failed.
+// Reads zeros behind the end of the file, and where writing failed.
 herr_t read(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size, void* buffer) {
     auto* to = static_cast<char*>(buffer);
     while (size > 0) {

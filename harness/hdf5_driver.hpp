@@ -1,5 +1,5 @@
-// A file driver of HDF5 that never tells the library of a write that failed, but its user. The library does not outlive
-// a full disk: where chunks cannot be written, 1.10.8 crashes when the process ends.
+// A file driver of HDF5 that reports a failed write to its user alone, never to the library. The library does not
+// outlive a full disk: where chunks cannot be written, 1.10.8 crashes when the process ends.
 #pragma once
 
 #include <hdf5.h>

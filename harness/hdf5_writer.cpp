@@ -8,8 +8,8 @@
 namespace nscdd::hdf5 {
 namespace {
 
-// Of fixed length, terminated: those of variable length are kept in a heap of the file, and the library crashes or
-// never ends when that is damaged.
+// Strings of fixed length, terminated: strings of variable length are kept in a heap of the file, and the library
+// crashes or never ends when that is damaged.
 Handle string_type(std::size_t length) {
     Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
     H5Tset_size(type, length + 1);

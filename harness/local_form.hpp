@@ -75,7 +75,7 @@ LocalProblem to_sparse(const DelassusProblem<dim>& problem) {
     return local;
 }
 
-// r with u = W r + q and what it is worth.
+// r as a solution, with u = W r + q and its errors.
 template <int dim>
 FclibSolution to_solution(const DelassusProblem<dim>& problem, const LocalVectors<dim>& r, const ErrorMeasures& errors,
                           const std::string& solver) {

@@ -15,7 +15,7 @@
 
 namespace {
 
-// The page is drawn by matplotlib: hands over to the generator in reports/.
+// Runs the generator in reports/, which draws the page by matplotlib.
 int report(const std::string& results, const std::string& out) {
     const char* chosen = std::getenv("NSCDD_PYTHON");
     const std::string python = chosen ? chosen : "/usr/bin/python3";  // Debian's, which has its h5py and matplotlib

@@ -1,4 +1,4 @@
-// Checks of numbers on the command line. CLI11's own let NaN pass, which is in no range and outside none.
+// Checks of numbers on the command line. CLI11's own checks let NaN pass.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 
 namespace nscdd {
 
-// Of a number within (low, high).
+// Checks that a number is within (low, high).
 inline CLI::Validator between(double low, double high) {
     return CLI::Validator(
         [=](std::string& text) -> std::string {

@@ -14,7 +14,7 @@ namespace {
 
 const std::vector<std::string> generators{"auto", "lammps", "own"};
 
-// `generator` is that of the file where the command line names none.
+// Sets `generator` to that of the file where the command line names none.
 PackSpecification read_specification(const std::string& path, std::string& generator) {
     const toml::table root = parse_toml(path);
     TomlTable table(root, path, "");

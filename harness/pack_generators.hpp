@@ -31,10 +31,11 @@ struct Generated {
     std::string generator;  // with version
 };
 
-// Six (four) frictionless walls press.
+// A packing pressed by six frictionless walls, four in 2D.
 Generated pack_by_walls(const PackSpecification& spec, bool quiet);
 
-// `lmp`, found on PATH, lets the radii grow. Its files are in a folder beside `output`, which is removed.
+// A packing by `lmp`, found on PATH, which lets the radii grow. Its files are in a folder beside `output`, which is
+// removed.
 Generated pack_by_lammps(const PackSpecification& spec, const std::string& output);
 
 namespace pack_detail {
@@ -70,8 +71,8 @@ bool place_grains(std::vector<Grain<M>>& grains, const typename M::Vec& box, dou
 
 }  // namespace pack_detail
 
-// Grains in a box of the loose fraction, or of less where they find no place in that. Throws InputError where it is too
-// narrow.
+// Grains at random places in a box of the loose fraction, or of a lower one where they find no place. Throws InputError
+// where the box is too narrow.
 template <class M>
 std::vector<Grain<M>> throw_grains(const PackSpecification& spec, typename M::Vec& box) {
     std::mt19937_64 random(static_cast<std::uint64_t>(spec.seed));
@@ -89,7 +90,7 @@ std::vector<Grain<M>> throw_grains(const PackSpecification& spec, typename M::Ve
     return grains;
 }
 
-// Of all grains, at unit density.
+// Mass of all grains, at unit density.
 template <class M>
 double total_mass(const std::vector<Grain<M>>& grains) {
     double mass = 0;

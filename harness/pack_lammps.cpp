@@ -112,7 +112,7 @@ Generated pack_model(const PackSpecification& spec, const std::string& output) {
     Packing packing;
     packing.dim = M::dim;
     read_dump(dump, grains.size(), M::dim, packing);
-    // The radii of the specification again, and the box and the places that belong to them.
+    // Back to the radii of the specification, with box and places scaled to them.
     const double grown = std::accumulate(packing.radius.begin(), packing.radius.end(), 0.0);
     double drawn = 0;
     for (const auto& grain : grains) drawn += grain.radius;

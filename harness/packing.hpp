@@ -10,10 +10,10 @@
 
 namespace nscdd {
 
-// Which rows of a file a process reads: of all that share it, each has a run of about as many.
+// The rows that one of `parts` processes reads: a contiguous range, nearly equal in size.
 struct Share {
     int part = 0, parts = 1;
-    hsize_t dealt = 0;  // rows that are dealt, where others than those of the file are
+    hsize_t dealt = 0;  // number of rows that are divided; 0: those of the file
 
     hdf5::Rows of(hsize_t rows) const;
 };

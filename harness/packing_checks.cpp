@@ -21,8 +21,8 @@ namespace {
 constexpr double contact_gap = 1e-4;
 constexpr double most_overlap = 1e-3;
 
-// Of the core of a jammed packing of many grains; in a core of n both ends are wider by a number over sqrt(n). Both
-// generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
+// Bounds of the core of a jammed packing of many grains; in a core of n grains both ends are wider by a number over
+// sqrt(n). Both generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
 struct Bounds {
     double fraction[2], fraction_few, coordination[2], coordination_few;
 };
@@ -40,12 +40,13 @@ double mean_diameter(const Packing& packing) {
     return sum / static_cast<double>(packing.size());
 }
 
-// Of a packing with n grains: 0 for the wall.
-double reach(const Packing& packing, const Near& near) {
+// Distance at which the two touch: the sum of their radii, 0 for a wall.
+double contact_distance(const Packing& packing, const Near& near) {
     return packing.radius[near.i] + (near.j < packing.size() ? packing.radius[near.j] : 0.0);
 }
 
-// All pairs, grains with walls too, whose gap is less than `gap`: by cells as wide as the farthest of them are apart.
+// All pairs of grains, and of grains and walls, whose gap is less than `gap`. Found by cells as wide as the centres of
+// such a pair can be apart.
 std::vector<Near> near_pairs(const Packing& packing, double gap) {
     const auto dim = static_cast<std::size_t>(packing.dim);
     const std::size_t n = packing.size();
@@ -63,7 +64,7 @@ std::vector<Near> near_pairs(const Packing& packing, double gap) {
     std::unordered_map<Cell, std::vector<std::size_t>, decltype(hash)> cells(n, hash);
     std::vector<Near> pairs;
     const auto add = [&](const Near& near) {
-        if (near.distance - reach(packing, near) < gap) pairs.push_back(near);
+        if (near.distance - contact_distance(packing, near) < gap) pairs.push_back(near);
     };
     for (std::size_t i = 0; i < n; ++i) {
         const Cell at = cell_of(i);
@@ -87,7 +88,8 @@ std::vector<Near> near_pairs(const Packing& packing, double gap) {
     return pairs;
 }
 
-// The share of a disk or sphere on the inner side of a plane `t` radii from its centre; t > 0: the centre is inside.
+// The share of the volume of a disk or sphere on the inner side of a plane `t` radii from its centre; t > 0: the centre
+// is inside.
 double cut_share(double t, int dim) {
     t = std::clamp(t, -1.0, 1.0);
     if (dim == 3) return (2 + 3 * t - t * t * t) / 4;
@@ -98,7 +100,7 @@ double volume(double radius, int dim) {
     return dim == 3 ? 4.0 / 3 * std::numbers::pi * radius * radius * radius : std::numbers::pi * radius * radius;
 }
 
-// Grains that contacts can hold: dim + 1 each, of grains that are held themselves and of walls.
+// Grains that contacts can hold: those with dim + 1 contacts with walls or with grains that are held themselves.
 std::vector<char> held_grains(const Packing& packing, const std::vector<Near>& contacts) {
     const std::size_t n = packing.size();
     std::vector<char> held(n + 1, true);
@@ -161,8 +163,8 @@ PackingMeasures remove_overlaps(Packing& packing) {
     measure_core(packing, contacts, diameter, measures);
     double factor = 1;
     for (const Near& c : contacts) {
-        measures.overlap = std::max(measures.overlap, (reach(packing, c) - c.distance) / diameter);
-        factor = std::min(factor, c.distance / reach(packing, c));
+        measures.overlap = std::max(measures.overlap, (contact_distance(packing, c) - c.distance) / diameter);
+        factor = std::min(factor, c.distance / contact_distance(packing, c));
     }
     factor *= 1 - 1e-14;  // for the rounding of products and sums of radii, here and where others subtract them
     for (double& radius : packing.radius) radius *= factor;
@@ -171,7 +173,7 @@ PackingMeasures remove_overlaps(Packing& packing) {
     measures.core_fraction *= std::pow(factor, packing.dim);
     measures.smallest_gap = std::numeric_limits<double>::infinity();
     for (const Near& c : near_pairs(packing, 2 * contact_gap * diameter))
-        measures.smallest_gap = std::min(measures.smallest_gap, (c.distance - reach(packing, c)) / diameter);
+        measures.smallest_gap = std::min(measures.smallest_gap, (c.distance - contact_distance(packing, c)) / diameter);
     return measures;
 }
 

@@ -14,11 +14,12 @@ struct PackingMeasures {
     double smallest_gap = 0;    // in mean diameters, after it; >= 0
     double rattlers = 0;        // share of the grains with too few contacts to be held
 
-    // Farther than `margin` mean diameters from every wall, and less in a box narrower than four times that.
+    // The core: farther than `margin` mean diameters from every wall, or than a quarter of the box where it is narrower
+    // than four margins.
     static constexpr double margin = 2;
     int core_grains = 0;
-    double counted = 0;  // as many as a cube holds whose edge is the narrowest of the core; sets how wide bounds are
-    double core_fraction = 0;      // solid fraction of the box that is so far from the walls
+    double counted = 0;  // core grains, at most those of a cube with the core's shortest edge; sets how wide bounds are
+    double core_fraction = 0;      // solid fraction of the core
     double core_coordination = 0;  // contacts per grain, without rattlers
 };
 

@@ -30,7 +30,7 @@ class Descriptor {
     Descriptor& operator=(const Descriptor&) = delete;
 
     operator int() const { return number_; }
-    int close() {  // what a disk could not take may be told only now
+    int close() {  // errors of a full disk may be reported only now
         const int number = number_;
         number_ = -1;
         return ::close(number);
@@ -62,7 +62,7 @@ std::optional<struct stat> status(const std::string& path) {
     return {};
 }
 
-// Where the bytes go: through symbolic links.
+// The file that the bytes go to: symbolic links are followed.
 std::string target_of(const std::string& path) {
     if (const auto found = status(path)) {
         if (!S_ISREG(found->st_mode))
@@ -126,7 +126,7 @@ void check_output(const NamedFile& output) {
     const std::string target = target_of(output.path);
     if (status(target) && ::access(target.c_str(), W_OK) != 0) refuse(errno);
     std::string part;
-    Descriptor made = open_part(target, part);  // finds out what folders and disks allow
+    Descriptor made = open_part(target, part);  // fails where a folder or disk does not allow the file
     ::unlink(part.c_str());
     struct statvfs disk {};
     if (::fstatvfs(made, &disk) != 0) return;

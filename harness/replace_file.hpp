@@ -36,13 +36,13 @@ class FileSet {
     std::vector<Part> parts_;
 };
 
-// A set of one.
+// Replaces one file, as a FileSet of it does.
 void replace_file(const std::string& path, std::string_view bytes);
 
 // Tells files apart: FNV-1a of 64 bits, as 16 hexadecimal digits.
 std::string checksum(std::string_view bytes);
 
-// Where files are or will be: whether two names are of one.
+// Whether two names are of one file, which need not exist yet.
 bool same_file(const std::string& a, const std::string& b);
 
 // A file of a command and how it is named on the command line; path "" is no file. `bytes`: about what it will take.
@@ -51,7 +51,7 @@ struct NamedFile {
     std::uint64_t bytes = 0;
 };
 
-// To be asked before long work. Throws InputError unless every output can be written: it is a regular file or nothing
+// To be called before long work. Throws InputError unless every output can be written: it is a regular file or nothing
 // yet, in a folder where files can be made, and neither an input nor another output. Too little space is a warning.
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs);
 

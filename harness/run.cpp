@@ -32,8 +32,8 @@ std::vector<int> read_grid(const std::string& text) {
     return cells;
 }
 
-// What a run will write takes, about: 600 bytes a grain with its contacts in a state or a frame, 100 a step in JSON,
-// 1000 in a series.
+// Checks the files that a run will write. Their sizes, about: 600 bytes a grain with its contacts in a state or a
+// frame, 100 a step in JSON, 1000 in a series.
 void check_run_outputs(const RunArguments& arguments, const RunRequest& request) {
     const Scene& scene = request.scene;
     const std::size_t packed = std::max(request.packing.total(), request.from.packing.total());
@@ -53,7 +53,7 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
     check_outputs(outputs, inputs);
 }
 
-// What the steps that stopped early did not reach, beside what is asked: the worst of all steps.
+// The warning for steps that stopped early: bounds, and the worst figures of all steps.
 std::string unconverged(const nlohmann::json& json, int steps) {
     const auto worst = [&json](const char* key) {
         double most = 0;
@@ -158,9 +158,10 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
         require_fitting_state(request.from, arguments.from, scene);
         if (arguments.steps == 0 && request.from.steps_left > 0)
             scene.step.count = static_cast<int>(request.from.steps_left);
-        share.dealt = request.from.packing.total();  // the same rows, to be compared
+        share.dealt =
+            request.from.packing.total();  // the same rows of the packing, which are compared with those of the state
     }
-    // a run that goes on from a state needs no packing: the scene's is compared where it is still there
+    // a run that goes on from a state needs no packing: that of the scene is compared if its file is still there
     const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
     if (!packing.empty() && (!request.goes_on() || !arguments.packing.empty() || std::filesystem::exists(packing))) {
         request.packing = read_packing(packing, share);

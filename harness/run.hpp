@@ -21,19 +21,19 @@ namespace nscdd {
 
 using WorkDone = std::array<double, work_names.size()>;  // by Work
 
-// Time some iterations of the next step, after some others, and make no step (window.hpp).
+// Asks to time some iterations of the next step, after `skip` others, and to make no step (window.hpp).
 struct WindowRequest {
     int skip = 0, iterations = 0, repeat = 1;
     std::function<WorkDone()> done;  // so far by this rank
 };
 
-// Measure what the next step's work costs, and make no step (calibrate.hpp).
+// Asks to measure what the next step's work costs, and to make no step (calibrate.hpp).
 struct CalibrationRequest {
     double least_seconds = 0;  // of a measurement
     int cores = 1;             // that may be busy at once
 };
 
-// Of packing and state each process has its share.
+// What a run is asked to do. Of packing and state each process has its share.
 struct RunRequest {
     Share share;
     Scene scene;              // with what the command line changed
@@ -80,15 +80,14 @@ struct RunResult {
     std::optional<ExportedProblem> exported;
 };
 
-// Collective. Lets go of the rows of packing and state once they are
-// in the simulation. On the process that hosts rank 0 the state, series and frames that are asked for are written into
-// `files`.
+// Collective. Frees the rows of packing and state once they are in the simulation. On the process that hosts rank 0 the
+// state, series and frames that are asked for are written into `files`.
 using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
 
-// In the model that the scene needs and no more.
+// The run of the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);
 
-// By the name of the law; each dimension is compiled by itself, run_model.cpp.in.
+// The run of the law of this name; each dimension is compiled by itself, run_model.cpp.in.
 template <int dim>
 RunFunction choose_law(const std::string& law);
 

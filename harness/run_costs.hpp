@@ -12,7 +12,7 @@
 
 namespace nscdd::run_detail {
 
-// Of one column of rows, one a rank.
+// Least, mean and largest value of one column of rows, one a rank.
 inline nlohmann::json over_ranks(std::span<const double> rows, std::size_t columns, std::size_t column) {
     double least = rows[column], sum = 0, largest = least;
     for (std::size_t at = column; at < rows.size(); at += columns) {
@@ -33,7 +33,7 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
                                                                    {"sweep", seconds.sweep},
                                                                    {"interface", seconds.interface},
                                                                    {"advance", seconds.advance}}};
-    std::vector<Buffer> mine;  // work, neighbours; of a process: that it is one, and its figures
+    std::vector<Buffer> mine;  // work, neighbours; 1 for the first rank of a process, then figures of the process
     for (std::size_t k = 0; k < simulation.parts().size(); ++k) {
         mine.push_back({comm.work()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu,
                         solving.messages, solving.bytes});
@@ -74,7 +74,7 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
     return json;
 }
 
-// Of the processes until now, what the run has needed.
+// Largest memory that the processes have taken so far: in total, and of one process.
 inline nlohmann::json peak_memory(Communicator& comm) {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

@@ -42,7 +42,7 @@ std::string model_name(std::span<const Wall<M>> walls) {
     return model_name<M>() + (driven ? ", driven walls" : ", kinematic walls");
 }
 
-// Of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
+// CPU time of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
 inline double cpu_seconds() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -70,7 +70,7 @@ nlohmann::json final_measures(const Simulation<M>& simulation) {
     return json;
 }
 
-// Grains by their multiplicity in the last step.
+// Numbers of grains by their multiplicity in the last step.
 template <class M>
 std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulation) {
     const auto visit = [&simulation](std::size_t k, auto&& count) {
@@ -114,7 +114,7 @@ inline void to_json(nlohmann::json& json, const EnergySeries& e) {
             {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
 }
 
-// Of a step that sequential NLGS has solved.
+// The problem of a step that sequential NLGS has solved, solved on to `options`.
 template <class M>
 ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
     ExportedProblem out;
@@ -144,7 +144,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     std::vector<int> iterations;
     std::vector<double> residual, velocity_error, energy_made, penetration, contacts;
     EnergySeries energy;
-    double interface_grains = 0, free_norm = 0, turned_norm = 0, total_iterations = 0;
+    double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
     Traffic solving;
     double solver_cpu = 0;
     const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
@@ -199,7 +199,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         contacts.push_back(report.contacts);
         interface_grains += report.interface_grains;
         free_norm = report.free_norm;
-        turned_norm = report.solve.turned_norm;
+        velocity_change_norm = report.solve.velocity_change_norm;
         total_iterations += report.solve.iterations;
         result.unconverged_steps += !report.solve.converged;
         recorder.after(report);
@@ -220,7 +220,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
-    measures["turned_velocity_norm"] = turned_norm;
+    measures["turned_velocity_norm"] = velocity_change_norm;
     const State head = state_head(simulation, request);
     result.last_step = head.step;
     if (!request.state.empty()) {

@@ -46,7 +46,7 @@ class JsonObject {
         return value;
     }
 
-    // `size` of them; -1: any number. Numbers >= 0, or null, which reads as NaN, where that is `allowed`.
+    // An array of `size` numbers; -1: of any size. Numbers are >= 0, or null, which reads as NaN, where `null_allowed`.
     std::vector<double> numbers(const char* key, std::int64_t size, bool null_allowed = false) const {
         const json& array = at(key);
         if (!array.is_array() || (size >= 0 && array.size() != static_cast<std::size_t>(size)))

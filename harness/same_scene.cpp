@@ -7,7 +7,7 @@
 namespace nscdd {
 namespace {
 
-// What of a state differs from the scene, in words. A process knows those of its grains.
+// Collects in words how a state differs from the scene. A process knows the differences of its own grains.
 class Differences {
   public:
     void compare(const std::string& thing, const auto& in_state, const auto& in_scene) {

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What the simulated machine is varied by.
+// Factors on the simulated machine's latency and bandwidth, and its noise.
 struct Band {
     double latency = 1, bandwidth = 1, noise = 0;
 };
@@ -56,7 +56,7 @@ class Job {
                 for (const Band& band :
                      {Band{0.5, 1, 0}, Band{2, 1, 0}, Band{1, 0.5, 0}, Band{1, 2, 0}, Band{1, 1, 0.05}})
                     simulate(p, band);
-        // what can be measured was predicted before
+        // measure only after all predictions
         if (arguments_.measure)
             for (Json& p : json_["points"]) measure(p);
         std::filesystem::remove(log());
@@ -69,7 +69,7 @@ class Job {
     }
     std::string log() const { return arguments_.output + ".log"; }
 
-    // That the results of one file have in common.
+    // Settings that all results of one file have in common.
     Json settings() const {
         const auto content = [](const std::string& path) { return path.empty() ? "" : checksum(read_file(path)); };
         const RunArguments& run = arguments_.run;
@@ -132,7 +132,7 @@ class Job {
         return request;
     }
 
-    // Whole steps to tolerance, in process: exact numbers of iterations for any number of ranks.
+    // Counts iterations of whole steps to tolerance, in process: exact for any number of ranks.
     void count(Json& p) {
         if (p.contains("iterations")) return;
         const int ranks = p["ranks"];
@@ -177,7 +177,7 @@ class Job {
         return kept;
     }
 
-    // SMPI's option for the platform's own factors, by size of message as in 0:1;4096:20, times `more`.
+    // SMPI's option for the platform's own factors by size of message, such as 0:1;4096:20, times `more`.
     std::string factors(const std::string& name, double more) const {
         const std::string text = read_file(arguments_.platform), before = fmt::format("<prop id=\"{}\" value=\"", name);
         const std::size_t at = text.find(before);
@@ -217,7 +217,8 @@ class Job {
         save();
     }
 
-    // On this machine, where it has a core for every rank: each keeps its own, and need not yield it while it waits.
+    // Measures on this machine, where it has a core for every rank: each rank keeps its core, and need not yield it
+    // while it waits.
     void measure(Json& p) {
         const int ranks = p["ranks"];
         if (p.contains("measured") || ranks > provenance_.machine.cores) return;
@@ -235,7 +236,8 @@ class Job {
         return sum;
     }
 
-    // T(NLGS) / (N T_N): of an iteration, and at equal error, with the iterations that each needs.
+    // Sets the efficiencies T(NLGS) / (N T_N): of an iteration, and at equal error, with the iterations that each
+    // needs.
     void judge() {
         const Json& points = json_["points"];
         if (points[0]["ranks"] != 1 || points[0]["windows"].empty()) return;

@@ -21,8 +21,8 @@ struct ScaleArguments {
 
 CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments);
 
-// Goes on with what an interrupted call has left in the output. Returns 0. Throws InputError and OutputError, and
-// std::runtime_error where a program that it starts fails.
+// Goes on from the output of an interrupted call. Returns 0. Throws InputError and OutputError, and std::runtime_error
+// where a program that it starts fails.
 int scale(const ScaleArguments& arguments, const Provenance& provenance);
 
 }  // namespace nscdd

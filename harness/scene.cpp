@@ -73,7 +73,7 @@ class SceneReader {
         for (const ScenePair& pair : scene_.pairs)
             for (const auto& [key, value] : pair.coefficients)
                 if (value > 0) return true;
-        // spins that never change need no model of their own unless something turns
+        // A grain with a spin or a torque needs the model with spins.
         for (const SceneGrain& grain : scene_.grains)
             if (!grain.spin.isZero(0) || !grain.torque.isZero(0)) return true;
         return false;
@@ -182,7 +182,7 @@ class SceneReader {
             table.fail("velocity", "must be tangential: along the normal the wall is pushed");
     }
 
-    // The area of a face is known only where walls bound it on all sides.
+    // Requires walls on all sides, as only then the area of a face is known.
     void require_closed_box(const TomlTable& table) const {
         for (const std::string& name : side_names(dim_)) {
             const auto& all = scene_.walls;

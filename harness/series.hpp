@@ -19,7 +19,7 @@ struct SeriesValue {
 };
 using SeriesRow = std::vector<SeriesValue>;  // every row of a series has the same quantities
 
-// What does not change with the steps: root attributes of the HDF5 file.
+// Data that do not change with the steps: root attributes of the HDF5 file.
 struct SeriesHead {
     std::string scene;
     int dim = 0;

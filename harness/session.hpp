@@ -42,7 +42,7 @@ class Session {
     int rank() const { return rank_; }
     int size() const { return size_; }
 
-    // False when any rank threw; the first of them says why, in one line.
+    // False when any rank threw; the lowest of these ranks says why, in one line.
     bool together(auto&& part) const {
         std::string problem;
         try {
@@ -60,13 +60,13 @@ class Session {
     }
 
   private:
-    // The rank with a problem that is first; size() if there is none. Others may wait in a call of the part for the one
-    // that has left it: after ten seconds it stops them.
+    // Lowest rank with a problem; size() if there is none. Other ranks may wait, in a call of the part, for a rank that
+    // has left it: after ten seconds that rank stops them.
     int first_with(const std::string& problem) const {
         const int mine = problem.empty() ? size_ : rank_;
         int first = mine;
         if (!with_mpi_) return first;
-        if (simulated) {  // whose clock goes on inside MPI alone
+        if (simulated) {  // a simulated clock advances inside MPI alone
             MPI_Allreduce(&mine, &first, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
             return first;
         }

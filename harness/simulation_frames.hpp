@@ -6,8 +6,8 @@
 
 namespace nscdd {
 
-// Grains, and the contacts of which they are the first; on the process that hosts rank 0, nothing elsewhere.
-// Collective.
+// Rows of the grains with these ids, and of the contacts whose first grain is one of them; on the process that hosts
+// rank 0, nothing elsewhere. Collective.
 template <class M>
 FrameRows gather_frame_rows(const Simulation<M>& simulation, Ids ids) {
     FrameRows rows;

@@ -7,7 +7,7 @@
 
 namespace nscdd {
 
-// Row after row of one run; all ranks compute it. What is summed over the run begins with it.
+// Makes the rows of one run; all ranks compute them. Sums over the run begin with the first row.
 template <class M>
 class SeriesRows {
   public:
@@ -128,7 +128,8 @@ class SeriesRows {
         return stress;
     }
 
-    // Of the step and of the run so far; the kinetic energy before the run is what is left of the balance.
+    // Adds the energy terms of the step and of the run so far. The balance begins with the kinetic energy before the
+    // run.
     void add_energy(SeriesRow& row, const StepEnergy& e) {
         if (steps_++ == 0) initial_ = e.before;
         const std::pair<const char*, const char*> names[] = {

@@ -9,11 +9,11 @@
 
 namespace nscdd {
 
-// [s] of the scene, at the end of the last step.
+// Time of the scene at the end of the last step [s].
 template <class M>
 double time_now(const Simulation<M>& simulation, const RunRequest& request) {
     const double h = simulation.settings().h;
-    // of a run that goes on with the same step, that of the uninterrupted one to the last bit
+    // if the run goes on with the same h, the time of the uninterrupted run to the last bit
     return request.start_time == double(request.start_step) * h ? double(request.start_step + simulation.steps()) * h
                                                                 : request.start_time + simulation.steps() * h;
 }
@@ -55,8 +55,8 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     return head;
 }
 
-// Grains, and the contacts of which they are the first; on the process that hosts rank 0, nothing elsewhere.
-// Collective.
+// Rows of the grains with these ids, and of the contacts whose first grain is one of them; on the process that hosts
+// rank 0, nothing elsewhere. Collective.
 template <class M>
 State gather_rows(const Simulation<M>& simulation, Ids ids) {
     State rows;
@@ -88,7 +88,7 @@ State gather_rows(const Simulation<M>& simulation, Ids ids) {
     return rows;
 }
 
-// What the process that hosts rank 0 writes, of whose failure the others learn at the end.
+// Writing by the process that hosts rank 0; the others learn of its failure at the end.
 class Writing {
   public:
     explicit Writing(Communicator& comm) : comm_(comm), complaints_(comm.ranks().size()) {}
@@ -124,7 +124,7 @@ std::size_t count_contacts(const Simulation<M>& simulation) {
 
 inline constexpr int rows_at_once = 16384;  // grains of which rank 0 has the rows, of a scene that is written
 
-// visit(ids) of one range of grains after the other, which have the ids from 0 on.
+// visit(ids) for one range of grains after the other. Grains have the ids from 0 on.
 template <class M>
 void visit_ranges(const Simulation<M>& simulation, int grains_at_once, auto&& visit) {
     const auto grains = static_cast<std::int64_t>(simulation.grain_count());
@@ -151,8 +151,8 @@ void write_state(const Simulation<M>& simulation, const State& head, FileSet& fi
     writing.end();
 }
 
-// The state with which the run goes on, in place of the one before or not at all. Collective; throws as write_state
-// does.
+// Writes the state with which the run goes on: it replaces the one before, or on failure that one stays. Collective;
+// throws as write_state does.
 template <class M>
 void write_checkpoint(const Simulation<M>& simulation, const RunRequest& request, int steps_left) {
     State head = state_head(simulation, request);

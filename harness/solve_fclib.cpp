@@ -26,7 +26,7 @@ nlohmann::json to_json(const ErrorMeasures& e) {
             {"worst", e.worst}};
 }
 
-// In many cheap steps, tested now and then.
+// Whether a solver takes many cheap steps, tested now and then.
 bool iterates(const std::string& solver) { return solver != "newton" && solver != "none"; }
 
 struct Solved {
@@ -51,12 +51,11 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     } else if (arguments.solver == "newton") {
         solved.report = newton_solve<UmfPack>(problem, r, {.tolerance = arguments.tolerance}, measure);
     } else if (arguments.solver == "spg" || arguments.solver == "apgd") {
-        solved.report =
-            projected_gradient(problem, r,
-                               {.tolerance = arguments.tolerance,
-                                .check_every = arguments.check_every,
-                                .max_iterations = arguments.max_sweeps},
-                               arguments.solver == "spg" ? Descent::spectral : Descent::accelerated, measure);
+        solved.report = projected_gradient(problem, r,
+                                           {.tolerance = arguments.tolerance,
+                                            .check_every = arguments.check_every,
+                                            .max_iterations = arguments.max_sweeps},
+                                           arguments.solver == "spg" ? Descent::spectral : Descent::nesterov, measure);
     } else {
         solved.report = block_nlgs(problem, r,
                                    {.tolerance = arguments.tolerance,

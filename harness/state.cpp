@@ -20,7 +20,8 @@ void require_range(const hdf5::Reader& file, const char* dataset, const std::vec
                                               first + static_cast<hsize_t>(bad - values.begin()), low, high, *bad));
 }
 
-// Of states for pictures: (n) which point is which vertex, and in 2D (n, 3), for ParaView's vectors have three columns.
+// Datasets of states for pictures: (n) the point of each vertex, and in 2D (n, 3) velocities, because ParaView's
+// vectors have three columns.
 constexpr const char *vertices = "paraview/vertex", *velocity_3d = "paraview/velocity";
 
 std::string xdmf_text(const std::string& h5, const State& state, std::size_t grains) {

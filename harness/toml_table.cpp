@@ -22,7 +22,7 @@ std::string describe(const toml::node& node) {
     return "a date or time";
 }
 
-constexpr int most_dots = 8;  // of a key; ours have one at most
+constexpr int most_dots = 8;  // in a key; scenes have keys with one at most
 
 // The end of the string that begins at `at`, of any of TOML's four kinds.
 std::size_t skip_string(std::string_view text, std::size_t at) {
@@ -43,8 +43,8 @@ std::size_t skip_string(std::string_view text, std::size_t at) {
     return at;
 }
 
-// The line of the first key of more dots than anybody means, 0 if there is none. The parser makes a table of each part
-// and destroys them one in another: 200,000 parts overflow the stack. (It bounds the nesting of values itself.)
+// Line of the first key with more than most_dots dots, 0 if there is none. The parser makes a table of each part and
+// destroys the tables one in another: 200,000 parts overflow the stack. (It bounds the nesting of values itself.)
 int line_of_long_key(std::string_view text) {
     int line = 1, dots = 0;
     for (std::size_t at = 0; at < text.size();) {
@@ -67,7 +67,7 @@ int line_of_long_key(std::string_view text) {
     return 0;
 }
 
-// C0, DEL, and C1 as UTF-8 has them: a terminal obeys them.
+// Whether a text has control characters, which a terminal obeys: C0, DEL, and C1 as UTF-8 has them.
 bool has_control_characters(std::string_view text) {
     for (std::size_t k = 0; k < text.size(); ++k) {
         const auto c = static_cast<unsigned char>(text[k]);

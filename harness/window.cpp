@@ -19,7 +19,7 @@ namespace nscdd {
 
 namespace {
 
-// The clock of a simulated machine goes on by this much; a real one does so by itself.
+// Advances the clock of a simulated machine by this much; a real one needs no help.
 void spend([[maybe_unused]] double seconds) {
 #ifdef NSCDD_SIMULATED
     smpi_execute_flops(seconds * sg_host_get_speed(sg_host_self()));

@@ -13,7 +13,7 @@ struct WindowArguments {
     int skip = 20, iterations = 100;
     // Of a simulated machine:
     std::string costs;             // file
-    double slower = 1, noise = 0;  // times as slow a core; standard deviation over the mean of every charge
+    double slower = 1, noise = 0;  // factor on the time of work; standard deviation over the mean of every charge
     unsigned seed = 1;
 };
 

@@ -9,7 +9,7 @@
 
 namespace nscdd::run_detail {
 
-// Thrown by a step solver that wants no more of the step.
+// Thrown by a step solver to end the step without an answer.
 struct StepAbandoned {};
 
 // What a rank has spent and done so far, in this order:
@@ -24,8 +24,8 @@ inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds,
     return row;
 }
 
-// Solves the next step twice from one start, with `skip` iterations and with so many more: the difference is the
-// window's, without set-up. `solver(options)` gives what solves.
+// Solves the next step twice from one start, with `skip` iterations and with window.iterations more: the difference is
+// the time of those, without set-up. solver(options) returns the step solver.
 template <class M>
 nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
                            auto&& solver) {

@@ -53,7 +53,7 @@ inline constexpr std::tuple schemes{
 }
 , Offered{SchemeInfo{"apgd", "accelerated projected gradient", false, false},
           []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
-              return ChosenSolver<M>{by_gradient<M>(o, Descent::accelerated)};
+              return ChosenSolver<M>{by_gradient<M>(o, Descent::nesterov)};
 }
 }
 ,

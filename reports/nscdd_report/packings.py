@@ -28,8 +28,8 @@ def contact_lines(state):
     """Ends of each contact's branch, (c, 2, dim): from centre to centre, or from a wall to the centre."""
     x, contacts = state["x"], state["contacts"]
     i, j = contacts["i"], contacts["j"]
-    reach = (state["radius"][i] + contacts["gap"])[:, None]
-    other = np.where((j >= 0)[:, None], x[np.maximum(j, 0)], x[i] - reach * contacts["normal"])
+    distance = (state["radius"][i] + contacts["gap"])[:, None]
+    other = np.where((j >= 0)[:, None], x[np.maximum(j, 0)], x[i] - distance * contacts["normal"])
     return np.stack([x[i], other], axis=1)
 
 

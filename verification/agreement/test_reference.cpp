@@ -45,7 +45,9 @@ struct Mover {
         turn += arm.cross(by);
     }
     // (V - V_free)^T M (V - V_free).
-    double turned() const { return impulse.dot(inverse_mass * impulse) + inverse_inertia * turn.squaredNorm(); }
+    double velocity_change() const {
+        return impulse.dot(inverse_mass * impulse) + inverse_inertia * turn.squaredNorm();
+    }
     // Share of W in a direction.
     double yield(const Vector3d& arm, const Vector3d& direction) const {
         return direction.dot(inverse_mass * direction) + inverse_inertia * arm.cross(direction).squaredNorm();
@@ -110,7 +112,7 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
         touches.push_back(t);
     }
 
-    double change = 0, energy = 0, next_energy = 0, work = 0, made = 0, miss = 0, turned = 0, quartic = 0;
+    double change = 0, energy = 0, next_energy = 0, work = 0, made = 0, miss = 0, velocity_change = 0, quartic = 0;
     for (const Touch& t : touches) {
         const Vector3d v = t.a->at(t.arm_a) - t.b->at(t.arm_b), n = t.normal, side = n.unitOrthogonal();
         const Vector3d tangent = M::dim == 3 ? side : Vector3d(-n[1], n[0], 0);
@@ -133,11 +135,12 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
     }
     for (const auto* movers : {&grains, &walls})
         for (const Mover& m : *movers) {
-            turned += m.turned();
-            if (m.mass > 0) quartic += m.turned() * m.turned() / m.mass;
+            velocity_change += m.velocity_change();
+            if (m.mass > 0) quartic += m.velocity_change() * m.velocity_change() / m.mass;
         }
     return {std::sqrt(change / std::max(energy, next_energy)),
-            std::max(work / turned, miss / std::sqrt(quartic / turned)), std::max(made, 0.0) / turned};
+            std::max(work / velocity_change, miss / std::sqrt(quartic / velocity_change)),
+            std::max(made, 0.0) / velocity_change};
 }
 
 }  // namespace

@@ -12,11 +12,11 @@
 
 namespace {
 
-// The best of five stretches [s].
+// The best of five samples [s].
 double half_round_trip(int rank, int last, int bytes, int rounds) {
     std::vector<char> message(static_cast<std::size_t>(bytes));
     double best = 1e9;
-    for (int stretch = 0; stretch < 5; ++stretch) {
+    for (int sample = 0; sample < 5; ++sample) {
         MPI_Barrier(MPI_COMM_WORLD);
         const double began = MPI_Wtime();
         for (int round = 0; round < rounds; ++round)

@@ -11,8 +11,8 @@
 
 namespace nscdd::test {
 
-using Disks = Model<2, Frictionless>;
-using Spheres = Model<3, Frictionless>;
+using SmoothDisks = Model<2, Frictionless>;
+using SmoothSpheres = Model<3, Frictionless>;
 using FrictionDisks = Model<2, Coulomb>;
 using FrictionSpheres = Model<3, Coulomb>;
 

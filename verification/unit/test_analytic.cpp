@@ -49,7 +49,7 @@ typename M::Vec slip(const Grain<M>& grain) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("column of N under its weight: contact k carries (N-k) m g h", "[analytic]", Disks,
+TEMPLATE_TEST_CASE("column of N under its weight: contact k carries (N-k) m g h", "[analytic]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     const int n = GENERATE(3, 10);
@@ -72,7 +72,7 @@ TEMPLATE_TEST_CASE("column of N under its weight: contact k carries (N-k) m g h"
 }
 
 TEST_CASE("a mass upon another: impulses of their weights, whichever is on top", "[analytic][long]") {
-    using M = Spheres;
+    using M = SmoothSpheres;
     const double ratio = GENERATE(1.0, 1e2, 1e4);
     const bool heavy_on_top = GENERATE(false, true);
     auto settings = on_floor<M>(0, 0, 0.01);
@@ -169,7 +169,7 @@ TEMPLATE_TEST_CASE("oblique impact sticks up to |u_t| = 7/2 or 3 mu (1+e)|u_n|, 
     }
 }
 
-TEMPLATE_TEST_CASE("two unlike bodies rebound by Newton's law", "[analytic]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("two unlike bodies rebound by Newton's law", "[analytic]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const double e = GENERATE(0.0, 0.4, 1.0);
     SimulationSettings<M> settings;
@@ -188,7 +188,7 @@ TEMPLATE_TEST_CASE("two unlike bodies rebound by Newton's law", "[analytic]", Di
     }
 }
 
-TEMPLATE_TEST_CASE("cradle of five by the simultaneous Newton law", "[analytic]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("cradle of five by the simultaneous Newton law", "[analytic]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     constexpr int n = 5;
     const double e = GENERATE(0.25, 1.0);
@@ -210,7 +210,7 @@ TEMPLATE_TEST_CASE("cradle of five by the simultaneous Newton law", "[analytic]"
 }
 
 TEST_CASE("a bouncing ball comes to rest after sqrt(2 h0/g)(1+e)/(1-e)", "[analytic][long]") {
-    using M = Disks;
+    using M = SmoothDisks;
     constexpr double e = 0.5, height = 1;
     const double expected = std::sqrt(2 * height / g) * (1 + e) / (1 - e);
     const double h = GENERATE(2e-3, 5e-4);

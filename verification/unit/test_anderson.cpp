@@ -323,7 +323,7 @@ struct Column {
 };
 
 TEMPLATE_TEST_CASE("a long column takes few iterations for each grain, and keeps velocities to its impulses",
-                   "[anderson]", Disks, FrictionSpheres) {
+                   "[anderson]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -361,7 +361,7 @@ TEMPLATE_TEST_CASE("a long column takes few iterations for each grain, and keeps
 // Combinations of few contacts with masses a thousand times apart make round-off as large as the velocities within 100
 // iterations: the heavy ball gained 1.4 J from nothing in a step that had converged.
 TEST_CASE("velocities are those of the impulses after short solves as well", "[anderson]") {
-    using M = Spheres;
+    using M = SmoothSpheres;
     for (const int ranks : {1, 4}) {
         std::vector<Grain<M>> grains;
         for (int k = 0; k < 16; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, {k % 4 - 1.5, k / 4 - 1.5, 0.5}));
@@ -390,7 +390,7 @@ TEST_CASE("velocities are those of the impulses after short solves as well", "[a
 // By round-off the velocities of combinations are now a little better, now a little worse than those of the impulses:
 // of this many tolerances, each met closely, some are met by the former alone.
 TEST_CASE("a long solve goes on when the velocities of its impulses say that it is not over", "[anderson]") {
-    using M = Disks;
+    using M = SmoothDisks;
     constexpr int n = 200, tolerances = 20;
     for (const Solver& solver : {nlgs_alone, Solver{Scheme::dcs, 3}, Solver{Scheme::ccs, 2}})
         for (int k = 0; k < tolerances; ++k) {
@@ -406,7 +406,7 @@ TEST_CASE("a long solve goes on when the velocities of its impulses say that it 
 }
 
 TEST_CASE("relaxation changes the way, not the answer", "[relaxation]") {
-    using M = Spheres;
+    using M = SmoothSpheres;
     for (const int ranks : {1, 4})
         for (const double relaxation : {0.7, 1.5}) {
             INFO(ranks << " subdomains, omega " << relaxation);

@@ -72,7 +72,7 @@ Described<M> clumps(int count) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("random scenes on any number of ranks by any partition give the reference's answer",
-                   "[any_ranks][long]", Disks, FrictionSpheres) {
+                   "[any_ranks][long]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     for (const unsigned seed : {34u, 35u, 36u, 37u, 38u, 39u, 40u, 41u, 42u, 43u}) {
         Random random(seed);
@@ -107,7 +107,7 @@ TEST_CASE("ranks that sweep by batches and one that sweeps contact by contact gl
     }
 }
 
-TEMPLATE_TEST_CASE("one grain, on any number of ranks", "[any_ranks]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("one grain, on any number of ranks", "[any_ranks]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     Described<M> scene{{}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(2))}, 4, 60};
     scene.settings.walls = box_walls<M>(scene.edge);
@@ -124,7 +124,7 @@ TEMPLATE_TEST_CASE("one grain, on any number of ranks", "[any_ranks]", Disks, Fr
         }
 }
 
-TEMPLATE_TEST_CASE("a wall that all ranks touch stops as it does with the reference", "[any_ranks]", Disks,
+TEMPLATE_TEST_CASE("a wall that all ranks touch stops as it does with the reference", "[any_ranks]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     Random random(42);
@@ -150,7 +150,7 @@ TEMPLATE_TEST_CASE("a wall that all ranks touch stops as it does with the refere
     }
 }
 
-TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const int ranks = 8;
     Described<M> scene{{}, {}, 32, 1};
@@ -187,7 +187,7 @@ TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]"
     CHECK(*owners.rbegin() - *owners.begin() >= 4);
 }
 
-TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const Described<M> scene = clumps<M>(7);
     const auto expected = stepped(nlgs_alone, scene)->grains();

@@ -127,8 +127,8 @@ State check_law(const typename M::Impulse& v, const typename M::Impulse& r, cons
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("the one-contact solve is what a search over Coulomb's law finds", "[law]", Disks, FrictionDisks,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("the one-contact solve is what a search over Coulomb's law finds", "[law]", SmoothDisks,
+                   FrictionDisks, FrictionSpheres) {
     Random random(1);
     for (int k = 0; k < (TestType::dim == 3 ? 60 : 300); ++k) {
         const OneContact c = random_contact(random, TestType::Impulse::RowsAtCompileTime);
@@ -138,7 +138,8 @@ TEMPLATE_TEST_CASE("the one-contact solve is what a search over Coulomb's law fi
     }
 }
 
-TEMPLATE_TEST_CASE("one sweep solves one contact exactly", "[law]", Disks, FrictionDisks, Spheres, FrictionSpheres) {
+TEMPLATE_TEST_CASE("one sweep solves one contact exactly", "[law]", SmoothDisks, FrictionDisks, SmoothSpheres,
+                   FrictionSpheres) {
     using M = TestType;
     Random random(2);
     int seen[3] = {0, 0, 0};

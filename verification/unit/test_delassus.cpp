@@ -45,8 +45,8 @@ ContactProblem<M> random_pair(Random& random, bool wall, bool driven) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, and the kernel's", "[delassus]", Disks,
-                   FrictionDisks, Spheres, FrictionSpheres) {
+TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, and the kernel's", "[delassus]",
+                   SmoothDisks, FrictionDisks, SmoothSpheres, FrictionSpheres) {
     using M = TestType;
     Random random(3);
     for (int k = 0; k < 10000; ++k) {

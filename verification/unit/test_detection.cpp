@@ -46,7 +46,7 @@ SimulationSettings<M> without_restitution(double h) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a bullet that flies 50 of its radii a step does not tunnel", "[detection][long]", Disks,
+TEMPLATE_TEST_CASE("a bullet that flies 50 of its radii a step does not tunnel", "[detection][long]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     auto settings = without_restitution<M>(0.1);
@@ -74,8 +74,8 @@ TEMPLATE_TEST_CASE("a bullet that flies 50 of its radii a step does not tunnel",
     }
 }
 
-TEMPLATE_TEST_CASE("no wall is passed, however fast and oblique the shot", "[detection]", Disks, FrictionDisks,
-                   Spheres) {
+TEMPLATE_TEST_CASE("no wall is passed, however fast and oblique the shot", "[detection]", SmoothDisks, FrictionDisks,
+                   SmoothSpheres) {
     using M = TestType;
     Random random(16);
     for (int shot = 0; shot < 20; ++shot) {
@@ -92,7 +92,7 @@ TEMPLATE_TEST_CASE("no wall is passed, however fast and oblique the shot", "[det
     }
 }
 
-TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection][long]", Disks, FrictionDisks,
+TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection][long]", SmoothDisks, FrictionDisks,
                    FrictionSpheres) {
     using M = TestType;
     for (unsigned seed = 0; seed < 2; ++seed)
@@ -120,7 +120,7 @@ TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection][lon
 // was left out by the fine detection, or even by the rough one, and a grain lies in the other subdomain, where the copy
 // of the small one has no contact and so no part in the iteration.
 TEST_CASE("a grain thrown across subdomains within a step is not missed", "[detection][long]") {
-    using M = Disks;
+    using M = SmoothDisks;
     struct Throw {
         double offset, gap, speed;
     };
@@ -151,7 +151,7 @@ TEST_CASE("a grain thrown across subdomains within a step is not missed", "[dete
 }
 
 TEST_CASE("a wall set in motion between two steps pushes what is in its way", "[detection]") {
-    using M = Spheres;
+    using M = SmoothSpheres;
     for (const Solver& solver : few_and_many) {
         INFO(solver.name());
         auto settings = without_restitution<M>(0.1);
@@ -168,7 +168,7 @@ TEST_CASE("a wall set in motion between two steps pushes what is in its way", "[
     }
 }
 
-TEMPLATE_TEST_CASE("restitution acts once the pair touches, and then gives -e v", "[detection]", Disks,
+TEMPLATE_TEST_CASE("restitution acts once the pair touches, and then gives -e v", "[detection]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     const double e = GENERATE(0.3, 0.7, 1.0);
@@ -235,7 +235,7 @@ std::string lacks(const std::string& text, std::initializer_list<const char*> wo
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("an overlap of more than 10 % of a radius is an error that names both", "[detection]", Disks,
+TEMPLATE_TEST_CASE("an overlap of more than 10 % of a radius is an error that names both", "[detection]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     const auto refused = complaint_of<M, std::runtime_error>;
@@ -251,7 +251,7 @@ TEMPLATE_TEST_CASE("an overlap of more than 10 % of a radius is an error that na
     }
 }
 
-TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     const auto refused = complaint_of<M, std::invalid_argument>;
@@ -278,7 +278,7 @@ TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", D
     CHECK(lacks(refused({}, {}, 1), {"no grains"}) == "");
 }
 
-TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     const auto spoilt = [&](auto&& spoil) {
@@ -313,7 +313,7 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", Disks, 
     CHECK_THROWS_AS(Materials(1).set(0, 0, {0, 1.1}), std::invalid_argument);
 }
 
-TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const auto given = [](double r) {
         return complaint<std::invalid_argument>([&] {
@@ -327,7 +327,7 @@ TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", Disks
         CHECK(lacks(given(bad), {"impulse", "grain 3", "finite"}) == "");
 }
 
-TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for (const int ranks : {1, 3}) {
@@ -368,7 +368,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
     }
 }
 
-TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no answer", "[detection]", Disks,
+TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no answer", "[detection]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     ContactProblem<M> problem;

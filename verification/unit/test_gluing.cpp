@@ -251,8 +251,8 @@ std::vector<Subdomain<M>> glued_by_hand(std::vector<Subdomain<M>> parts) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average the active copies", "[gluing]", Disks,
-                   FrictionDisks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average the active copies", "[gluing]",
+                   SmoothDisks, FrictionDisks, FrictionSpheres) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -308,7 +308,7 @@ void check_copies_after_steps(int ranks, bool driven) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("after a step all copies of a grain have the same bits", "[gluing]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("after a step all copies of a grain have the same bits", "[gluing]", SmoothDisks, FrictionSpheres) {
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
     const int ranks = GENERATE(2, 5);

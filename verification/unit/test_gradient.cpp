@@ -10,14 +10,14 @@ using scenes::Spheres;
 
 namespace {
 
-// How accurate an answer to ask for: the accelerated iteration slows down below.
+// How accurate an answer to ask for: Nesterov's iteration slows down below.
 double attainable(Descent descent) { return descent == Descent::spectral ? 1e-8 : 1e-4; }
 
 }  // namespace
 
 TEMPLATE_TEST_CASE("dense scenes from zero impulses, and what NLGS finds", "[gradient]", EVERY_MODEL) {
     using M = TestType;
-    const Descent descent = GENERATE(Descent::spectral, Descent::accelerated);
+    const Descent descent = GENERATE(Descent::spectral, Descent::nesterov);
     const double tolerance = attainable(descent);
     for (scenes::Scene<M>& scene : scenes::dense_scenes<M>()) {
         INFO(scene.name);
@@ -45,7 +45,7 @@ TEMPLATE_TEST_CASE("a column under its weight: impulses known exactly", "[gradie
     settings.h = 0.01;
     std::vector<Grain<M>> grains;
     for (int k = 0; k < count; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (0.5 + k) * M::Vec::Unit(M::dim - 1)));
-    for (const Descent descent : {Descent::spectral, Descent::accelerated}) {
+    for (const Descent descent : {Descent::spectral, Descent::nesterov}) {
         InProcess comm(1);
         Simulation<M> simulation(comm, settings, grains);
         const StepReport report = simulation.step(by_gradient<M>({.tolerance = 1e-11}, descent));
@@ -102,7 +102,7 @@ TEMPLATE_TEST_CASE("walls that leave no room stop projected gradients at the cap
         wall.velocity = wall.normal;
     }
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, M::Vec::Zero())};
-    for (const Descent descent : {Descent::spectral, Descent::accelerated}) {
+    for (const Descent descent : {Descent::spectral, Descent::nesterov}) {
         InProcess comm(1);
         const SolveReport report = Simulation<M>(comm, settings, grains)
                                        .step(by_gradient<M>({.penetration = 1e-6, .max_iterations = 200}, descent))

@@ -67,7 +67,7 @@ void check_cone(Random& random) {
         CHECK((r - w - d).norm() <= 1e-12);
         CHECK((cone.product(r, w) - 0.01 * cone.n).norm() <= 1e-12);
         CHECK(std::min(cone.determinant(r), cone.determinant(w)) > 0);
-        const double t = cone.reach(s, d, 1e3);
+        const double t = cone.step_limit(s, d, 1e3);
         REQUIRE(t > 0);
         if (t == 1e3) continue;
         CHECK(cone.determinant(s + 0.999 * t * d) > 0);

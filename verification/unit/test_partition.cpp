@@ -110,19 +110,20 @@ std::vector<Grain<M>> unlike_grains(Random& random, double edge) {
 
 TEST_CASE("as many cells as ranks, near to cubes", "[partition]") {
     const Eigen::Vector3d cube(1, 1, 1);
-    CHECK(choose_cells<Spheres>(1, cube) == GridCells<3>{1, 1, 1});
-    CHECK(choose_cells<Spheres>(3, cube) == GridCells<3>{3, 1, 1});
-    CHECK(choose_cells<Spheres>(4, cube) == GridCells<3>{2, 2, 1});
-    CHECK(choose_cells<Spheres>(8, cube) == GridCells<3>{2, 2, 2});
-    CHECK(choose_cells<Spheres>(8, Eigen::Vector3d(1, 1, 10)) == GridCells<3>{1, 1, 8});
-    CHECK(choose_cells<Spheres>(12, Eigen::Vector3d(1, 3, 2)) == GridCells<3>{1, 4, 3});
-    CHECK(choose_cells<Disks>(4, Eigen::Vector2d(1, 1)) == GridCells<2>{2, 2});
-    CHECK(choose_cells<Disks>(6, Eigen::Vector2d(2, 3)) == GridCells<2>{2, 3});
-    CHECK(choose_cells<Disks>(5, Eigen::Vector2d(1, 1)) == GridCells<2>{5, 1});
-    CHECK_THROWS_AS(choose_cells<Disks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
+    CHECK(choose_cells<SmoothSpheres>(1, cube) == GridCells<3>{1, 1, 1});
+    CHECK(choose_cells<SmoothSpheres>(3, cube) == GridCells<3>{3, 1, 1});
+    CHECK(choose_cells<SmoothSpheres>(4, cube) == GridCells<3>{2, 2, 1});
+    CHECK(choose_cells<SmoothSpheres>(8, cube) == GridCells<3>{2, 2, 2});
+    CHECK(choose_cells<SmoothSpheres>(8, Eigen::Vector3d(1, 1, 10)) == GridCells<3>{1, 1, 8});
+    CHECK(choose_cells<SmoothSpheres>(12, Eigen::Vector3d(1, 3, 2)) == GridCells<3>{1, 4, 3});
+    CHECK(choose_cells<SmoothDisks>(4, Eigen::Vector2d(1, 1)) == GridCells<2>{2, 2});
+    CHECK(choose_cells<SmoothDisks>(6, Eigen::Vector2d(2, 3)) == GridCells<2>{2, 3});
+    CHECK(choose_cells<SmoothDisks>(5, Eigen::Vector2d(1, 1)) == GridCells<2>{5, 1});
+    CHECK_THROWS_AS(choose_cells<SmoothDisks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
 }
 
-TEMPLATE_TEST_CASE("every point has one owner, and those who come near it are visited", "[partition]", Disks, Spheres) {
+TEMPLATE_TEST_CASE("every point has one owner, and those who come near it are visited", "[partition]", SmoothDisks,
+                   SmoothSpheres) {
     using M = TestType;
     Random random(11);
     GridCells<M::dim> cells;
@@ -153,7 +154,7 @@ TEMPLATE_TEST_CASE("every point has one owner, and those who come near it are vi
     CHECK(visits == 1);
 }
 
-TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[partition]", Disks, Spheres) {
+TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[partition]", SmoothDisks, SmoothSpheres) {
     using M = TestType;
     Random random(12);
     const double edge = M::dim == 2 ? 8 : 5, skin = 0.1;
@@ -170,7 +171,7 @@ TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[pa
     }
 }
 
-TEMPLATE_TEST_CASE("the contacts of all subdomains are those of one", "[partition]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("the contacts of all subdomains are those of one", "[partition]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const int side = M::dim == 2 ? 6 : 4;
     const bool driven = GENERATE(false, true);
@@ -285,7 +286,7 @@ TEMPLATE_TEST_CASE("split masses sum to the whole, and all holders agree", "[par
     }
 }
 
-TEMPLATE_TEST_CASE("ranks without contacts, and more ranks than grains", "[partition]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("ranks without contacts, and more ranks than grains", "[partition]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -322,7 +323,7 @@ TEMPLATE_TEST_CASE("ranks without contacts, and more ranks than grains", "[parti
     }
 }
 
-TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", Disks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
@@ -356,7 +357,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", Disks, Fri
     CHECK(impulses<M>(again.parts()) == before);
 }
 
-TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every step", "[partition]", Disks,
+TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every step", "[partition]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
     SimulationSettings<M> settings;

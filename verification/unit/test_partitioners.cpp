@@ -18,9 +18,10 @@ struct Unnamed {
     void visit_owners(const typename M::Vec&, double, auto&& visit) const { visit(0); }
 };
 struct Empty {};
-static_assert(PartitionOf<Grid<Disks>, Disks> && PartitionOf<Shells<Disks>, Disks>);
-static_assert(PartitionOf<Bisection<Spheres>, Spheres> && PartitionOf<CellTable<Spheres>, Spheres>);
-static_assert(!PartitionOf<Unnamed<Disks>, Disks> && !PartitionOf<Empty, Disks>);
+static_assert(PartitionOf<Grid<SmoothDisks>, SmoothDisks> && PartitionOf<Shells<SmoothDisks>, SmoothDisks>);
+static_assert(PartitionOf<Bisection<SmoothSpheres>, SmoothSpheres> &&
+              PartitionOf<CellTable<SmoothSpheres>, SmoothSpheres>);
+static_assert(!PartitionOf<Unnamed<SmoothDisks>, SmoothDisks> && !PartitionOf<Empty, SmoothDisks>);
 
 // Grains that fill a corner of the box.
 template <class M>
@@ -68,8 +69,8 @@ void check_owners(const Partition<M>& partition, int ranks, Random& random) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("each partition has one owner for every point, and visits those near it", "[partition]", Disks,
-                   Spheres) {
+TEMPLATE_TEST_CASE("each partition has one owner for every point, and visits those near it", "[partition]", SmoothDisks,
+                   SmoothSpheres) {
     using M = TestType;
     for (const int ranks : {1, 2, 3, 7, 8})
         for (const auto& partitioner : partitioners<M>(edge)) {
@@ -91,7 +92,7 @@ TEMPLATE_TEST_CASE("each partition has one owner for every point, and visits tho
         }
 }
 
-TEMPLATE_TEST_CASE("numbers that are no partition give none", "[partition]", Disks, Spheres) {
+TEMPLATE_TEST_CASE("numbers that are no partition give none", "[partition]", SmoothDisks, SmoothSpheres) {
     using M = TestType;
     const int ranks = 4;
     Random random(32);
@@ -115,7 +116,8 @@ TEMPLATE_TEST_CASE("numbers that are no partition give none", "[partition]", Dis
     }
 }
 
-TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly", "[partition]", Disks, Spheres) {
+TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly", "[partition]", SmoothDisks,
+                   SmoothSpheres) {
     using M = TestType;
     Random random(33);
     const auto grains = pile<M>(random);
@@ -151,7 +153,7 @@ std::size_t shared_grains(const std::vector<Subdomain<M>>& parts) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("METIS and bisection share few grains where ranks have few, first without contacts, then with",
-                   "[partition]", Disks, Spheres) {
+                   "[partition]", SmoothDisks, SmoothSpheres) {
     using M = TestType;
     const int side = M::dim == 2 ? 30 : 10;
     Random random(35);
@@ -178,7 +180,7 @@ TEMPLATE_TEST_CASE("METIS and bisection share few grains where ranks have few, f
     }
 }
 
-TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[partition]", Disks, Spheres) {
+TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[partition]", SmoothDisks, SmoothSpheres) {
     using M = TestType;
     for (const int ranks : {2, 3, 5, 8}) {
         InProcess comm(ranks);
@@ -196,7 +198,7 @@ TEMPLATE_TEST_CASE("bisection finds the middle of few and of equal points", "[pa
 }
 
 TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not again and again", "[partition]",
-                   Disks) {
+                   SmoothDisks) {
     using M = TestType;
     // a row of grains, half of which flies away from the other: candidates of the resting half alone remain
     SimulationSettings<M> settings;
@@ -223,7 +225,7 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
 }
 
 TEMPLATE_TEST_CASE("grains with one id are refused wherever they are, and a scene without grains", "[partition]",
-                   Disks) {
+                   SmoothDisks) {
     using M = TestType;
     InProcess comm(3);
     const auto grain = [](int id, double x) { return make_grain<M>(id, 0.5, 1.0, {x, 0.0}); };

@@ -11,7 +11,7 @@ using namespace nscdd::test;
 #ifdef EIGEN_DONT_VECTORIZE
 #define EVERY_LAYOUT FrictionDisks, FrictionSpheres
 #else
-#define EVERY_LAYOUT Disks, FrictionDisks, Spheres, FrictionSpheres
+#define EVERY_LAYOUT SmoothDisks, FrictionDisks, SmoothSpheres, FrictionSpheres
 #endif
 
 namespace {

@@ -39,7 +39,7 @@ AnyStepSolver<M> solver(bool accelerated, int ranks) {
 
 // At rest V* = 0. With eta alone the pair of 3e5 stopped with the light ball in free fall, or thrown up at 4 m/s.
 TEMPLATE_TEST_CASE("a heavy ball on a light one, and a column: what is called converged is right", "[velocity error]",
-                   Disks, FrictionSpheres) {
+                   SmoothDisks, FrictionSpheres) {
     using M = TestType;
     int converged = 0, stopped = 0;
     for (const double ratio : {1.0, 1e2, 1e4, 1e5, 3e5, 1e6})
@@ -95,12 +95,12 @@ TEST_CASE("contacts that turn nothing, and such as do nothing", "[velocity error
     closing.change = closing.next_energy = closing.round_off = 1;
     closing.miss = 1;
     CHECK(closing.velocity_error() == std::numeric_limits<double>::infinity());
-    closing.turned = {std::numeric_limits<double>::quiet_NaN(), 1};
+    closing.velocity_change = {std::numeric_limits<double>::quiet_NaN(), 1};
     CHECK_FALSE(closing.velocity_error() <= 1);
 }
 
 TEMPLATE_TEST_CASE("the energy of a step goes to gravity, walls and contacts, but for round-off", "[energy]",
-                   FrictionDisks, Spheres, FrictionSpheres) {
+                   FrictionDisks, SmoothSpheres, FrictionSpheres) {
     using M = TestType;
     for (const bool driven : {false, true})
         for (const int ranks : {1, 3}) {

@@ -9,8 +9,8 @@
 //   comm.each_rank(work);                                               // while messages are under way
 //   channel->finish();
 //
-// Every message is a row of doubles (indices below 2^53 travel exactly). Whatever is received is stored by source
-// rank, and sums are taken in an order of the ranks, never by order of arrival: they are the same on every machine.
+// Every message is a row of doubles (indices below 2^53 travel exactly). Received messages are stored by source rank,
+// and sums are taken in an order of the ranks, never by order of arrival: results are the same on every machine.
 #pragma once
 
 #include <array>
@@ -41,10 +41,10 @@ class Channel {
 
     // What link l of the k-th hosted rank sends: may be written until start() and after finish().
     std::span<double> send(std::size_t k, std::size_t l) { return send_[k][l]; }
-    // What it receives: may be read from finish() until the next start().
+    // What link l receives: may be read from finish() until the next start().
     std::span<const double> recv(std::size_t k, std::size_t l) const { return recv_[k][l]; }
 
-    // Sends. Collective among those with a link to each other, in turn with finish().
+    // Sends the messages. Collective among ranks with a link to each other; start() and finish() are called in turn.
     virtual void start() = 0;
     virtual void finish() = 0;  // waits until all messages are here, and what was sent may be written again
 
@@ -54,10 +54,10 @@ class Channel {
 
 using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank
 
-// Counted the same way by every communicator, summed over the ranks this process hosts. A message to oneself is
-// no message, nor is one of a route that is empty. An all-gather counts 2(size-1): up to rank 0 and down again. A
-// reduction counts those of its rounds (reduction_rounds.hpp). Bytes are those of the doubles passed in, not of any
-// header.
+// Messages, counted the same way by every communicator and summed over the ranks that this process hosts. Messages of a
+// rank to itself are not counted, nor are empty ones of route(). An all-gather counts 2(size-1): up to rank 0 and down
+// again. A reduction counts those of its rounds (reduction_rounds.hpp). Bytes are those of the doubles passed in, not
+// of any header.
 struct Traffic {
     double messages = 0;  // sent since the communicator was made
     double bytes = 0;     // sent in these messages
@@ -70,22 +70,22 @@ struct CommSeconds {
     double transfer = 0;  // in calls, without that [s]
 };
 
-// What work is charged by, with the unit in which it is counted.
+// Kinds of work, each with the unit in which it is counted.
 enum class Work {
     sweep,        // contacts swept
     accelerated,  // contacts swept from a combination of iterates
-    driven,       // batches with driven walls, which wait for each other: what one costs beyond its contacts
+    driven,       // batches with driven walls: the cost beyond their contacts, as each waits for the one before
     residual,     // contacts tested
     pack,         // copies of grains put into messages
     glue,         // copies of grains made to agree, in closed form
-    factorised    // the same by a factorised operator
+    factorised    // copies of grains made to agree, by a factorised operator
 };
 // Names of the kinds of Work, in their order, as files have them.
 constexpr std::array<const char*, 7> work_names{"sweep", "accelerated", "driven",    "residual",
                                                 "pack",  "glue",        "factorised"};
 
-// Told of work that is done on a rank: so many units, on data of so many bytes that the rank goes through again and
-// again, which says from which cache they come. A simulated machine spends the time that this would take.
+// Called for work on a rank: `count` units of a kind, on data of `bytes` that the rank goes through repeatedly; their
+// size says which cache holds them. A simulated machine advances its clock by the time of this work.
 using Charged = std::function<void(Work kind, double count, double bytes)>;
 
 // Calls are coarse (one per superstep), so that a virtual call costs nothing and a solver is compiled once for all
@@ -107,8 +107,8 @@ class Communicator {
     // out[k] of ranks()[k], any sizes. Returns in[k] = all that came, by ascending source. Costs messages to those that
     // something is sent to, and a barrier.
     virtual std::vector<Buffer> route(const std::vector<Outbox>& out) = 0;
-    // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call. For what
-    // is asked seldom: it grows with the ranks.
+    // mine[k], all of one length n, to everyone: returns size()*n doubles by rank, valid until the next call. For rare
+    // use: the result grows with the number of ranks.
     virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
     // mine[k], all of one length: returns, valid until the next reduction, the sums over all ranks of the first `added`
     // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree).
@@ -116,14 +116,16 @@ class Communicator {
         start_reduce(mine, added);
         return finish_reduce();
     }
-    // The same with other work meanwhile, but no other reduction, in pieces between which advance() is called.
+    // reduce() in two calls, with other work between them, but no other reduction. advance() may be called between
+    // pieces of that work.
     virtual void start_reduce(const std::vector<Buffer>& mine, std::size_t added) = 0;
     virtual std::span<const double> finish_reduce() = 0;  // waits for the end; returns what reduce() does
     // A reduction that is under way goes on as far as it can without waiting. Not collective.
     virtual void advance() = 0;
 
     virtual double now() const = 0;  // [s], the clock of this machine, real or simulated
-    // Hosted rank index has done so much of a kind; within each_rank() of itself alone. Bytes: see Charged.
+    // Notes `count` units of work of the hosted rank with index `rank`; within each_rank() a task may charge its own
+    // rank only. Bytes: see Charged.
     virtual void charge(int rank, Work kind, double count, double bytes) = 0;
     virtual std::span<const double> work() const = 0;  // contacts swept so far, per hosted rank
     virtual Traffic traffic() const = 0;               // so far, of the ranks that this process hosts
@@ -153,7 +155,7 @@ inline void combine_in_tree(std::span<double> mine, std::span<const double> othe
     }
 }
 
-// The same of the numbers that task(k) returns for each hosted rank.
+// reduce() of the numbers that task(k) returns for each hosted rank.
 inline std::span<const double> reduce(Communicator& comm, std::size_t added, auto&& task) {
     std::vector<Buffer> mine;
     for (std::size_t k = 0; k < comm.ranks().size(); ++k) mine.push_back(task(k));

@@ -1,4 +1,5 @@
-// Ranks dealt to processes in stretches, and one message from a process to another for all links between their ranks.
+// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
+// ranks.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 class HostedRanks {
   public:
-    // `process`: number of this one, of `processes` in all. `size`: ranks in all; 0: one a process. Throws
-    // std::invalid_argument for fewer ranks than processes.
+    // `process`: number of this process, `processes`: how many there are. `size`: ranks in all; 0: one a process.
+    // Throws std::invalid_argument for fewer ranks than processes.
     HostedRanks(int process, int processes, int size)
         : process_(process), processes_(processes), size_(size == 0 ? processes : size) {
         if (size_ < processes_)
@@ -33,7 +34,7 @@ class HostedRanks {
     // The most ranks that a process has.
     std::size_t most() const { return static_cast<std::size_t>((size_ + processes_ - 1) / processes_); }
 
-    // The ranks of process p begin here.
+    // First rank of process p.
     int first(int p) const { return static_cast<int>(static_cast<long long>(p) * size_ / processes_); }
     // The process that hosts this rank.
     int process_of(int rank) const { return static_cast<int>(((rank + 1LL) * processes_ - 1) / size_); }

@@ -81,7 +81,7 @@ class InProcess final : public Communicator {
         for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[rank - p], tree_[rank], added);
         for (int step = 1; step < p; step *= 2)
             for (int rank = 0; rank < p; rank += 2 * step) combine_in_tree(tree_[rank], tree_[rank + step], added);
-        const ReductionRounds rounds(size());  // the messages that it would be over a network
+        const ReductionRounds rounds(size());  // counts the messages that this reduction takes over a network
         for (int step = 1; rounds.has(step); step *= ReductionRounds::group)
             for (int rank : ranks_) rounds.visit_targets(step, rank, [&](int) { count(n); });
     }

@@ -30,12 +30,13 @@ namespace nscdd::inline NSCDD_ABI {
 // its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
 // transfer.
 //
-// Ranks are dealt to processes in stretches. What the ranks of one process send to those of another is one message.
+// Ranks are dealt to processes in contiguous ranges. What the ranks of one process send to those of another is one
+// message.
 class Mpi final : public Communicator {
   public:
-    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`
-    // is told of all that is charged, where somebody wants to know. `size`: ranks in all, the same on every process; 0:
-    // one a process. Throws std::invalid_argument for fewer ranks than processes.
+    // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
+    // if given, is called at every charge(). `size`: ranks in all, the same on every process; 0: one a process. Throws
+    // std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
@@ -127,7 +128,7 @@ class Mpi final : public Communicator {
         return in;
     }
 
-    // Processes with fewer ranks than others send as much.
+    // Every process sends as many doubles, also one with fewer ranks than others.
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
         const double entry = now();
         check_count(mine.size(), "all_gather");
@@ -156,7 +157,7 @@ class Mpi final : public Communicator {
         return gathered_;
     }
 
-    // MPI_Allreduce may take any order: messages of our own.
+    // MPI_Allreduce may add in any order, so the kernel sends messages of its own.
     void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
         const double entry = now();
         check_count(mine.size(), "reduce");
@@ -188,8 +189,8 @@ class Mpi final : public Communicator {
 
   private:
     static constexpr int tag = 0, route_tag = 1, reduce_tag = 3, barrier_tag = 4, first_channel_tag = 5;
-    // Of persistent requests, one a process that is sent to and one a process that is received from. Every message has
-    // a stamp behind it, the time at which its sender called start().
+    // Persistent requests: one for each process that this one sends to, and one for each that it receives from. Every
+    // message ends with a stamp, the time at which its sender called start().
     class Messages final : public Channel {
       public:
         Messages(Mpi& comm, const std::vector<Links>& links) : comm_(comm), layout_(comm.hosted_, links, send_, recv_) {
@@ -226,7 +227,7 @@ class Mpi final : public Communicator {
         }
         void finish() override {
             const double entry = comm_.now();
-            // All of them even after an error, for those under way still use our memory.
+            // Waits for all requests even after an error: those under way still use our memory.
             int code = MPI_SUCCESS;
             for (std::size_t k = 0; k < requests_.size(); ++k) {
                 const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
@@ -260,7 +261,7 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    // The rounds of messages in which rows of all ranks become one. `counted`: as messages of the ranks.
+    // A reduction in rounds of messages (ReductionRounds). `counted`: whether traffic() counts its messages.
     class Reduction {
       public:
         Reduction(Mpi& comm, int own_tag, bool counted)
@@ -273,8 +274,8 @@ class Mpi final : public Communicator {
             rows_.start(mine, added, stamp);
             start_round();
         }
-        // To the end, or as far as it goes without waiting. One row is asked for at a time, so that a call costs as
-        // little as it can: the first that is not there ends it.
+        // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One row is asked for at
+        // a time, so that a call costs little: the first row that is not there ends it.
         void go_on(bool wait) {
             for (; under_way(); finish_round())
                 for (; received_ < receiving_.size(); ++received_) {
@@ -329,7 +330,7 @@ class Mpi final : public Communicator {
             check(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
             check(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
         }
-        // Of this process, or of all: what MPI_Comm_rank or MPI_Comm_size says.
+        // The number that MPI_Comm_rank or MPI_Comm_size gives.
         int place(int (*ask)(MPI_Comm, int*)) const {
             int number = 0;
             check(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
@@ -382,8 +383,8 @@ class Mpi final : public Communicator {
         seconds_.transfer += elapsed - wait;
     }
 
-    // Clocks of different processes may differ by anything: each asks the first for the time, and believes the
-    // answer that came back soonest. Good to half a round trip; later drift is not followed.
+    // Clocks of different processes may differ by anything: each process asks the first one for the time several times,
+    // and takes the answer that came back soonest. Good to half a round trip; later drift is not followed.
     void synchronise_clock() {
         int *global = nullptr, found = 0;
         check(MPI_Comm_get_attr(MPI_COMM_WORLD, MPI_WTIME_IS_GLOBAL, static_cast<void*>(&global), &found), "clock");

@@ -38,7 +38,7 @@ class ReductionRounds {
             if (other != rank && (step == 1 || origin(other) != rank)) visit(other);
         });
     }
-    // The slot of its own row.
+    // The slot of the rank's own row.
     std::size_t slot(int step, int rank) const {
         return static_cast<std::size_t>(origin(rank) / step % group + (step == 1 && rank >= p_ ? group : 0));
     }
@@ -67,8 +67,8 @@ class ReductionRounds {
     int ranks_, p_;
 };
 
-// The rows of one process's ranks on their way through the rounds. Behind each row is a stamp, of which the largest
-// arrives. Who carries the messages receives and sends what trade() says, and then calls finish_round().
+// The rows of one process's ranks during the rounds. Behind each row is a stamp; the largest stamp of all ranks
+// arrives. The caller carries the messages: it receives and sends what trade() says, then calls finish_round().
 class ReducedRows {
   public:
     // `hosted` must live as long as this.

@@ -1,4 +1,4 @@
-// What one rank finds wrong, said by all: a rank that throws alone would leave the others waiting.
+// An error that one rank finds, thrown on all: a rank that throws alone would leave the others waiting.
 #pragma once
 
 #include <stdexcept>
@@ -28,7 +28,7 @@ inline void refuse_together(Communicator& comm, const std::vector<std::string>& 
     throw std::invalid_argument(text);
 }
 
-// The same of the exceptions of type std::invalid_argument that task(k) throws, called once for each hosted rank.
+// refuse_together() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
 void refuse_together(Communicator& comm, auto&& task)
     requires std::invocable<decltype(task), std::size_t>
 {

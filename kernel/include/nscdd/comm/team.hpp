@@ -47,9 +47,9 @@ class Team {
     }
 
   private:
-    // Waits for another value: first by looking, since a loop follows the last one within microseconds and to be woken
-    // takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep. Asleep
-    // at once where there are more threads than cores: the thread waited for may need this one's core.
+    // Waits for another value: first by polling, since a loop follows the last one within microseconds and waking a
+    // thread takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
+    // Asleep at once where there are more threads than cores: the thread waited for may need this one's core.
     void await(const std::atomic<unsigned>& value, unsigned old) const {
         for (int look = 0; look < looks_; ++look)
             if (value.load(std::memory_order_acquire) != old) return;

@@ -59,7 +59,7 @@
 #define NSCDD_ABI_VECTORS other
 #endif
 
-// How many doubles Eigen takes at once: less than that where it is told so (EIGEN_DONT_VECTORIZE).
+// How many doubles Eigen takes at once: fewer than the widest vectors hold if it is told so (EIGEN_DONT_VECTORIZE).
 #if defined(EIGEN_VECTORIZE_AVX512)
 #define NSCDD_ABI_LANES _8
 #elif defined(EIGEN_VECTORIZE_AVX)
@@ -70,7 +70,7 @@
 #define NSCDD_ABI_LANES _1
 #endif
 
-// What else compilers use unasked.
+// Other instruction sets that compilers use on their own.
 #define NSCDD_ABI_SCALAR                                                                                \
     NSCDD_ABI_JOIN(_s, NSCDD_ABI_IF(__FMA__, f), NSCDD_ABI_IF(__FMA4__, g), NSCDD_ABI_IF(__XOP__, x),   \
                    NSCDD_ABI_IF(__BMI__, b), NSCDD_ABI_IF(__BMI2__, c), NSCDD_ABI_IF(__TBM__, t),       \

@@ -14,7 +14,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Of two materials, for the shipped laws.
+// Coefficients of two materials, for the shipped laws.
 struct Pairing {
     double friction = 0;     // Coulomb's mu, >= 0
     double restitution = 0;  // Newton's e, 0 to 1

@@ -73,11 +73,11 @@ struct ContactProblem {
     std::vector<Contact<M>> contacts;       // between grains, in spatial order
     std::vector<Contact<M>> wall_contacts;  // j is a wall
     std::vector<int> multiplicity;          // of each body; W of the residual takes whole masses
-    std::vector<int> wall_multiplicity;     // either may be empty: then nothing is split, all are 1
+    std::vector<int> wall_multiplicity;     // of each wall; an empty list of multiplicities stands for 1 everywhere
     double h = 0;                           // step [s]
     double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
 
-    // Whether any wall is pushed by a force. The same on every rank.
+    // Whether any wall is driven, that is, pushed by a force. The same on every rank.
     bool driven_walls() const {
         return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
     }

@@ -18,7 +18,7 @@ struct Grain {
     typename M::Velocity velocity = M::Velocity::Zero();  // translations [m/s], then spins [rad/s]
     typename M::Velocity load = M::Velocity::Zero();      // constant external force and torque [N, N m]
 
-    // Of translation and spin [J].
+    // Energy of translation and spin [J].
     double kinetic_energy() const {
         const double linear = mass * velocity.template head<M::dim>().squaredNorm();
         return 0.5 * (linear + inertia * velocity.template tail<M::spins>().squaredNorm());

@@ -22,7 +22,7 @@ namespace detail {
 inline bool is_finite(double x) { return std::abs(x) <= std::numeric_limits<double>::max(); }
 inline bool is_mass(double inverse) { return inverse >= 0 && inverse <= std::numeric_limits<double>::max(); }
 
-// One contact of a problem. No branch before the end: as many contacts as there are, all are looked at.
+// One contact of a problem. Without branches, as all contacts are checked.
 template <bool wall, class M>
 bool is_sound(const Contact<M>& c, std::size_t bodies, std::size_t others) {
     double sum = c.bias + c.r.sum();
@@ -39,7 +39,7 @@ bool is_sound(const Contact<M>& c, std::size_t bodies, std::size_t others) {
     return sound;
 }
 
-// What is wrong with it, or nothing. Indices come first: the last lines follow them.
+// What is wrong with a contact; empty: nothing. Indices are checked first, because the last lines use them.
 template <bool wall, class M>
 std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
     const auto missing = [](const char* what, int index, std::size_t count) {

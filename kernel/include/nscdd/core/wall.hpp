@@ -16,7 +16,7 @@ struct Wall {
     double mass = 0;                            // driven: > 0 [kg]
     double speed = 0;                           // driven: along the normal [m/s], an unknown of each step
 
-    // Of a point from the plane [m], positive on the side of the sample.
+    // Distance of a point from the plane [m], positive on the side of the sample.
     double distance(const typename M::Vec& point) const { return normal.dot(point) - offset; }
     // Velocity along the normal [m/s], positive into the sample.
     double normal_speed() const { return velocity.dot(normal) + speed; }

@@ -71,7 +71,7 @@ class Ccs final : public CommunicationScheme<M> {
   private:
     static constexpr std::size_t dof = M::dof, record = 4;  // id, rank, inverse mass and inertia of a copy
 
-    // Rank 0 has a link with each rank that has a copy; that with itself is the first.
+    // Rank 0 has a link with each rank that has a copy; its link with itself is the first.
     static void link_root(const Buffer& told, Links& up, Links& down) {
         for (std::size_t p = 0; p < told.size(); p += record) {
             const int rank = static_cast<int>(told[p + 1]);
@@ -79,7 +79,7 @@ class Ccs final : public CommunicationScheme<M> {
                 up.push_back({rank});
                 down.push_back({rank});
             }
-            if (rank == 0) continue;  // has both ends already
+            if (rank == 0) continue;  // the link with itself has both ends already
             up.back().recv += dof;
             down.back().send += dof;
         }

@@ -58,7 +58,7 @@ class Dcs final : public CommunicationScheme<M> {
         Gluing gluing;
     };
 
-    // With copies that are active in this step only.
+    // Links of a subdomain, and the rows of grains that each carries: those of copies active in this step only.
     static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
         std::vector<std::vector<const double*>> by_peer(part.peers.size());
         for (const int g : part.interface)
@@ -88,7 +88,8 @@ class Dcs final : public CommunicationScheme<M> {
         }
     }
 
-    // Where each copy's velocity comes in: in a message, those of a peer follow each other.
+    // Where the velocity of each copy is read: in the own row, or in the message of a peer, which has its copies in
+    // sequence.
     void place_copies(Subdomain<M>& part, std::size_t k) {
         Front& front = fronts_[k];
         std::vector<std::size_t> taken(part.peers.size(), 0);  // doubles of each peer's message

@@ -1,5 +1,5 @@
-// Who holds which grain, where ids alone are known: rank id % size is asked. Once per simulation, when its grains and
-// impulses come from anywhere.
+// Finds the ranks that hold a grain of which only the id is known: rank id % size knows them. Used once per simulation,
+// as its grains and impulses may come from any rank.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     });
 }
 
-// Impulses that any hosted rank may have, to the candidates that they belong to; others are ignored. impulses[k]: of
-// the k-th hosted rank. Collective.
+// Sends impulses, which may come from any rank, to the candidates that they belong to; others are ignored. impulses[k]:
+// of the k-th hosted rank. Collective.
 template <class M>
 void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {

@@ -1,7 +1,7 @@
 // The interface problem (7): from the velocities of all copies to velocities on which they agree.
 //
-// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it is what the masses say
-// it is, M_E (V_E before - V_E after), so none can outlive the copies that it belonged to.
+// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it equals M_E (V_E before
+// - V_E after), so no F_Gamma can outlive the copies that it belonged to.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -25,11 +25,11 @@ struct Copies {
     std::vector<int> begin{0};         // first copy of each body, then the number of copies; bodies + 1 entries
     std::vector<double> inverse_mass;  // of the whole body, bodies x dof [1/kg]; of spins 1/inertia [1/(kg m^2)]
     std::vector<const double*> from;   // where the velocity of each copy is, dof doubles
-    std::vector<double*> to;           // where it is wanted, null: nowhere; perhaps where it is
+    std::vector<double*> to;           // where to write the glued velocity, null: nowhere; may equal `from`
 
     int bodies() const { return static_cast<int>(begin.size()) - 1; }  // number of shared bodies
     int count() const { return begin.back(); }                         // number of copies of all of them
-    // No bodies any more; those to come have so many degrees of freedom.
+    // Removes all bodies; those added later have `degrees` degrees of freedom.
     void clear(int degrees) {
         dof = degrees;
         begin.assign(1, 0);
@@ -56,9 +56,9 @@ class ClosedForm {
         }
     }
 
-    // Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). With the degrees of freedom of a
-    // model a constant, a copy is a few loads and stores: a quarter of the time. Throws std::invalid_argument unless
-    // they are 2, 3 or 6.
+    // Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). Each case knows its degrees of
+    // freedom at compile time, so that a copy is a few loads and stores: a quarter of the time. Throws
+    // std::invalid_argument unless they are 2, 3 or 6.
     void operator()(const Copies& copies) {
         switch (copies.dof) {
             case 2:
@@ -81,7 +81,8 @@ class ClosedForm {
         for (std::size_t b = 0; b + 1 < copies.begin.size(); ++b) {
             const auto first = static_cast<std::size_t>(copies.begin[b]),
                        last = static_cast<std::size_t>(copies.begin[b + 1]);
-            if (last - first == 2 && to_begin_[b + 1] - to_begin_[b] == 1) {  // most: spares the division
+            if (last - first == 2 &&
+                to_begin_[b + 1] - to_begin_[b] == 1) {  // the most frequent case, without a division
                 Eigen::Map<Velocity> both(to_[to_begin_[b]]);
                 both = 0.5 * (at(copies.from[first]) + at(copies.from[first + 1]));
                 continue;

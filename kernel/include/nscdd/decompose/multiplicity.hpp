@@ -1,6 +1,6 @@
 // Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
 //
-// A copy counts only where the fine detection found it a contact: the "future optimization" of section 3.2. Copies
+// A copy counts only where the fine detection found a contact of it: the "future optimization" of section 3.2. Copies
 // without contact take no part in the iteration and are given the answer when it is over.
 #pragma once
 
@@ -13,7 +13,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
-// Which copies of its own a subdomain touches, told to the others by channel link l of the k-th hosted rank.
+// Marks the copies of a subdomain that have a contact there, and writes the marks into the messages of channel link l
+// of the k-th hosted rank.
 template <class M>
 void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k) {
     std::vector<char> touched(part.grains.size(), 0);
@@ -29,8 +30,8 @@ void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k) {
                                [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
 }
 
-// Contacts of interface grains to the front, where a sweep begins: what is glued is then under way while the rest,
-// which does not touch these grains, is swept.
+// Moves contacts of interface grains to the front of the lists, where a sweep begins: the velocities of these grains
+// are then exchanged while the other contacts, which do not touch them, are swept.
 template <class M>
 void sweep_interface_first(Subdomain<M>& part) {
     std::vector<char> shared(part.grains.size(), 0);
@@ -83,12 +84,12 @@ template <class M>
 int first_active(const Subdomain<M>& part, std::size_t grain) {
     for (std::size_t s = part.first_sharer(grain); s < part.last_sharer(grain); ++s)
         if (part.active[s]) return part.sharers[s];
-    return part.rank;  // nobody touches it: every copy has V_free
+    return part.rank;  // no copy has a contact: all have V_free
 }
 
 }  // namespace detail
 
-// Which copies count, for every holder of a grain or wall; puts the contacts into the order of the sweep.
+// Every holder of a grain or driven wall learns which copies are active; puts the contacts into the order of the sweep.
 template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
     const auto channel = comm.open(links_between(parts, 1));

@@ -9,10 +9,11 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
-// Alg. 1: a sweep on every subdomain, interface contacts first; while their grains' velocities are under way the rest.
-// Interface contacts last in two cases (METHOD.md, section 6.6). Before a test of convergence, which otherwise sees a
-// larger eta: 1 to 9 % more iterations. Where accelerated, for all iterations must have one order (else 20 to 30 %
-// more), and have to wait for the sums of products anyway: the exchange is under way at the same time.
+// Alg. 1: a sweep on every subdomain, interface contacts first; while the velocities of their grains are under way the
+// other contacts are swept. Interface contacts come last in two cases (METHOD.md, section 6.6). Before a test of
+// convergence, which otherwise sees a larger eta: 1 to 9 % more iterations. In accelerated iterations, because Anderson
+// needs every iteration in the same order (else 20 to 30 % more). The iteration waits for the sums of products anyway,
+// and the exchange runs during that wait.
 template <class M>
 class SweptTogether {
   public:
@@ -26,14 +27,18 @@ class SweptTogether {
           watch_(comm),
           walls_(parts[0].wall_active.size()),
           sums_(parts.size(), Buffer(Anderson::largest_window + 1 + walls_)) {
-        comm_.each_rank([this](std::size_t k) {  // before gluing: V_free follows from what the impulses alone have made
+        // Before gluing: load() computes V_free = V - M_E^-1 H r, true only while nothing but the impulses has changed
+        // V.
+        comm_.each_rank([this](std::size_t k) {
             Subdomain<M>& part = parts_[k];
             part.sweeper.load(part.problem, options_.relaxation,
                               {part.interface_contacts, part.interface_wall_contacts});
         });
         watch_.lap(seconds_.sweep);
         scheme_.setup(parts_, comm_);
-        glue();  // split masses have answered the impulses of the warm start, so copies of a grain differ
+        // The warm start was applied to each copy with its split mass, so copies of a grain differ until they are
+        // glued.
+        glue();
     }
 
     const double* iterate(const Anderson* anderson, bool tested) {
@@ -84,7 +89,8 @@ class SweptTogether {
     using Pass = typename Sweeper<M>::Pass;
     using Piece = typename Sweeper<M>::Piece;
 
-    // All of the iteration's sweeps but the last, which is begun. The first one is accelerated.
+    // Makes all sweeps of the iteration but the last, and begins that one. With `anderson` the first sweep is
+    // accelerated.
     void begin_sweep(std::size_t k, const Anderson* anderson) {
         ContactProblem<M>& problem = parts_[k].problem;
         Sweeper<M>& sweeper = parts_[k].sweeper;
@@ -118,13 +124,14 @@ class SweptTogether {
         charge(comm_, parts_[k], k, Work::driven, parts_[k].sweeper.driven_batches(which));
     }
 
-    // While messages are under way. Driven walls are done with when their contacts are swept: from then on their
-    // reduction is under way as well.
+    // Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
+    // final and their reduction starts.
     void sweep_rest() {
         comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_walls, nullptr); });
         start_sums(0);
         const bool rounds = walls_ > 0 && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
-        const std::size_t pieces = rounds ? 4 : 1;  // three rounds may end meanwhile, all that 64 ranks need
+        // Four pieces, so advance() is called three times; up to 64 ranks need three rounds.
+        const std::size_t pieces = rounds ? 4 : 1;
         for (std::size_t n = 0; n < pieces; ++n) {
             if (n > 0) comm_.advance();
             comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_grains, nullptr, {n, pieces}); });
@@ -143,7 +150,8 @@ class SweptTogether {
         watch_.lap(seconds_.interface);
     }
 
-    // The sums of the products, and those that glue driven walls: each takes the mean of the copies that touch it.
+    // Starts the sums of the products and of the speeds of driven walls: each wall takes the mean over the copies that
+    // touch it.
     void start_sums(std::size_t products) {
         if (products + walls_ == 0) return;
         for (std::size_t k = 0; k < parts_.size(); ++k) {
@@ -154,7 +162,7 @@ class SweptTogether {
         }
         comm_.start_reduce(sums_, products + walls_);
     }
-    // Returns the products.
+    // Sets the speeds of driven walls; returns the sums, products first.
     const double* finish_sums(std::size_t products) {
         if (products + walls_ == 0) return nullptr;
         const std::span<const double> total = comm_.finish_reduce();

@@ -32,8 +32,8 @@ constexpr std::uint64_t pair_key(int i, int j) {
     return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32) | static_cast<std::uint32_t>(j);
 }
 
-// What belongs to a pair, null unless it was set; for at most as many pairs as it was made for. std::unordered_map asks
-// for memory at each of them, and took a tenth of the detection's time.
+// A hash table from pairs to pointers, null unless set; for as many pairs as it was made for, at most.
+// std::unordered_map allocates for each pair, which took a tenth of the detection's time.
 template <class T>
 class PairTable {
   public:
@@ -82,7 +82,7 @@ struct Wire {  // records as doubles
 
 }  // namespace detail
 
-// Hands the impulses to the candidates they belong to; others are ignored.
+// Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
     detail::PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
@@ -111,8 +111,8 @@ struct Holding {
     auto operator<=>(const Holding&) const = default;
 };
 
-// How far a rank has to be from a grain's centre to have no candidate of it: the midpoint of a candidate is no farther
-// than half its length.
+// A rank farther than this from a grain's centre has no candidate of the grain: the midpoint of a candidate is no
+// farther than half its length.
 template <class M>
 double reach(const Grain<M>& grain, double skin, double largest_radius) {
     return 0.5 * (grain.radius + largest_radius + skin);
@@ -208,7 +208,7 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
 
 namespace detail {
 
-// The same on every rank.
+// Throws, the same on every rank, if a rank has refused; all: four numbers of each rank (TooManyPairs).
 inline void throw_if_refused(std::span<const double> all, double skin) {
     for (std::size_t p = 0; p < all.size(); p += 4) {
         if (all[p + 3] == 0) continue;
@@ -225,8 +225,8 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 }  // namespace detail
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
-// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
-// Throws std::runtime_error, the same on every rank, when there are too many of them (TooManyPairs).
+// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m]. Throws
+// std::runtime_error, the same on every rank, when there are too many candidates (TooManyPairs).
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius) {
@@ -251,7 +251,8 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     const std::vector<Buffer> carried = comm.route(impulses);
 
     std::vector<std::vector<detail::Use>> uses(parts.size());
-    std::vector<Buffer> refused(parts.size(), Buffer(4));  // deepest overlap, of whom; pairs that a list may hold
+    std::vector<Buffer> refused(parts.size(),
+                                Buffer(4));  // deepest overlap, ids of its two grains, pairs that a list may hold
     comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.grains.clear();

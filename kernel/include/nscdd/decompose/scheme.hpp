@@ -1,5 +1,5 @@
-// What makes the copies of shared grains agree between two sweeps: Ccs or Dcs. Behind an interface, so that Alg. 1 is
-// compiled once for all of them: a call costs nothing beside what it sends.
+// Makes the copies of shared grains agree between two sweeps: Ccs or Dcs. Behind an interface, so that Alg. 1 is
+// compiled once for all schemes: a virtual call costs nothing beside its messages.
 #pragma once
 
 #include <vector>
@@ -18,27 +18,28 @@ class CommunicationScheme {
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
     virtual void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
-    // The velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not collective.
+    // Writes the velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not
+    // collective.
     virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
-    // Sends them. Until finish() the interface grains are left alone, others may be swept.
+    // Sends the messages. Until finish() contacts of interface grains must not be swept; others may be.
     virtual void start() = 0;
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
     virtual void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
 };
 
-// Work on what the k-th hosted rank's sweeper holds.
+// Charges work on the data of the k-th hosted rank's sweeper.
 template <class M>
 void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work kind, std::size_t count) {
     comm.charge(static_cast<int>(k), kind, static_cast<double>(count), static_cast<double>(part.sweeper.bytes()));
 }
 
-// The velocities of all hosted ranks' interface grains into their messages.
+// pack() of all hosted ranks.
 template <class M>
 void pack(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
-// All at once, where nothing is swept meanwhile. Collective.
+// pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.
 template <class M>
 void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
     pack(scheme, parts, comm);
@@ -48,7 +49,7 @@ void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Comm
 
 namespace detail {
 
-// Of the whole grain, for each of its degrees of freedom.
+// Appends the inverse mass or inertia of the whole grain, for each of its degrees of freedom.
 template <class M>
 void add_inverse_masses(double inverse_mass, double inverse_inertia, Copies& copies) {
     for (int d = 0; d < M::dof; ++d) copies.inverse_mass.push_back(d < M::dim ? inverse_mass : inverse_inertia);

@@ -27,11 +27,11 @@ concept StepSolver = std::copy_constructible<S> &&
                          { solve(parts, comm, seconds) } -> std::convertible_to<SolveReport>;
                      };
 
-// Any of them.
+// Any StepSolver.
 template <class M>
 using AnyStepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communicator&, PhaseSeconds&)>;
 
-// A sweep's work for each iteration.
+// Charges a sweep's work for each iteration.
 template <class M>
 void charge_iterations(Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
     comm.charge(0, Work::sweep, double(report.iterations) * double(part.problem.contact_count()), 0);

@@ -38,8 +38,8 @@ template <class M>
     }
 }
 
-// Can a candidate act in this step? One that cannot gives up its impulse.
-// e = 0: acts as soon as the step would close it. e > 0: only once touching, else the rebound is lost (Moreau).
+// True if the candidate is a contact now; else its impulse becomes 0.
+// e = 0: gap <= alert, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.4).
 template <class M>
 bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert) {
     const bool impact = pairing.restitution > 0;
@@ -76,7 +76,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         if (-gap > worst.ratio * radius) worst = {-gap / radius, i, j};
     };
     ContactProblem<M>& problem = part.problem;
-    // Each candidate is written behind the contacts found so far, and counted if it acts: no branch to guess wrong.
+    // Each candidate is written to contacts[count]; count grows only if it acts. Avoids a mispredicted branch.
     std::size_t count = 0;
     problem.contacts.resize(part.pairs.size());
     part.source.resize(part.pairs.size());
@@ -87,7 +87,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         typename M::Vec normal = a.position - b.position;
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, std::min(a.radius, b.radius), a.id, b.id);
-        if (!(distance > 0)) continue;  // coincident centres: the overlap is reported, there is no normal
+        if (!(distance > 0)) continue;  // coincident centres have no normal; their overlap is noted
         const auto& pairing = materials(a.material, b.material);
         const bool acts = detail::acts(candidate, pairing, gap, alert);
         normal /= distance;

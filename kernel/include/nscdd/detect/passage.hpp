@@ -14,8 +14,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// The pair that overlaps by more than is allowed on its way, though perhaps not at its end, and needs the smallest
-// step.
+// Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
 struct Passage {
     // Step that would do [s]: the pair is then detected while its overlap is allowed. 0: it overlaps more at the start.
     double h = std::numeric_limits<double>::infinity();
@@ -30,8 +29,8 @@ struct Passage {
 
 namespace detail {
 
-// When two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity if they
-// do not within `time`. Pairs that part are let go.
+// Time at which two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity
+// if they do not within `time`, or separate.
 template <class Vec>
 double when_nearer(const Vec& d, const Vec& w, double least, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();
@@ -44,7 +43,7 @@ double when_nearer(const Vec& d, const Vec& w, double least, double time) {
     return t < time ? t : never;
 }
 
-// The same of a grain and a plane.
+// Time at which the overlap of a grain and a plane exceeds `allowed`: infinity if it does not within `time`.
 inline double when_deeper(double gap, double closing, double allowed, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();
     if (!(closing > 0)) return never;
@@ -54,8 +53,8 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
 
 }  // namespace detail
 
-// What moves before the first detection: grains and walls by their own velocities for (1 - theta) h [s]. Overlaps are
-// allowed up to `largest_overlap` times the smaller radius.
+// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s]. Overlaps
+// are allowed up to `largest_overlap` times the smaller radius.
 template <class M>
 Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
                            double h, double theta, double largest_overlap) {
@@ -88,18 +87,19 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
 
 // What find_unseen() finds in a subdomain.
 struct Unseen {
-    bool missed = false;  // a contact without restitution was left out that the step would close
+    bool missed = false;  // a candidate without restitution was left out that the step would close
     Passage passage;      // of pairs with restitution, which act once they touch
 };
 
-// Looks at the candidates that no contact law holds while the solved velocities last, from this detection to the next;
-// marks those that are missed. Without restitution a contact that is not left out stays open along its first normal,
-// and so all the way. `speed`: nothing is faster [m/s]; `largest_overlap`: allowed, over the smaller radius.
+// Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion from
+// this detection to the next. Marks as missed those without restitution that the step would close. Contacts without
+// restitution need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so
+// all the way. `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
-    const auto near = [reach = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= reach; };
+    const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check = [&](Candidate<M>& c, double closing) {
         if (c.free_gap < h * closing) c.missed = unseen.missed = true;

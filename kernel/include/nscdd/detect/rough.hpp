@@ -50,7 +50,8 @@ class Cells {
 
   private:
     static constexpr int bits = 63 / M::dim;
-    // The lower bits, `dim` places apart: halves, then quarters ... are moved where they belong.
+    // The lower bits of x, `dim` places apart: first halves of the bits are moved to their places, then quarters, and
+    // so on.
     static std::uint64_t spread(std::uint64_t x) {
         if constexpr (M::dim == 3) {
             x &= 0x1fffff;
@@ -92,14 +93,14 @@ void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
 
 // More pairs than a list of candidates may hold; thrown by close_pairs().
 struct TooManyPairs {
-    double overlap = 0;    // the deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
+    double overlap = 0;    // deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
     int i = -1, j = -1;    // -1: none overlap by more than a radius
-    std::size_t most = 0;  // that the list may hold
+    std::size_t most = 0;  // pairs that the list may hold
 };
 
-// Of grains that overlap by more than a radius there may be n^2 / 2 pairs, which no memory holds: beyond six a grain
-// the list is searched for them. Fast grains have many neighbours within their skin: 250 a grain is 1.7 radii a step in
-// a dense packing of spheres.
+// Called when a list is full, first at six pairs a grain. Throws if grains overlap by more than a radius, of which
+// there may be n^2 / 2 pairs, or if the list has its most. Fast grains have many neighbours within their skin: 250 a
+// grain is 1.7 radii a step in a dense packing of spheres.
 template <class M>
 void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPair> found) {
     TooManyPairs refused{.most = 250 * grains.size() + 1'000'000};
@@ -118,8 +119,9 @@ void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPai
 // id. Throws TooManyPairs.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
-    // Row by row of cells, an empty one at both ends: the neighbours of a cell are three in a row, in its own row and
-    // in those beside it, and as we go on from cell to cell, so do they.
+    // Cells are numbered row by row, with an empty cell at both ends of a row. The neighbours of a cell are runs of
+    // three consecutive numbers, one per adjacent row. As the cell advances, the start of each run only moves forward
+    // (first[]).
     struct Filed {
         std::uint64_t cell;
         typename M::Vec position;
@@ -142,19 +144,19 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     }
     std::sort(filed.begin(), filed.end(), [](const Filed& a, const Filed& b) { return a.cell < b.cell; });
 
-    // Written behind those found so far, and counted if it is one: no branch to guess wrong.
+    // Written to found[count]; count grows only if the pair is close. Avoids a mispredicted branch.
     std::vector<GrainPair> found(6 * grains.size() + 1);
     std::size_t count = 0;
     const auto test = [&](const Filed& a, const Filed& b) {
-        const double reach = a.radius + b.radius + skin;
+        const double candidate_distance = a.radius + b.radius + skin;
         if (count == found.size()) {
             check_pair_count<M>(grains, found);
             found.resize(2 * count);
         }
         found[count] = {a.grain, b.grain};
-        count += (a.position - b.position).squaredNorm() < reach * reach;
+        count += (a.position - b.position).squaredNorm() < candidate_distance * candidate_distance;
     };
-    // the middle cells of the rows ahead, half of those beside: each pair once
+    // Middle cells of the adjacent rows with larger numbers, relative to the cell: so each pair is tested once.
     const std::array<std::uint64_t, 4> ahead{row, layer - row, layer, layer + row};
     std::array<std::size_t, M::dim == 3 ? 4 : 1> first{};
     for (std::size_t p = 0; p < filed.size(); ++p) {
@@ -168,7 +170,7 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
         }
     }
 
-    // Dealt out by lower index, then the few of each put in order: cheaper than sorting them all.
+    // Counting sort by the lower index, then a sort of each grain's few pairs: cheaper than sorting them all.
     std::vector<std::size_t> end(grains.size() + 1);
     std::size_t kept = 0;
     for (std::size_t p = 0; p < count; ++p) {

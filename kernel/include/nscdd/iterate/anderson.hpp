@@ -30,16 +30,14 @@ class Anderson {
     // changes whenever a contact turns from sticking to sliding: with W itself it takes a quarter more iterations, and
     // with nothing for the tangential part a grain that rolls without a normal change would not count at all.
     static constexpr double tangential_weight = 0.1;
-    // Largest sum of the coefficients' absolute values. Where walls leave no room every sweep adds about the same to
-    // the impulses, and the combination that would change least is as far as can be: impulses a thousand times too
-    // large, whose round-off throws grains out.
+    // Bound on sum |c_j|. Where walls leave no room all f_j are nearly equal, so the minimising c_j are huge: impulses
+    // grew a thousandfold and their round-off threw grains out.
     static constexpr double longest = 5;
     // After `many` iterations one in `pause` starts from the iterate itself, without a combination. Without that, slow
     // problems end in a cycle of combinations whose coefficients stay far below 1 (both: METHOD.md, section 8).
     static constexpr int many = 200, pause = 5;
-    // Split masses hold back the contacts at an interface, which then decide how many iterations there are: W_n, of
-    // split masses, counts times the fourth power of how much it is too large (METHOD.md, section 8). W_n of split and
-    // of whole masses, and the answer, are in [1/kg].
+    // Weight [1/kg] of a contact: W_n of split masses times (split/whole)^4, with W_n of split and of whole masses
+    // (METHOD.md, section 8). Split masses slow interface contacts, which decide the number of iterations.
     static double metric(double split, double whole) {
         const double square = split / whole * (split / whole);
         return split * square * square;
@@ -72,8 +70,8 @@ class Anderson {
         growth_ = 1;
     }
 
-    // The coefficients of the next iteration, from products() numbers [J]. A change larger than the last one says that
-    // the combination did harm: what it was made from is forgotten.
+    // Sets the coefficients of the next iteration from products() numbers [J]. If f.f has grown, the window is emptied
+    // and nothing is combined.
     void update(const double* products) {
         const double own = products[0];
         const Vector with = Eigen::Map<const Eigen::VectorXd>(products + 1, window_);
@@ -114,7 +112,7 @@ class Anderson {
         Eigen::Index n = 0;
         for (int age = 0; age < filled_; ++age) {
             const int slot = (last_ - age + window_) % window_;
-            // differences that are round-off of what they were taken from say nothing
+            // Leaves out slots with |f_j - f|^2 <= 1e-14 |f|^2: round-off.
             if (products_(slot, slot) - 2 * with[slot] + own > 1e-14 * own) used[static_cast<std::size_t>(n++)] = slot;
         }
         if (n == 0) return;
@@ -153,7 +151,7 @@ class Anderson {
     double growth_ = 1;  // of round-off since velocities were those of the impulses, at most
 };
 
-// What a sweep without it does at each contact besides solving it.
+// What a sweep without acceleration does at each contact besides solving it: nothing.
 struct Unaccelerated {
     void prefetch(const auto&...) {}  // nothing: there are no earlier iterates to fetch
     void before(const auto&...) {}    // nothing: the sweep starts from the impulse as it is

@@ -10,9 +10,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 // What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
 // (nscdd_solve.hpp).
-//   iterate(a, tested)     one iteration, before a test or not; accelerated by *a unless null, and then with the
-//   products
-//                          that it asks for, summed over all contacts
+//   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
+//                          returns the products that *a asks for, summed over all contacts
 //   residual()             of the whole scene
 //   restore_velocities()   V = V_free + M^-1 H r of the impulses held
 //   least_radius()         of the scene [m], 0: unknown
@@ -24,7 +23,7 @@ concept Iterated = requires(S& system, const Anderson* anderson) {
     { system.least_radius() } -> std::convertible_to<double>;
 };
 
-// Until the step has converged (SolveReport) or the cap is reached.
+// Iterates until the step has converged (SolveReport) or the cap is reached.
 template <Iterated System>
 SolveReport iterate(System& system, const SolveOptions& options) {
     SolveReport report;

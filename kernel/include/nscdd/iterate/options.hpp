@@ -24,7 +24,7 @@ struct SolveOptions {
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
     int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
-    // The same with what has been found to need the fewest iterations (METHOD.md, section 8).
+    // These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
@@ -32,17 +32,16 @@ struct SolveOptions {
     }
 };
 
-// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step. A
-// problem without a least radius asks for nothing there: then `penetration` is only told, and it is for the caller to
-// judge.
+// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step.
+// Without a least radius the penetration is not tested but only reported, for the caller to judge.
 struct SolveReport {
-    int iterations = 0;         // made, each of SolveOptions::sweeps sweeps
-    double residual = 0;        // eta
-    double velocity_error = 0;  // ResidualParts::velocity_error()
-    double energy_made = 0;     // ResidualParts::energy_made()
-    double turned_norm = 0;     // |V - V_free|_M, what the contacts changed [J^1/2]
-    double penetration = 0;     // deepest that the step would close a contact [m]
-    bool converged = true;      // all tests are passed
+    int iterations = 0;               // made, each of SolveOptions::sweeps sweeps
+    double residual = 0;              // eta
+    double velocity_error = 0;        // ResidualParts::velocity_error()
+    double energy_made = 0;           // ResidualParts::energy_made()
+    double velocity_change_norm = 0;  // |V - V_free|_M, what the contacts changed [J^1/2]
+    double penetration = 0;           // deepest that the step would close a contact [m]
+    bool converged = true;            // all tests are passed
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
@@ -66,9 +65,8 @@ int until_test(const Options& options, const SolveReport& report) {
     return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
 }
 
-// Whether to accelerate now. From the first check on, so that a step which is over by then pays nothing for it; on few
-// contacts from the check on whose sweeps have cost what setting acceleration up and its first iterations do (measured:
-// 360 contacts solved).
+// True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
+// do not pay for the set-up, measured to cost about 360 solved contacts.
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }
@@ -80,7 +78,7 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
     report.residual = parts.eta();
     report.velocity_error = parts.velocity_error();
     report.energy_made = parts.energy_made();
-    report.turned_norm = std::sqrt(parts.turned.energy);
+    report.velocity_change_norm = std::sqrt(parts.velocity_change.energy);
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");

@@ -29,12 +29,12 @@ struct ErrorMeasures {
     double worst = 0;               // and how large it is there, over the same as natural_map
 };
 
-// The point of the cone |y_t| <= mu y_n nearest to y. Newton's project_cone() is not used here: it is judged by this.
+// The point of the cone |y_t| <= mu y_n nearest to y. Not Newton's project_cone(), whose answers these measures judge.
 template <class Vec>
 Vec project_on_cone(const Vec& y, double mu) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
     const double t = y.template tail<tangents>().norm();
-    if (mu * t <= -y[0]) return Vec::Zero();  // first: with mu = t = 0 it is this that an opening contact needs
+    if (mu * t <= -y[0]) return Vec::Zero();  // tested first: with mu = t = 0 an opening contact needs 0
     if (t <= mu * y[0]) return y;
     const double normal = (mu * t + y[0]) / (1 + mu * mu);
     Vec p;
@@ -54,7 +54,7 @@ Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
 
 namespace detail {
 
-// A norm over its scale, or as it is where there is nothing to compare with.
+// A norm over its scale, or the norm itself where the scale is 0 to round-off.
 inline double relative(double value, double scale) {
     return scale > std::numeric_limits<double>::epsilon() ? value / scale : value;
 }

@@ -1,4 +1,4 @@
-// V_free, what the bodies of a problem would do without contacts, and how far contacts turn them from it.
+// V_free, the velocities of a problem's bodies without contacts, and how much contacts change them.
 #pragma once
 
 #include <vector>
@@ -26,7 +26,7 @@ FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
 
 // The change that contacts make to the velocities: the same in every frame of reference that moves uniformly. Sums
 // of split masses over the copies of a body are those of the whole body.
-struct Turned {
+struct VelocityChange {
     double energy = 0;   // |V - V_free|_M^2, driven walls included: sum of m c^2, c the change of one body [J]
     double quartic = 0;  // sum of m c^4 [J m^2/s^2]
 
@@ -42,19 +42,19 @@ struct Turned {
 
 // Adds driven walls; `free`: their speeds in V_free [m/s]. Copies count on subdomains that have a contact with them.
 template <class M>
-void add_turned_walls(const ContactProblem<M>& problem, const std::vector<double>& free, Turned& turned) {
+void add_wall_changes(const ContactProblem<M>& problem, const std::vector<double>& free, VelocityChange& total) {
     std::vector<char> touched(problem.walls.size(), 0);
     for (const auto& c : problem.wall_contacts) touched[static_cast<std::size_t>(c.j)] = 1;
     for (std::size_t w = 0; w < problem.walls.size(); ++w) {
         const double change = problem.walls[w].speed - free[w];
-        if (touched[w] && problem.walls[w].inv_mass > 0) turned.add(problem.walls[w].inv_mass, change * change);
+        if (touched[w] && problem.walls[w].inv_mass > 0) total.add(problem.walls[w].inv_mass, change * change);
     }
 }
 
-// What contacts changed of one problem; velocities must be glued (METHOD.md, section 5.2).
+// The change of one problem's velocities by its contacts; velocities must be glued (METHOD.md, section 5.2).
 template <class M>
-Turned turned(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
-    Turned total;
+VelocityChange velocity_change(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
+    VelocityChange total;
     for (std::size_t g = 0; g < problem.bodies.size(); ++g) {
         const Body<M>& body = problem.bodies[g];
         const typename M::Velocity change = body.v - free.bodies[g];
@@ -63,7 +63,7 @@ Turned turned(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
             square += body.inv_mass / body.inv_inertia * change.template tail<M::spins>().squaredNorm();
         total.add(body.inv_mass, square);
     }
-    add_turned_walls(problem, free.walls, total);
+    add_wall_changes(problem, free.walls, total);
     return total;
 }
 

@@ -22,20 +22,20 @@ struct ResidualParts {
     // sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
     // and limit are, r_n and mu r_n in Coulomb's law
     double work = 0;
-    double made = 0;         // sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
-    Turned turned;           // what the contacts do to the bodies
-    double penetration = 0;  // h max(-v_n - bias), how far the step would drive a contact in [m]
-    double miss = 0;         // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
+    double made = 0;                 // sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
+    VelocityChange velocity_change;  // of the bodies, by the contacts
+    double penetration = 0;          // h max(-v_n - bias), how far the step would drive a contact in [m]
+    double miss = 0;                 // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
     double eta() const { return energy_residual(change, energy, next_energy, round_off); }  // METHOD.md, section 5.1
 
-    // What stands for |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over
-    // |V - V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
+    // Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
+    // V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
     double velocity_error() const {
         if (eta() == 0) return 0;
-        if (turned.energy == 0) return std::numeric_limits<double>::infinity();
+        if (velocity_change.energy == 0) return std::numeric_limits<double>::infinity();
         const double forbidden = work / scale();
-        const double worst = miss / std::sqrt(turned.mean_square() * scale() / turned.energy);
+        const double worst = miss / std::sqrt(velocity_change.mean_square() * scale() / velocity_change.energy);
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
 
@@ -44,16 +44,17 @@ struct ResidualParts {
 
     // Members that reduce() adds up over subdomains.
     auto summed() {
-        return std::tie(change, energy, next_energy, round_off, contacts, work, made, turned.energy, turned.quartic);
+        return std::tie(change, energy, next_energy, round_off, contacts, work, made, velocity_change.energy,
+                        velocity_change.quartic);
     }
     auto largest() { return std::tie(penetration, miss); }  // members of which reduce() takes the largest
 
-    // |V - V_free|_M^2 [J], what works are compared with. A change of velocities below 1e-8 of the velocities
-    // themselves is not asked to be more exact than that.
-    double scale() const { return std::max(turned.energy, 1e-16 * round_off); }
+    // Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
+    // being asked to be more exact than that.
+    double scale() const { return std::max(velocity_change.energy, 1e-16 * round_off); }
 };
 
-// Adds these contacts, all of one kind, to the sums; `turned` is left as it is.
+// Adds these contacts, all of one kind, to the sums; `velocity_change` is left as it is.
 template <class M>
 void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, auto kind,
                   ResidualParts& parts) {
@@ -97,7 +98,7 @@ ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocit
     ResidualParts parts;
     add_residual(problem, problem.contacts, BetweenGrains{}, parts);
     add_residual(problem, problem.wall_contacts, WithWall{}, parts);
-    parts.turned = turned(problem, free);
+    parts.velocity_change = velocity_change(problem, free);
     return parts;
 }
 

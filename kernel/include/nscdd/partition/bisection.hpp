@@ -80,8 +80,8 @@ class Bisection {
 
 namespace detail {
 
-// Cuts all pieces of a level together. A process has its own points alone, and asks the others how many there are in
-// each slice of a piece.
+// Cuts all pieces of a level together. A process has its own points alone; one reduction counts the points of all
+// processes in each slice of a piece.
 template <class M>
 class Bisector {
   public:
@@ -116,7 +116,7 @@ class Bisector {
 
     struct Point {
         Vec x;
-        int piece;  // -1: it has its rank
+        int piece;  // number of the piece that it is in; -1: it has its rank
     };
     struct Piece {
         std::size_t node;  // of its cut
@@ -129,20 +129,23 @@ class Bisector {
         int slice(double x) const {  // of from <= x < to
             const double at = (x - from) / (to - from) * slices;
             int slice = at > 0 ? std::min(static_cast<int>(at), slices - 1) : 0;
-            while (slice > 0 && x < place(slice)) --slice;  // round-off must not part it from its borders
+            // else round-off could choose a slice whose borders do not enclose x
+            while (slice > 0 && x < place(slice)) --slice;
             while (x >= place(slice + 1)) ++slice;
             return slice;
         }
     };
 
-    // To the box of a piece's points, along whose longest side it is cut. Pieces without points keep theirs.
+    // Shrinks each piece to the box of its points, along whose longest side it is cut. Pieces without points keep their
+    // box.
     void shrink_to_points() {
         constexpr double none = -std::numeric_limits<double>::infinity();
         constexpr std::size_t size = 2 * M::dim;
         std::vector<Buffer> mine(points_.size(), Buffer(pieces_.size() * size, none));
         visit_points([&](std::size_t k, std::size_t piece, const Vec& x) {
             for (std::size_t d = 0; d < M::dim; ++d) {
-                double& low = mine[k][piece * size + d];  // with sign turned
+                // minus the lowest coordinate, because reduce() takes the largest
+                double& low = mine[k][piece * size + d];
                 double& high = mine[k][piece * size + M::dim + d];
                 low = std::max(low, -x[static_cast<int>(d)]);
                 high = std::max(high, x[static_cast<int>(d)]);
@@ -162,7 +165,8 @@ class Bisector {
         }
     }
 
-    // To the slice at which the first side has its share; `last`: to the better border of it.
+    // Narrows from and to to the slice at which the first side has its share; `last`: to the better border of that
+    // slice.
     void narrow(bool last) {
         constexpr std::size_t size = slices + 2;  // points below, in each slice, above
         std::vector<Buffer> mine(points_.size(), Buffer(pieces_.size() * size, 0.0));
@@ -218,7 +222,7 @@ class Bisector {
         pieces_.swap(halves);
     }
 
-    // Calls visit(hosted rank, piece, point) for those that are in a piece still to be cut.
+    // Calls visit(hosted rank, piece, point) for the points in pieces still to be cut.
     void visit_points(auto&& visit) const {
         for (std::size_t k = 0; k < points_.size(); ++k)
             for (const Point& point : points_[k])
@@ -233,7 +237,7 @@ class Bisector {
 
 }  // namespace detail
 
-// By the candidates of the last rough detection, before the first one by grains. `imbalance`: Partitioner.
+// Deals out the candidates of the last rough detection, or the grains before the first one. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_bisection(double imbalance = 1.1) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };

@@ -28,8 +28,8 @@ class CellTable {
     using Vec = typename M::Vec;
 
     // `low`: corner of the box [m]; `edge`: of a cell, per axis [m]; `owner`: of each cell, the first axis fastest.
-    // Throws std::invalid_argument for cells that are none, for another number of owners, for one that is no rank, and
-    // for a box that is not finite.
+    // Throws std::invalid_argument for a number of cells below 1, another number of owners, an owner that is no rank,
+    // and a box that is not finite.
     CellTable(const std::array<int, M::dim>& cells, const Vec& low, const Vec& edge, std::vector<int> owner, int ranks)
         : cells_(cells), low_(low), edge_(edge), owner_(std::move(owner)), ranks_(ranks) {
         double count = 1;
@@ -93,18 +93,19 @@ class CellTable {
 
 namespace detail {
 
-// Contacts and grains put together by cells. A contact joins the cell of its midpoint, which weighs one more for it,
-// with those of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for the
-// least of this, over the cells that hold grains.
+// Contacts and grains counted by cells. A contact adds one to the weight of its midpoint's cell, and joins that cell
+// with the cells of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for the
+// fewest grains sent, over the cells that hold any.
 class CellGraph {
   public:
-    std::vector<idx_t> contacts, grains;                            // with the midpoint, and the centre, in a cell
-    std::map<std::pair<std::int64_t, std::int64_t>, idx_t> joined;  // contacts that join two cells, the lower first
+    std::vector<idx_t> contacts, grains;  // numbers by cell: of midpoints of contacts, of centres of grains
+    std::map<std::pair<std::int64_t, std::int64_t>, idx_t> joined;  // contacts that join two cells, lower cell first
 
-    static constexpr std::size_t few = 8;  // cells a rank, with which METIS fails, and prints that it does
+    static constexpr std::size_t few = 8;  // cells a rank; with fewer METIS fails, and prints that it does
 
-    // Where no contacts are known: a cell is joined with the next one along each axis that has grains, by as many as
-    // the one with fewer has. Without this METIS would deal cells from all over the box to a rank.
+    // Where no contacts are known: joins each cell with the next one along each axis that has grains, as if by one
+    // contact for each grain of the cell that has fewer. Without this METIS would deal cells from all over the box to a
+    // rank.
     template <std::size_t dim>
     void join_neighbours(const std::array<int, dim>& cells) {
         for (std::size_t cell = 0; cell < contacts.size(); ++cell) {
@@ -121,7 +122,7 @@ class CellGraph {
         }
     }
 
-    // Rank of each cell; -1 for those without contacts, which METIS need not know. Empty if it fails.
+    // Rank of each cell; -1 for cells without contacts, which METIS need not know. Empty if METIS fails.
     std::vector<int> part(int ranks) const {
         std::vector<int> owner(contacts.size(), -1);
         std::vector<idx_t> vertex(contacts.size(), -1), weight, sizes, begin{0}, to, shared;
@@ -162,7 +163,8 @@ class CellGraph {
     }
 
   private:
-    // One cell after the other, until a rank has its share. The last cells may have no contact, only grains of some.
+    // Gives a rank one cell after the other, until it has its share. The last cells may have no contact, only a grain
+    // of one.
     static void deal_in_turn(const std::vector<idx_t>& weight, int ranks, std::vector<idx_t>& found) {
         const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
         double before = 0;
@@ -188,7 +190,7 @@ class CellGraph {
     }
 };
 
-// Cells without an owner take that of the nearest that has one, by steps along the axes.
+// Gives cells without an owner that of the nearest cell with one, by steps along the axes.
 template <std::size_t dim>
 void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
     std::vector<std::size_t> front;
@@ -291,8 +293,8 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 
 }  // namespace detail
 
-// By the candidates of the last rough detection, before the first one by grains. The graph is that of a few hundred
-// cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
+// Deals out the candidates of the last rough detection, or the grains before the first one. The graph is that of a few
+// hundred cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_metis(double imbalance = 1.1) {
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {

@@ -39,7 +39,7 @@ concept HasNumbers = requires(const P& partition) {
 
 // int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
 // visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
-// along each axis; for ranks that do not, now and then, it may be called as well.
+// along each axis; now and then it may call visit() for other ranks as well.
 // name(): what reports say.
 template <class P, class M>
 concept PartitionOf =
@@ -71,7 +71,7 @@ class Partition {
         held_->visit_owners(point, reach, std::ref(visit));
     }
     std::string name() const { return held_->name(); }  // what reports say
-    // All that it is, for a partition to be made again where a stored simulation goes on; empty if it cannot say.
+    // Numbers from which this partition can be made again, for a stored simulation that goes on; empty if it has none.
     Buffer numbers() const { return held_->numbers(); }
 
   private:
@@ -111,22 +111,22 @@ struct Box {
 // What a partition may be made from.
 template <class M>
 struct PartitionInput {
-    // Those of the last rough detection, with its candidates; before the first one they have none, and the grains lie
-    // anywhere.
+    // Subdomains of the last rough detection, with its candidates. Before the first one there are no candidates, and
+    // the grains may lie on any rank.
     const std::vector<Subdomain<M>>& parts;
     Communicator& comm;  // parts[k] is that of its k-th hosted rank
     Box<M> box;          // of all grains of the scene
     Buffer numbers;      // of the partition until now; empty if there is none
 };
 
-// How a simulation comes by its partition.
+// Makes the partition of a simulation.
 template <class M>
 struct Partitioner {
-    std::string kind;  // the same for all that restore() understands
+    std::string kind;  // kind of partition, the same for all that restore() can make
     // Collective; the same partition on every process.
     std::function<Partition<M>(const PartitionInput<M>&)> make;
-    // The partition that has these numbers, for so many ranks; nothing where there is none, or not of this kind. Empty
-    // function: where a stored simulation goes on its partition is made anew.
+    // The partition that has these numbers, for `ranks` ranks; empty if they are no partition of this kind. Without
+    // this function the partition is made anew where a stored simulation goes on.
     std::function<std::optional<Partition<M>>(std::span<const double> numbers, int ranks)> restore = {};
     // A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
     // has a tenth more than when the partition was made. 1: it is made anew at every rough detection.

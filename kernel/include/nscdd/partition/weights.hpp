@@ -32,7 +32,7 @@ bool any_candidates(const std::vector<Subdomain<M>>& parts, Communicator& comm) 
     return reduce(comm, 0, [&parts](std::size_t k) { return Buffer{candidate_count(parts[k])}; })[0] > 0;
 }
 
-// Busiest rank over mean; 1 where there is nothing to do. Collective.
+// Candidates of the busiest rank over their mean; 1 where there are none. Collective.
 template <class M>
 double measure_imbalance(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     const auto count = [&parts](std::size_t k) { return Buffer(2, candidate_count(parts[k])); };

@@ -56,7 +56,7 @@ struct Cone {
     }
 
     // The longest t for which a + t da is inside, a being inside; at most `most`.
-    double reach(const Vec& a, const Vec& da, double most) const {
+    double step_limit(const Vec& a, const Vec& da, double most) const {
         const double slope = da.dot(n), tangential = tangent(da).norm();
         const double square = (slope - tangential) * (slope + tangential);
         const double half = a.dot(n) * slope - tangent(a).dot(tangent(da)), inside = determinant(a);

@@ -1,9 +1,9 @@
-// From an estimate, or none, to where the statuses of all contacts are known: an interior-point method on Coulomb's law
-// as it is, in De Saxce's form [DeSaxce98],
+// An interior-point method on Coulomb's law as it is, in De Saxce's form [DeSaxce98], from an estimate, or none, until
+// the status of every contact is known,
 //     x = B r,   w = u_free + L x + mu |w_t| n,   r in K,  w in K*,  r . w = 0       (LinearContacts for L, B)
-// Hyperstaticity does no harm: of all impulses that are answers it heads for the centre. The Jacobian is I + B Q L with
-// one block of Q for each contact. The velocity mu |w_t| n is differentiated like the rest, so Q is not symmetric;
-// [Acary11] freezes it, and iterates on it.
+// It works on hyperstatic packings too: of all impulses that are answers it heads for the centre. The Jacobian is I + B
+// Q L with one block of Q for each contact. The velocity mu |w_t| n is differentiated like the rest, so Q is not
+// symmetric; [Acary11] freezes it, and iterates on it.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -25,8 +25,8 @@ class InteriorPoint {
     InteriorPoint(const LinearContacts<size>& problem, const NewFactors& new_factors)
         : problem_(problem), new_factors_(new_factors), contacts_(problem.contacts()) {}
 
-    // Starts as near to r as an answer of this residual allows, 1 where nothing is known. Calls judge(r) on the
-    // impulses of every iterate until it says stop, or no further step can be found. Counts in report.iterations and
+    // Starts from r, as near to it as the residual allows; residual 1: nothing is known. Calls judge(r) on the impulses
+    // of every iterate until it says stop, or no further step can be found. Counts in report.iterations and
     // report.factorisations, at most max_iterations.
     template <class Report>
     void operator()(const Eigen::VectorXd& r, double residual, auto&& judge, int max_iterations, Report& report) {
@@ -47,7 +47,7 @@ class InteriorPoint {
                 length = find_direction(*factors);
                 if (!std::isfinite(dx_.squaredNorm() + dr_.squaredNorm())) return;
             }
-            if (length < 1e-3) return;  // no way on, as where there is no answer
+            if (length < 1e-3) return;  // no further step, as when there is no answer
             if (length > 0.5)
                 for (Local& local : contacts_) local.compliance = local.compliance > 1e-8 ? local.compliance / 3 : 0;
             x_ += length * dx_;
@@ -61,7 +61,7 @@ class InteriorPoint {
     using Block = typename detail::Cone<size>::Block;
 
     // A contact in coordinates where the cone of friction is the circular one of 45 degrees: r = T r^, w^ = T w.
-    // Without friction only the normal is left. All that is refreshed at every iterate is here.
+    // Without friction only the normal is left. Has all that changes with the iterate.
     struct Local {
         detail::Cone<size> cone;
         Block to_world, to_cone;  // T, and T^-1 where there is one
@@ -69,7 +69,7 @@ class InteriorPoint {
         detail::ConeScaling<size> scaling;
         Vec slip;               // mu w_t/|w_t|
         double compliance = 0;  // added to W_cc for the step alone, in shares of its diagonal
-        Block response, kept;   // dr = -response (L dx - residual) + kept (...)
+        Block response, kept;   // dr = kept T k - response (L dx - residual), see linearise()
     };
 
     // False when there is nothing to solve for: no impulses, no velocities.
@@ -124,8 +124,8 @@ class InteriorPoint {
         return true;
     }
 
-    // dr^ = k - W^-2 dw^,  dw = (I + n slip^T)(L dx + compliance D dr - residual),  so dr = kept T k - response
-    // (..)
+    // dr^ = k - W^-2 dw^,  dw = (I + n slip^T)(L dx + compliance D dr - residual),
+    // so dr = kept T k - response (L dx - residual), k the constant given to solve().
     Eigen::SparseMatrix<double> linearise() {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(contacts_.size() * size * size);
@@ -152,15 +152,15 @@ class InteriorPoint {
     // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
     double find_direction(const SparseFactors& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
-        const double reach = std::min(1.0, longest());
+        const double step = std::min(1.0, longest());
         double left = 0;
         for (std::size_t c = 0; c < contacts_.size(); ++c) {
             const Local& local = contacts_[c];
-            left += (local.w + reach * (local.to_world * problem_.at(dw_, c)))
-                        .dot(local.r + reach * (local.to_cone * problem_.at(dr_, c)));
+            left += (local.w + step * (local.to_world * problem_.at(dw_, c)))
+                        .dot(local.r + step * (local.to_cone * problem_.at(dr_, c)));
         }
         const double sigma = std::clamp(std::pow(left / gap_, 3), 1e-4, 1.0);
-        // where the velocities are inconsistent the gap must not run ahead
+        // the gap must not fall ahead of the inconsistency of the velocities
         const double target = std::max(sigma * gap_, 0.1 * inconsistency_) / double(contacts_.size());
         const Eigen::VectorXd dr = dr_, dw = dw_;
         std::size_t c = 0;
@@ -202,17 +202,17 @@ class InteriorPoint {
     }
 
     // The step at which the contact would leave its cones, at most `most`. For w this is where w_n = mu |w_t|.
-    double reach(std::size_t c, double most) const {
+    double step_limit(std::size_t c, double most) const {
         const Local& local = contacts_[c];
         const Vec edge = local.cone.n - local.slip;
         const double slack = edge.dot(problem_.at(w_, c)), slope = edge.dot(problem_.at(dw_, c));
         const double t = slope < 0 ? std::min(most, -slack / slope) : most;
-        return local.cone.reach(local.r, local.to_cone * problem_.at(dr_, c), t);
+        return local.cone.step_limit(local.r, local.to_cone * problem_.at(dr_, c), t);
     }
 
     double longest() const {
         double t = 2;
-        for (std::size_t c = 0; c < contacts_.size(); ++c) t = reach(c, t);
+        for (std::size_t c = 0; c < contacts_.size(); ++c) t = step_limit(c, t);
         return t;
     }
 
@@ -221,7 +221,7 @@ class InteriorPoint {
     // it in pseudo-time; the answer is untouched, since at the end dr = 0.
     void soften(double length) {
         for (std::size_t c = 0; c < contacts_.size(); ++c)
-            if (reach(c, 2.0) < 3 * length) contacts_[c].compliance = std::max(10 * contacts_[c].compliance, 1e-3);
+            if (step_limit(c, 2.0) < 3 * length) contacts_[c].compliance = std::max(10 * contacts_[c].compliance, 1e-3);
     }
 
     const LinearContacts<size>& problem_;

@@ -23,8 +23,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 // Which method takes the steps (METHOD.md, section 11).
 enum class Descent {
-    spectral,     // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
-    accelerated,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
+    spectral,  // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
+    nesterov,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
 };
 
 namespace detail {
@@ -90,7 +90,7 @@ class BodyGradient {
     ContactProblem<M>& problem_;
 };
 
-// The same from a stored W. Throws std::invalid_argument where its diagonal is not positive.
+// The same gradient from a stored W. Throws std::invalid_argument where its diagonal is not positive.
 template <int dim>
 class BlockGradient {
   public:
@@ -116,7 +116,8 @@ class BlockGradient {
     const DelassusProblem<dim>& problem_;
 };
 
-// The iteration, on either. One call of iterate() is one product with W, as a sweep is, but for steps refused.
+// The iteration, for bodies or a stored W. One call of iterate() is one product with W, as a sweep is, but for steps
+// refused.
 template <class Gradient>
 class ProjectedGradient {
   public:
@@ -132,7 +133,7 @@ class ProjectedGradient {
         if (descent_ == Descent::spectral)
             spectral();
         else
-            accelerated();
+            nesterov();
     }
 
   private:
@@ -184,8 +185,8 @@ class ProjectedGradient {
         if (!(sums.length > 0)) return;
         of_.move(d_, 1);
         const Curvature w = curvature();
-        // the change of the quadratic with s frozen, compared with the largest of the last values; beyond it the exact
-        // minimum along d, which always is below
+        // The change of the quadratic with s frozen, compared with the largest of the last values. If that is exceeded:
+        // the exact minimum along d, which always is below.
         const double highest = *std::max_element(values_.begin(), values_.end());
         double t = 1;
         if (value_ + sums.slope + 0.5 * w.along > highest + 1e-4 * sums.slope && w.along > 0) {
@@ -197,8 +198,8 @@ class ProjectedGradient {
         if (w.along > 0) choose_step(sums.length / w.along, w.along / w.image);
     }
 
-    // Of Barzilai and Borwein's two steps the long one, or the least of the last short ones where they differ much;
-    // what is much adapts itself [Bonettini09]. Either of them alone takes four times the iterations.
+    // Takes the long one of Barzilai and Borwein's two steps, or the least of the last short ones where they differ by
+    // more than a factor that adapts itself [Bonettini09]. Either step alone takes four times the iterations.
     void choose_step(double length, double shorter) {
         short_[slot_ % short_.size()] = shorter;
         if (shorter < switch_ * length) {
@@ -212,9 +213,9 @@ class ProjectedGradient {
     }
 
     // From y, extrapolated past r by the last change, to P_K(y - t D^-1 (u + s)); t is cut until the quadratic lies
-    // below its model there, and grows again. s stays for some iterations: extrapolating with one that moves goes round
-    // in circles.
-    void accelerated() {
+    // below its model there, and grows again. s stays for some iterations: with an s that moves the extrapolation goes
+    // round in circles.
+    void nesterov() {
         if (y_.empty()) {
             y_.resize(d_.size()), slip_.resize(d_.size());
             before_ = contacts_.r, u_before_ = contacts_.u;
@@ -265,15 +266,15 @@ class ProjectedGradient {
     std::array<double, 5> short_;
     std::size_t slot_ = 0;
 
-    double momentum_ = 1;  // accelerated
+    double momentum_ = 1;  // nesterov
     int age_ = 0;          // of s
 };
 
 }  // namespace detail
 
-// The problem of bodies, in and out as for nlgs(); of the options sweeps, relaxation and window are of no
-// concern. Throws std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and
-// for options without an end.
+// The problem of bodies, in and out as for nlgs(); options `sweeps`, `relaxation` and `window` are ignored. Throws
+// std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and for options
+// without an end.
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {

@@ -64,7 +64,7 @@ class ProximalNewton {
     struct Point {
         Eigen::VectorXd x, y, r, f;
         double norm = 0;  // |F|
-        double prox = 0;  // |(r - r_k)/rho| as an energy norm: the error of r_{k+1} that only k can reduce
+        double prox = 0;  // |(r - r_k)/rho| as an energy norm: the error of r_{k+1} that only further k reduce
     };
 
     ProjectedImpulse<size> project(std::size_t c, const Eigen::VectorXd& u, Law law) const {

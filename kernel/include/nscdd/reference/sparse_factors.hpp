@@ -1,5 +1,5 @@
-// What the Newton methods factorise with, any sparse solver of Eigen's interface, behind one type: the methods are
-// compiled once for all of them. A call costs nothing beside a factorisation.
+// Factorisations for the Newton methods, by any sparse solver of Eigen's interface, behind one type: the methods are
+// compiled once for all solvers. A virtual call costs nothing beside a factorisation.
 #pragma once
 
 #include <Eigen/SparseCore>

@@ -25,7 +25,7 @@ class BroadPhase {
     const Partition<M>& partition() const { return *partition_; }        // of the last rough detection
     double imbalance_when_made() const { return imbalance_when_made_; }  // of the partition (Partitioner) [1]
 
-    // Counts a step. True when rough detection is due by their number.
+    // Counts a step. True when rough detection is due by the number of steps since the last one.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.rough_every; }
 
     // Rough detection with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
@@ -44,7 +44,7 @@ class BroadPhase {
         steps_since_ = 0;
     }
 
-    // The rough detection that another simulation made. Collective.
+    // Repeats the last rough detection of another simulation. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 Radii radii, const RoughDetection<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
@@ -109,8 +109,8 @@ class BroadPhase {
         });
     }
 
-    // Rough detection in the partition as it is or, where that has become uneven, in a new one. The first one is made
-    // before there are candidates, and anew of those that it leads to.
+    // Rough detection in the partition as it is or, where that has become uneven, in a new one. The first partition is
+    // made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 const std::vector<Wall<M>>& walls, Radii radii, const Box<M>& box) {
         const double allowed = settings.partition.imbalance;

@@ -1,4 +1,4 @@
-// What a state weighs: sums over the scene, for checks and reports. Collective.
+// Sums over the scene that describe a state, for checks and reports. Collective.
 #pragma once
 
 #include "nscdd/step/simulation.hpp"
@@ -32,7 +32,7 @@ struct Measures {
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
 };
 
-// Whether it pushes: its normal impulse is above zero.
+// Whether a contact pushes: its normal impulse is above zero.
 template <class M>
 bool carries_impulse(const Contact<M>& c) {
     if constexpr (M::friction)
@@ -81,8 +81,8 @@ Measures<M> measure(const Simulation<M>& simulation) {
             if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
             m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
         }
-        // a share per copy that carries: exact but for interface grains with a copy that carries nothing, counted in
-        // part
+        // Each copy that carries counts 1/multiplicity: exact but for interface grains with a copy that carries
+        // nothing, of which only a part is counted.
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
         return m;

@@ -1,4 +1,4 @@
-// What a simulation is made of, and what of it cannot be: all checks throw std::invalid_argument with one line.
+// What a simulation is made of, and checks of it: all throw std::invalid_argument with one line.
 #pragma once
 
 #include <algorithm>

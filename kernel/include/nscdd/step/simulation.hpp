@@ -37,7 +37,7 @@ template <class M>
 class Simulation {
   public:
     // Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
-    // processes, each grain from one. The same of impulses.
+    // processes, each grain from one. Impulses likewise.
     //
     // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
     // positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
@@ -160,7 +160,7 @@ class Simulation {
     }
 
     // Unlike std::max it keeps a NaN.
-    static double larger(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
+    static double larger_or_nan(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
 
     // Largest values over the scene, by one reduction. Throws std::runtime_error when they are not finite.
     Survey survey(Velocities which, double lookahead = 0) {
@@ -169,16 +169,17 @@ class Simulation {
             Survey s;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 const typename M::Vec v = velocity(part, g, which);
-                s.speed = larger(s.speed, v.norm());
-                s.moved = larger(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
+                s.speed = larger_or_nan(s.speed, v.norm());
+                s.moved =
+                    larger_or_nan(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
             }
             return s;
         });
         for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
             const Wall<M>& wall = settings_.walls[w];
             const double speed = normal_speed(w, which);
-            total.speed = larger(total.speed, std::abs(speed));
-            total.moved = larger(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
+            total.speed = larger_or_nan(total.speed, std::abs(speed));
+            total.moved = larger_or_nan(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
         }
         total.speed += settings_.h * settings_.gravity.norm();
         if (!std::isfinite(total.moved + total.speed))
@@ -281,7 +282,8 @@ class Simulation {
             part.wall_pairs[static_cast<std::size_t>(part.wall_source[c])].r = part.problem.wall_contacts[c].r;
     }
 
-    // Nothing detected before what moves until the first detection, and a state to go on from may be of another step.
+    // Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
+    // come from another h.
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
         const Survey start = survey(Velocities::known, time);
@@ -295,7 +297,7 @@ class Simulation {
         if (all[0] > 0) refuse_passage(passages);
     }
 
-    // What task(k) returns for each hosted rank, of all ranks: asked for once something is wrong.
+    // What task(k) returns for each rank, of all ranks. Only called once something is wrong.
     std::vector<Buffer> gathered(auto&& task) const {
         std::vector<Buffer> mine, all;
         for (std::size_t k = 0; k < parts_.size(); ++k) mine.push_back(task(k));
@@ -306,7 +308,7 @@ class Simulation {
         return all;
     }
 
-    // passages[k]: of the k-th hosted rank; one of all ranks is found.
+    // passages[k]: of the k-th hosted rank; on some rank there is one.
     [[noreturn]] void refuse_passage(const std::vector<Passage>& passages) const {
         Passage worst;
         for (const Buffer& p : gathered([&](std::size_t k) {

@@ -16,7 +16,7 @@ struct Candidate {
     typename M::Impulse r = M::Impulse::Zero();  // on i [N s], 0 where it is no contact
     static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
     double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
-    bool missed = false;     // left out, and then found to close within the step: the next attempt takes it in
+    bool missed = false;     // left out, then found to close within the step: a contact in the next attempt
 };
 
 template <class M>

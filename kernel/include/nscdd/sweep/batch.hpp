@@ -36,14 +36,14 @@ template <class M>
 struct BatchGroup {
     Batches batches;
     std::vector<int> i, j;     // where the row of each body begins; j may be the wall
-    std::vector<char> shared;  // of each batch: 1 if a body or a wall of it has several copies
-    std::vector<char> open;    // of each batch: 1 if it has no impulse, none in its past, and cannot pull
+    std::vector<char> shared;  // of each batch: 1 if one of its bodies or walls has several copies
+    std::vector<char> open;    // of each batch: 1 if it is open, see find_open()
     std::vector<typename M::Law::Coefficients> coefficients;  // of each batch: its contacts have the same
     AlignedDoubles data;                                      // of each batch: the fields
     AlignedDoubles past;    // of each batch: Anderson's metric, and of each of its slots iterate and change
     std::size_t count = 0;  // batches
     std::size_t first = 0;  // of them with the contacts that are swept first
-    bool driven = false;    // with walls of which any is
+    bool driven = false;    // true for contacts with walls when any wall of the problem is driven
 
     static constexpr std::size_t lanes = Packet::width;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
@@ -56,8 +56,8 @@ struct BatchGroup {
         return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
-    // Whether the contacts are more than a core's caches hold, about 4 MiB. Then the sweep fetches them ahead: the rows
-    // that it reads in between keep the processor from seeing that contacts follow each other in memory.
+    // True if contact data exceed 4 MiB, about a core's caches. They are then prefetched: the reads of rows in between
+    // hide from the processor that contacts are consecutive.
     bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{4} << 20; }
     static void prefetch(const double* from, std::size_t size) {
         for (std::size_t k = 0; k < size; k += 64 / sizeof(double)) __builtin_prefetch(from + k);
@@ -65,7 +65,7 @@ struct BatchGroup {
     void prefetch(std::size_t batch) const { prefetch(fields(batch), BatchLayout<M>::fields * lanes); }
     void prefetch_past(std::size_t batch, int window) const { prefetch(metric(batch, window), past_size(window)); }
 
-    // Notes which batches are open.
+    // Sets open[k] to 1 if impulses, stored iterates and changes of batch k are 0 and its law never gives r_n < 0.
     void find_open(int window) {
         open.resize(count);
         for (std::size_t k = 0; k < count; ++k) {
@@ -81,7 +81,8 @@ struct BatchGroup {
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };
 
-// The walls of a batch, by lane. Where none is driven (said once for a problem) no speed is read, computed or stored.
+// The walls of a batch, by lane. Where no wall of the problem is driven, speeds are neither read nor computed nor
+// stored.
 template <class M, bool driven>
 struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;

@@ -33,9 +33,9 @@ class BodyRows {
     // Rows cannot hold a body that moves and does not turn, or the other way round.
     bool fits() const { return fits_; }
 
-    // Where the row of a body begins, dealt out when first asked for. Rows follow each other as a sweep first comes to
-    // them: those that no cache holds stream then, as the contacts do (64,000 spheres: 5 to 8 instead of 15 ns a
-    // contact).
+    // Where the row of a body begins, given out when first asked for. Rows lie in the order in which a sweep first
+    // reads them: rows that no cache holds are then read in sequence, as contacts are (64,000 spheres: 5 to 8 instead
+    // of 15 ns a contact).
     std::size_t row_of(int body) {
         int& at = row_of_[static_cast<std::size_t>(body)];
         const bool fresh = at < 0;
@@ -43,7 +43,7 @@ class BodyRows {
         used_ += fresh;
         return static_cast<std::size_t>(at) * width;
     }
-    // The rows, once those of the contacts have been dealt out: bodies without a contact come last.
+    // Fills the rows, after row_of() of all contacts: bodies without a contact come last.
     void load(const ContactProblem<M>& problem) {
         const std::size_t n = problem.bodies.size();
         data.assign((n + 2 * spare_pairs + n % 2) * width, 0.0);  // an even number fills whole packets
@@ -61,15 +61,15 @@ class BodyRows {
         for (std::size_t spare = 0; spare < 2 * spare_pairs; ++spare) set_mass(no_body(0) + spare * width, 1, 1);
     }
 
-    // The pair of the lanes without a contact, which never touches. Several take turns: a batch would otherwise wait
-    // for the row that the one before it has stored.
+    // Rows of two dummy bodies for unused lanes. Eight pairs in rotation: a batch that loads a row just stored must
+    // wait for the store.
     static constexpr std::size_t spare_pairs = 8;
     std::size_t no_body(std::size_t batch) const { return (row_of_.size() + 2 * (batch % spare_pairs)) * width; }
     std::size_t no_other_body(std::size_t batch) const { return no_body(batch) + width; }
 
     double inverse_rho(std::size_t body) const { return inverse_rho_[body]; }
 
-    // The velocity of a body, its spin over inverse_rho.
+    // The velocity of a body; its spin is divided by inverse_rho.
     double* row(std::size_t body) { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
     const double* row(std::size_t body) const { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
     typename M::Velocity velocity(std::size_t body) const {

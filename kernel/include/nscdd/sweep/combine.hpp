@@ -1,5 +1,5 @@
-// What an accelerated sweep does at each contact besides solving it: before, combines its iterates; after, multiplies
-// and keeps its change (anderson.hpp).
+// What an accelerated sweep does at each contact besides solving it: before() combines its iterates, after() adds its
+// products and keeps its change (anderson.hpp).
 #pragma once
 
 #include "nscdd/iterate/anderson.hpp"
@@ -55,7 +55,7 @@ template <class M>
 struct OneByOne {
     const Anderson& anderson;
     const double* metric;       // of the contact at hand
-    typename M::Impulse* past;  // and iterate and change of each slot
+    typename M::Impulse* past;  // of the contact at hand: iterate and change of each slot
     Anderson::Products& products;
 
     void before(Contact<M>& c) {

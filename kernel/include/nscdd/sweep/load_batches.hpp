@@ -25,7 +25,7 @@ void find_order(const ContactProblem<M>& problem, const std::vector<Contact<M>>&
 }
 
 // Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
-// The first `first` contacts get batches of their own. `dealt`: for its memory.
+// The first `first` contacts get batches of their own. `dealt` only keeps its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
                   BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {

@@ -49,12 +49,13 @@ class Sweeper {
         note_free(problem);
     }
 
-    // Before a sweep with an Anderson of this window; once, room for its iterates and changes, and its metric.
+    // To be called before a sweep with an Anderson of this window. The first call makes room for its iterates and
+    // changes, and sets its metric.
     void accelerate(const ContactProblem<M>& problem, int window) {
         if (window_ == 0) make_room(problem, window);
     }
 
-    // V = V_free + M^-1 H r of the impulses held here, of copies that have then to be glued.
+    // V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
     void restore_velocities(ContactProblem<M>& problem) {
         for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free_.walls[w];
         if (!batched_) {
@@ -70,7 +71,8 @@ class Sweeper {
     int window() const { return window_; }  // of accelerate() since the last load(); 0: not accelerated
 
     // One sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed. With an
-    // Anderson it starts from its combination of iterates, and adds the products of these contacts to `products` [J].
+    // Anderson the sweep starts from its combination of iterates, and adds the products of these contacts to `products`
+    // [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
         pass(problem, Pass::all);
@@ -80,7 +82,8 @@ class Sweeper {
         pass(problem, Pass::all, &anderson, &products);
     }
 
-    // Before the passes of a sweep, once. Without acceleration `anderson` is null, and `products` of pass() may be.
+    // To be called once before the passes of a sweep. Without acceleration `anderson` is null, and `products` of pass()
+    // may be null.
     void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
         if (anderson) combine_velocities(problem, *anderson);
         if (batched_) find_open();
@@ -116,9 +119,10 @@ class Sweeper {
                 for (int d = begin; d < end; ++d) sum += (now[d] - free[d]) * (now[d] - free[d]);
                 return sum;
             };
-            parts.turned.add(now[Layout::mass_at], squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
+            parts.velocity_change.add(now[Layout::mass_at],
+                                      squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
         }
-        add_turned_walls(problem, free_.walls, parts.turned);
+        add_wall_changes(problem, free_.walls, parts.velocity_change);
         return parts;
     }
 
@@ -171,7 +175,7 @@ class Sweeper {
     using Group = detail::BatchGroup<M>;
     using GrainRows = detail::Rows<Layout::row>;
     static constexpr std::size_t lanes = Packet::width;
-    static constexpr std::size_t ahead = 4;  // batches: the time of a cache miss
+    static constexpr std::size_t ahead = 4;  // batches to prefetch ahead: about the time of a cache miss
 
     // Calls f with the type of the walls of this problem.
     void with_walls(auto&& f) const {
@@ -213,7 +217,7 @@ class Sweeper {
             free_ = free_velocities(problem);
             return;
         }
-        ContactProblem<M> free;  // of which batches use and change the walls
+        ContactProblem<M> free;  // batches use and change its walls alone
         free.walls = problem.walls;
         free_rows_ = rows_.data;
         const auto none = [](const auto& batch, int d) { return Packet(0) - batch.r[d]; };
@@ -237,7 +241,7 @@ class Sweeper {
         }
     }
 
-    // Of bodies and driven walls, as the contacts' impulses will be combined.
+    // Combines the velocities of bodies and driven walls by the coefficients that will combine the contacts' impulses.
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
@@ -317,13 +321,14 @@ class Sweeper {
             batch.b.store(rows_.data.data(), group.other(k));
     }
 
-    // Which batches stays_open() is worth asking of: now and then, batches close and open seldom.
+    // Finds the open batches anew at every eighth sweep, because few change.
     void find_open() {
         if (sweeps_++ % 8 == 0) grains_.find_open(window_);
     }
 
-    // Would a sweep leave an open batch as it is? A quarter of the price of the sweep in 3D, which needs spins and two
-    // divisions. Asked of thousands of batches a sweep; left alone, GCC makes a call of it in some programs.
+    // True if v_n + bias >= 0 at every contact of an open batch: a sweep would leave its impulses 0. A quarter of the
+    // cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in some
+    // programs.
     [[gnu::always_inline]] bool stays_open(const Group& group, std::size_t batch) const {
         static_assert(Layout::row % 4 == 0);
         detail::Rows<4> a, b;  // the first four components, with the velocity
@@ -380,16 +385,16 @@ class Sweeper {
     }
 
     detail::BodyRows<M> rows_;
-    detail::AlignedDoubles free_rows_;  // V_free; where contacts are swept one by one, and of walls:
-    FreeVelocities<M> free_;
-    std::vector<double> wall_share_;  // 1/multiplicity; first that of a lane without a contact
+    detail::AlignedDoubles free_rows_;  // V_free of bodies, where batched_
+    FreeVelocities<M> free_;            // V_free of walls, and of bodies where not batched_
+    std::vector<double> wall_share_;    // 1/multiplicity of each wall; the first is for lanes without a contact
     Group grains_, walls_;
     std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
     double inverse_relaxation_ = 1;  // 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
-    std::vector<double> metric_;                     // where contacts are swept one by one, as are
-    std::vector<typename M::Impulse> past_;          // their iterates and changes
+    std::vector<double> metric_;                     // of each contact, where not batched_
+    std::vector<typename M::Impulse> past_;          // iterates and changes of each contact, where not batched_
     std::vector<detail::AlignedDoubles> past_rows_;  // by slot
     std::vector<double> past_speeds_;                // by wall and slot
 };
