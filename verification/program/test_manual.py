@@ -1,6 +1,7 @@
 """The tutorial: its commands run in the order of the pages, and print what the pages say, numbers aside.
 
-Commands are in blocks that begin with ```sh, what they print is in the block ```text that follows. Blocks ```console are not run.
+Commands are in blocks that begin with ```sh, what they print is in the block ```text that follows. Blocks ```console are not run. Blocks ```cpp and
+```cmake whose first line is a comment with the name of a file are saved as that file.
 """
 import os
 import pathlib
@@ -13,6 +14,7 @@ from harness import NSCDD, ProgramTest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = ["1-first-scene.md", "2-paraview.md", "3-own-scene.md", "4-errors.md", "5-tolerance-and-step.md", "6-decompose.md", "7-mpi.md", "8-judge.md"]
+OWN_CODE = "9-own-code.md"  # needs none of the others
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?%?")
 
 
@@ -21,12 +23,41 @@ def steps(text):
     return re.findall(r"^```sh\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", text, re.MULTILINE | re.DOTALL)
 
 
+def files(text):
+    """{name: text} of the files that a page asks to be saved."""
+    blocks = re.findall(r"^```(?:cpp|cmake)\n((?://|#) (\S+)\n.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return {name: block for block, name in blocks}
+
+
 def shape(line):
     """A line without its numbers: those differ between compilers and processors."""
     return " ".join(NUMBER.sub("#", line).split())
 
 
-class Tutorial(ProgramTest):
+class Page(ProgramTest):
+    def run_block(self, commands):
+        environment = {key: value for key, value in os.environ.items() if key != "NSCDD"}
+        return subprocess.run(["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=300,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def follow(self, page):
+        text = (ROOT / "manual" / page).read_text()
+        for name, content in files(text).items():
+            path = self.folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(content)
+        blocks = steps(text)
+        self.assertTrue(blocks, page)
+        for commands, printed in blocks:  # each needs what those before it have made
+            done = self.run_block(commands)
+            self.assertEqual(done.returncode, 0, f"{page}:\n{commands}{done.stdout}")
+            found = {shape(line) for line in done.stdout.splitlines()}
+            for line in printed.splitlines():
+                if line and line != "...":
+                    self.assertIn(shape(line), found, f"{page} says\n{line}\nbut the commands print\n{done.stdout}")
+
+
+class Tutorial(Page):
     def setUp(self):
         super().setUp()
         for name in ("cases", "scripts"):  # copies, for scripts go to the root of their repository
@@ -38,26 +69,33 @@ class Tutorial(ProgramTest):
             if program.exists():
                 (self.folder / "build/bin" / name).symlink_to(program)
 
-    def run_block(self, commands):
-        environment = {key: value for key, value in os.environ.items() if key != "NSCDD"}
-        return subprocess.run(["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=120,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-
     def test_commands_do_what_the_pages_say(self):
         for page in PAGES:
-            blocks = steps((ROOT / "manual" / page).read_text())
-            self.assertTrue(blocks, page)
-            for commands, printed in blocks:  # each needs what those before it have made
-                done = self.run_block(commands)
-                self.assertEqual(done.returncode, 0, f"{page}:\n{commands}{done.stdout}")
-                found = {shape(line) for line in done.stdout.splitlines()}
-                for line in printed.splitlines():
-                    if line and line != "...":
-                        self.assertIn(shape(line), found, f"{page} says\n{line}\nbut the commands print\n{done.stdout}")
+            self.follow(page)
 
+
+NEEDED = [program for program in ("g++", "cmake", "make") if not shutil.which(program)]
+NEEDED += [] if pathlib.Path("/usr/include/eigen3/Eigen/Core").exists() else ["Eigen in /usr/include/eigen3"]
+
+
+class OwnCode(Page):
+    """One program is compiled twice, by a compiler and by CMake: less than a minute of one core."""
+
+    @unittest.skipIf(NEEDED, f"page 9 is not run: there is no {', no '.join(NEEDED)}")
+    def test_a_program_is_built_by_a_compiler_and_by_cmake(self):
+        for name in ("CMakeLists.txt", "kernel"):
+            (self.folder / name).symlink_to(ROOT / name)
+        self.assertEqual(sorted(files((ROOT / "manual" / OWN_CODE).read_text())),
+                         ["results/manual/mine/CMakeLists.txt", "results/manual/mine/main.cpp"])
+        self.follow(OWN_CODE)
+
+
+class Index(unittest.TestCase):
     def test_the_index_has_every_page(self):
         index = (ROOT / "manual/README.md").read_text()
-        for path in sorted((ROOT / "manual").glob("[0-9]*.md")):
+        pages = sorted((ROOT / "manual").glob("[0-9]*.md"))
+        self.assertEqual([path.name for path in pages], [*PAGES, OWN_CODE], "each page is run")
+        for path in pages:
             self.assertIn(f"({path.name})", index)
             self.assertLessEqual(len(path.read_text().splitlines()), 130, f"{path.name} is a page, not a chapter")
 
