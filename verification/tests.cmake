@@ -7,6 +7,7 @@ nscdd_test(test_scenes "sanitized" unit/test_detection.cpp unit/test_misuse.cpp 
 nscdd_test(test_iteration "" unit/test_anderson.cpp unit/test_conservation.cpp unit/test_invariance.cpp unit/test_velocity_error.cpp)
 nscdd_test(test_references "" unit/test_newton.cpp unit/test_gradient.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)
+nscdd_test(test_own_law "" unit/test_own_law.cpp)
 # 40 steps over and over: minutes under the sanitizers, in --full
 nscdd_test(test_steps "" unit/test_stepping.cpp agreement/test_reference.cpp)
 
