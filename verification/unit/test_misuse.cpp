@@ -252,6 +252,7 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     for (const double bad : {not_a_number, -1.0}) {
         CHECK(lacks(by({.tolerance = bad}), "tolerance") == "");
         CHECK(lacks(by({.velocity_error = bad}), "velocity_error") == "");
+        CHECK(lacks(by({.energy_made = bad}), "energy_made") == "");
         CHECK(lacks(by({.penetration = bad}), "penetration") == "");
     }
     for (const double bad : {not_a_number, 0.0, -1.0, 2.0}) CHECK(lacks(by({.relaxation = bad}), "relaxation") == "");
@@ -269,7 +270,12 @@ TEST_CASE("options without an end are refused", "[misuse]") {
             newton_solve(problem, options);
         });
     };
-    CHECK(lacks(exactly({.tolerance = not_a_number}), "tolerance") == "");
+    for (const double bad : {not_a_number, -1.0}) {
+        CHECK(lacks(exactly({.tolerance = bad, .warm_sweeps = 0}), "tolerance") == "");
+        CHECK(lacks(exactly({.velocity_error = bad, .warm_sweeps = 0}), "velocity_error") == "");
+        CHECK(lacks(exactly({.energy_made = bad, .warm_sweeps = 0}), "energy_made") == "");
+        CHECK(lacks(exactly({.penetration = bad, .warm_sweeps = 0}), "penetration") == "");
+    }
     CHECK(lacks(exactly({.max_iterations = -1}), "negative") == "");
     const DelassusProblem<2> none;
     std::vector<DelassusProblem<2>::Vec> r;

@@ -266,6 +266,21 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
     CHECK(std::isfinite(report.residual));
 }
 
+TEST_CASE("a problem without a least radius is not asked how deep contacts close", "[newton]") {
+    // from where eta is small already and the velocity error is not
+    ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
+    REQUIRE(nlgs(problem, {.tolerance = 1e-8, .max_iterations = 200000}).penetration > 0);
+    const NewtonOptions options{.tolerance = 1e-7, .velocity_error = 1e-11, .warm_sweeps = 0};
+    for (const bool known : {true, false}) {
+        CAPTURE(known);
+        auto solved = problem;
+        if (!known) solved.least_radius = 0;
+        const NewtonReport report = newton_solve(solved, options);
+        CHECK(report.converged);
+        CHECK(report.iterations > 0);
+    }
+}
+
 TEST_CASE("a velocity that is not a number is an error", "[newton]") {
     ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
     problem.bodies[7].v[1] = std::nan("");
