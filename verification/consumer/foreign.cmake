@@ -91,7 +91,7 @@ endforeach()
 file(WRITE ${WORK}/solver.cpp "#include <nscdd/step/simulation.hpp>
 using M = nscdd::Model<2, nscdd::Frictionless>;
 void step(nscdd::Simulation<M>& simulation) {
-    simulation.step([](std::vector<nscdd::Subdomain<M>>&, nscdd::Communicator&, nscdd::PhaseSeconds&) { RETURN; });
+    simulation.step([](std::span<nscdd::Subdomain<M>>, nscdd::Communicator&, nscdd::PhaseSeconds&) { RETURN; });
 }
 ")
 call(text ${compile} "-DRETURN=return nscdd::SolveReport{}" -fsyntax-only ${WORK}/solver.cpp)

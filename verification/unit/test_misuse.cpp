@@ -312,6 +312,22 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     CHECK(lacks(spoilt([](Wall<M>& wall) { wall.normal.setZero(); }), "wall 0: the normal") == "");
     CHECK(lacks(spoilt([](Wall<M>& wall) { wall.driven = true; }), "wall 0: it is driven") == "");
     CHECK_NOTHROW(simulation.step(solve));
+    using Problem = ContactProblem<M>;
+    const auto solved_by = [&](void (*spoil)(Problem&)) {
+        Simulation<M> other(two, settings, grains);
+        return complaint<std::logic_error>([&] {
+            other.step([&](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+                const SolveReport report = solve(parts, comm, seconds);
+                spoil(parts[1].problem);
+                return report;
+            });
+        });
+    };
+    CHECK(lacks(solved_by([](Problem& p) { p.wall_contacts.clear(); }),
+                "step 1, subdomain 1: contacts with walls were 1, the solver has made them 0") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.contacts.resize(9); }), "subdomain 1: contacts between grains") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.bodies.pop_back(); }), "subdomain 1: bodies") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.walls.clear(); }), "subdomain 1: walls") == "");
     const Simulation<M> moved = std::move(simulation);
     CHECK_THROWS_AS(simulation.step(solve), std::logic_error);  // nothing is left of it
 

@@ -103,7 +103,7 @@ ContactProblem<Spheres> pile() {
     Simulation<Spheres> simulation(comm, settings, grains);
     for (int step = 0; step < 400; ++step) simulation.step(by_nlgs<Spheres>({.tolerance = 1e-3}));
     ContactProblem<Spheres> problem;
-    simulation.step([&](std::vector<Subdomain<Spheres>>& parts, Communicator&, PhaseSeconds&) {
+    simulation.step([&](std::span<Subdomain<Spheres>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return nlgs(parts[0].problem, {});
     });
@@ -255,7 +255,7 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
     const NewtonOptions options{.penetration = 1e-6, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
     NewtonReport report;
     InProcess comm(1);
-    Simulation<M>(comm, settings, grains).step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    Simulation<M>(comm, settings, grains).step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         report = newton_solve(parts[0].problem, options);
         return report;
     });

@@ -2,7 +2,7 @@
 // compiled once for all of them: a call costs nothing beside what it sends.
 #pragma once
 
-#include <vector>
+#include <span>
 
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
@@ -17,13 +17,13 @@ class CommunicationScheme {
     virtual ~CommunicationScheme() = default;
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
-    virtual void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
+    virtual void setup(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
     // The velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not collective.
     virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
     // Sends them. Until finish() the interface grains are left alone, others may be swept.
     virtual void start() = 0;
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
-    virtual void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
+    virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
 
 // Work on what the k-th hosted rank's sweeper holds.
@@ -34,13 +34,13 @@ void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work ki
 
 // The velocities of all hosted ranks' interface grains into their messages.
 template <class M>
-void pack(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
+void pack(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
 // All at once, where nothing is swept meanwhile. Collective.
 template <class M>
-void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
+void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     pack(scheme, parts, comm);
     scheme.start();
     scheme.finish(parts, comm);
