@@ -76,12 +76,15 @@ add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DI
 add_test(NAME "consumer with options of its own" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/foreign -DSYSTEM=${eigen_include}
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/foreign.cmake)
+add_test(NAME "what the compiler says" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/messages -DSYSTEM=${eigen_include}
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/messages.cmake)
 add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR} "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
-set_tests_properties(consumer "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
+set_tests_properties(consumer "what the compiler says" "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
 # they compile for half a minute each; a header breaks the first when it is new, the kernel the second when GCC warns anew
 set_tests_properties("headers compile alone" "consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 

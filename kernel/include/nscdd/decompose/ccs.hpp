@@ -13,6 +13,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
+    static_assert(detail::complete_gluing<Gluing>());
+
   public:
     static constexpr const char* name = "ccs";                   // as the program's --scheme
     static constexpr const char* interface_name = Gluing::name;  // as the program's --interface

@@ -15,6 +15,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
+    static_assert(detail::complete_gluing<Gluing>());
+
   public:
     static constexpr const char* name = "dcs";                   // as the program's --scheme
     static constexpr const char* interface_name = Gluing::name;  // as the program's --interface

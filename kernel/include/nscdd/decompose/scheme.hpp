@@ -2,7 +2,9 @@
 // compiled once for all of them: a call costs nothing beside what it sends.
 #pragma once
 
+#include <concepts>
 #include <span>
+#include <type_traits>
 
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
@@ -25,6 +27,27 @@ class CommunicationScheme {
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
     virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
+
+// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from CommunicationScheme<M>, made without arguments.
+template <class S>
+concept GluingScheme = requires { typename S::Model; } &&
+                       std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;
+
+namespace detail {
+
+// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
+template <class S>
+struct ModelOf {
+    static constexpr bool derived = requires { requires std::derived_from<S, CommunicationScheme<typename S::Model>>; };
+    static_assert(derived, "nscdd: a scheme of gluing is a class derived from CommunicationScheme<M>, as Dcs<M> is");
+    static_assert(!derived || !std::is_abstract_v<S>,
+                  "nscdd: a scheme of gluing needs `setup`, `pack`, `start` and `finish` of CommunicationScheme<M>");
+    static_assert(!derived || std::is_abstract_v<S> || std::default_initializable<S>,
+                  "nscdd: a scheme of gluing must be made without arguments");
+    using type = typename S::Model;
+};
+
+}  // namespace detail
 
 // Work on what the k-th hosted rank's sweeper holds.
 template <class M>

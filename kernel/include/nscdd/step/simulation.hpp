@@ -82,10 +82,13 @@ class Simulation {
     // number of contacts, bodies or walls than it was given.
     template <class Solver>
     StepReport step(const Solver& solve) {
-        static_assert(StepSolver<Solver, M>,
+        using Held = std::decay_t<Solver>;  // a function is held by its address
+        static_assert(std::copy_constructible<Held>,
+                      "Simulation::step: a solver is copied, so what it has must be, or is held by std::shared_ptr");
+        static_assert(StepSolver<Held, M> || !std::copy_constructible<Held>,
                       "Simulation::step: a solver is called with (std::span<Subdomain<M>>, Communicator&, "
                       "PhaseSeconds&) and returns a SolveReport, see decompose/step_solver.hpp");
-        return step(AnyStepSolver<M>(solve));
+        if constexpr (StepSolver<Held, M>) return step(AnyStepSolver<M>(solve));
     }
     StepReport step(const AnyStepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
