@@ -31,7 +31,7 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                            \
     prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                        \
     prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                            \
-    prefix template SolveReport nscdd_solve(std::vector<Subdomain<M>>&, Communicator&, CommunicationScheme<M>&,        \
+    prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,           \
                                             const SolveOptions&, PhaseSeconds&);                                       \
     prefix template LinearContactsOf<M> linear_contacts(const ContactProblem<M>&);                                     \
     prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                  \

@@ -63,7 +63,7 @@ class SweepCosts {
     using Pass = typename Sweeper<M>::Pass;
 
     // `seconds`: of a sweep of `told`. Batches are measured on the subdomain that has most of them.
-    SweepCosts(std::vector<Subdomain<M>>& parts, const Subdomain<M>& told, double seconds, double least)
+    SweepCosts(std::span<Subdomain<M>> parts, const Subdomain<M>& told, double seconds, double least)
         : contacts_(double(told.problem.contact_count())), driven_(double(told.sweeper.driven_batches(Pass::all))) {
         const auto count = [](const Subdomain<M>& p) { return double(p.sweeper.driven_batches(Pass::rest_walls)); };
         Subdomain<M>& part = *std::ranges::max_element(parts, {}, count);
@@ -87,7 +87,7 @@ class SweepCosts {
 // Sweeps and tests one subdomain on each core, repeatedly, so that its data come from the cache that they would come
 // from in a run.
 template <class M>
-void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest& request, const SolveOptions& options,
+void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& request, const SolveOptions& options,
                       std::vector<MeasuredCost>& costs) {
     using Pass = typename Sweeper<M>::Pass;
     const Subdomain<M>& told = parts[parts.size() / 2];
@@ -132,7 +132,7 @@ void calibrate_sweeps(std::vector<Subdomain<M>>& parts, const CalibrationRequest
 // Packing and gluing of all subdomains in turn. Gluing includes the copy of the messages that a process makes of its
 // own.
 template <class Scheme, class M = typename Scheme::Model>
-void calibrate_gluing(std::vector<Subdomain<M>>& parts, Communicator& comm, double least, Work glue,
+void calibrate_gluing(std::span<Subdomain<M>> parts, Communicator& comm, double least, Work glue,
                       std::vector<MeasuredCost>& costs) {
     Scheme scheme;
     scheme.setup(parts, comm);
@@ -163,7 +163,7 @@ nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationReques
     options.max_iterations = 50;
     std::vector<MeasuredCost> costs;
     double contacts = 0;
-    const AnyStepSolver<M> measure = [&](std::vector<Subdomain<M>>& parts, Communicator& comm,
+    const AnyStepSolver<M> measure = [&](std::span<Subdomain<M>> parts, Communicator& comm,
                                          PhaseSeconds& seconds) -> SolveReport {
         by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
         for (const Subdomain<M>& part : parts) contacts += double(part.problem.contact_count()) / double(parts.size());

@@ -147,7 +147,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
     Traffic solving;
     double solver_cpu = 0;
-    const auto counted = [&](std::vector<Subdomain<M>>& parts, Communicator& c, PhaseSeconds& seconds) {
+    const auto counted = [&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
         const Traffic before = c.traffic();
         const double cpu = cpu_seconds();
         const SolveReport report = solve(parts, c, seconds);

@@ -33,13 +33,13 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     options.tolerance = 0;  // both solves end at their cap
     std::vector<Buffer> repeats;
     double contacts = 0;
-    const AnyStepSolver<M> time = [&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) -> SolveReport {
-        const std::vector<Subdomain<M>> start = parts;
+    const AnyStepSolver<M> time = [&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) -> SolveReport {
+        const std::vector<Subdomain<M>> start(parts.begin(), parts.end());
         contacts = reduce(comm, 1, [&](std::size_t k) { return Buffer{double(parts[k].problem.contact_count())}; })[0];
         const auto spent = [&](int iterations) {
             options.max_iterations = iterations;
             const AnyStepSolver<M> solve = solver(options);
-            parts = start;
+            std::ranges::copy(start, parts.begin());
             PhaseSeconds seconds;
             comm.reduce(std::vector<Buffer>(1), 0);  // all begin together
             Buffer row = read_meters(comm, seconds, window.done());

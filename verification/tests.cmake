@@ -7,6 +7,7 @@ nscdd_test(test_scenes "sanitized" unit/test_detection.cpp unit/test_misuse.cpp 
 nscdd_test(test_iteration "" unit/test_anderson.cpp unit/test_conservation.cpp unit/test_invariance.cpp unit/test_velocity_error.cpp)
 nscdd_test(test_references "" unit/test_newton.cpp unit/test_gradient.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)
+nscdd_test(test_own_law "" unit/test_own_law.cpp)
 # 40 steps over and over: minutes under the sanitizers, in --full
 nscdd_test(test_steps "" unit/test_stepping.cpp agreement/test_reference.cpp)
 
@@ -75,12 +76,15 @@ add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DI
 add_test(NAME "consumer with options of its own" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/foreign -DSYSTEM=${eigen_include}
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/foreign.cmake)
+add_test(NAME "what the compiler says" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
+         -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/messages -DSYSTEM=${eigen_include}
+         -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/messages.cmake)
 add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DWORK=${CMAKE_CURRENT_BINARY_DIR} "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
-set_tests_properties(consumer "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
+set_tests_properties(consumer "what the compiler says" "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
 # they compile for half a minute each; a header breaks the first when it is new, the kernel the second when GCC warns anew
 set_tests_properties("headers compile alone" "consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 

@@ -25,8 +25,15 @@ struct OfferedLaw {
     const char* name;
     std::array<LawKey<typename L::Pairing>, N> keys;  // optional, >= 0
 };
+// The kernel asks no name of a law, messages of the program do.
+template <class L>
+concept NamedLaw = requires {
+    { L::name } -> std::convertible_to<std::string>;
+};
+
 template <class L, class... Keys>
 constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... keys) {
+    static_assert(NamedLaw<L>, "a law that scenes may name needs `static constexpr const char* name`, for messages");
     return {name, {keys...}};
 }
 

@@ -12,7 +12,7 @@ using Model = nscdd::Model<2, nscdd::Coulomb>;
 struct Jacobi {
     double tolerance;
 
-    nscdd::SolveReport operator()(std::vector<nscdd::Subdomain<Model>>& parts, nscdd::Communicator& comm,
+    nscdd::SolveReport operator()(std::span<nscdd::Subdomain<Model>> parts, nscdd::Communicator& comm,
                                   nscdd::PhaseSeconds& seconds) const {
         if (comm.size() != 1) throw std::logic_error("Jacobi runs on one rank");
         nscdd::Stopwatch watch(comm);

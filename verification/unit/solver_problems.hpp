@@ -12,7 +12,7 @@ ContactProblem<M> next_problem(const scenes::Scene<M>& scene) {
     InProcess comm(1);
     Simulation<M> simulation(comm, scene.settings, scene.grains);
     ContactProblem<M> problem;
-    simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return nlgs(parts[0].problem, {});
     });

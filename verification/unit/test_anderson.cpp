@@ -103,7 +103,7 @@ ContactProblem<M> cold_problem(const std::vector<Grain<M>>& grains, int side, bo
     Run<M> run(nlgs_alone, lattice_settings<M>(side, driven), grains);
     run.step();
     ContactProblem<M> problem;
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         for (auto& c : problem.contacts) c.r *= -1;
         for (auto& c : problem.wall_contacts) c.r *= -1;

@@ -77,7 +77,7 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
     CAPTURE(driven);
     Run<M> run(nlgs_alone, lattice_settings<M>(side, driven), shaken_lattice<M>(random, side));
     run.step();  // so that contacts bring impulses along
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         ContactProblem<M>& fast = parts[0].problem;
         ContactProblem<M> plain = fast;
         prepare_contacts(fast);

@@ -373,7 +373,7 @@ TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no
     using M = TestType;
     ContactProblem<M> problem;
     Run<M> run(nlgs_alone, {}, two_grains<M>(1));
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return SolveReport{};
     });

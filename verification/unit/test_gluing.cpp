@@ -196,13 +196,13 @@ void with_torn_copies(int ranks, bool driven, auto&& inspect) {
     const int side = M::dim == 2 ? 6 : 4;
     Run<M> run({Scheme::dcs, ranks}, lattice_settings<M>(side, driven), shaken_lattice<M>(random, side));
     run.step();
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         Dcs<M> dcs;
         for (auto& part : parts) {
             prepare_contacts(part.problem);
             sweep(part.problem);
         }
-        inspect(parts, comm);
+        inspect(std::vector(parts.begin(), parts.end()), comm);
         return nscdd_solve<M>(parts, comm, dcs, run.options, seconds);
     });
 }

@@ -28,7 +28,7 @@ template <class M>
 AnyStepSolver<M> in_pieces(const Solver& solver, double tolerance, std::vector<double>& eta) {
     const SolveOptions piece{.tolerance = tolerance, .check_every = check_every, .max_iterations = check_every};
     const AnyStepSolver<M> once = solver.scheme == Scheme::nlgs ? by_nlgs<M>(piece) : by_nscdd<Dcs<M>>(piece);
-    return [once, &eta](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+    return [once, &eta](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         SolveReport report;
         for (report.converged = false; !report.converged && report.iterations < 20000;) {
             const int before = report.iterations;
@@ -186,8 +186,8 @@ void second_step(const Solver& solver, const Setting<M>& setting, auto&& inspect
     std::vector<double> eta;
     simulation.step(in_pieces<M>(solver, 1e-6, eta));
     bool inspected = false;
-    simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& all, PhaseSeconds& seconds) {
-        if (!inspected) inspect(parts, all);
+    simulation.step([&](std::span<Subdomain<M>> parts, Communicator& all, PhaseSeconds& seconds) {
+        if (!inspected) inspect(std::vector(parts.begin(), parts.end()), all);
         inspected = true;
         return in_pieces<M>(solver, 1e-6, eta)(parts, all, seconds);
     });

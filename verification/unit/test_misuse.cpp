@@ -252,6 +252,7 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     for (const double bad : {not_a_number, -1.0}) {
         CHECK(lacks(by({.tolerance = bad}), "tolerance") == "");
         CHECK(lacks(by({.velocity_error = bad}), "velocity_error") == "");
+        CHECK(lacks(by({.energy_made = bad}), "energy_made") == "");
         CHECK(lacks(by({.penetration = bad}), "penetration") == "");
     }
     for (const double bad : {not_a_number, 0.0, -1.0, 2.0}) CHECK(lacks(by({.relaxation = bad}), "relaxation") == "");
@@ -269,7 +270,12 @@ TEST_CASE("options without an end are refused", "[misuse]") {
             newton_solve(problem, options);
         });
     };
-    CHECK(lacks(exactly({.tolerance = not_a_number}), "tolerance") == "");
+    for (const double bad : {not_a_number, -1.0}) {
+        CHECK(lacks(exactly({.tolerance = bad, .warm_sweeps = 0}), "tolerance") == "");
+        CHECK(lacks(exactly({.velocity_error = bad, .warm_sweeps = 0}), "velocity_error") == "");
+        CHECK(lacks(exactly({.energy_made = bad, .warm_sweeps = 0}), "energy_made") == "");
+        CHECK(lacks(exactly({.penetration = bad, .warm_sweeps = 0}), "penetration") == "");
+    }
     CHECK(lacks(exactly({.max_iterations = -1}), "negative") == "");
     const DelassusProblem<2> none;
     std::vector<DelassusProblem<2>::Vec> r;
@@ -306,6 +312,22 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     CHECK(lacks(spoilt([](Wall<M>& wall) { wall.normal.setZero(); }), "wall 0: the normal") == "");
     CHECK(lacks(spoilt([](Wall<M>& wall) { wall.driven = true; }), "wall 0: it is driven") == "");
     CHECK_NOTHROW(simulation.step(solve));
+    using Problem = ContactProblem<M>;
+    const auto solved_by = [&](void (*spoil)(Problem&)) {
+        Simulation<M> other(two, settings, grains);
+        return complaint<std::logic_error>([&] {
+            other.step([&](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+                const SolveReport report = solve(parts, comm, seconds);
+                spoil(parts[1].problem);
+                return report;
+            });
+        });
+    };
+    CHECK(lacks(solved_by([](Problem& p) { p.wall_contacts.clear(); }),
+                "step 1, subdomain 1: contacts with walls were 1, the solver has made them 0") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.contacts.resize(9); }), "subdomain 1: contacts between grains") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.bodies.pop_back(); }), "subdomain 1: bodies") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.walls.clear(); }), "subdomain 1: walls") == "");
     const Simulation<M> moved = std::move(simulation);
     CHECK_THROWS_AS(simulation.step(solve), std::logic_error);  // nothing is left of it
 

@@ -103,7 +103,7 @@ ContactProblem<Spheres> pile() {
     Simulation<Spheres> simulation(comm, settings, grains);
     for (int step = 0; step < 400; ++step) simulation.step(by_nlgs<Spheres>({.tolerance = 1e-3}));
     ContactProblem<Spheres> problem;
-    simulation.step([&](std::vector<Subdomain<Spheres>>& parts, Communicator&, PhaseSeconds&) {
+    simulation.step([&](std::span<Subdomain<Spheres>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return nlgs(parts[0].problem, {});
     });
@@ -255,7 +255,7 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
     const NewtonOptions options{.penetration = 1e-6, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
     NewtonReport report;
     InProcess comm(1);
-    Simulation<M>(comm, settings, grains).step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    Simulation<M>(comm, settings, grains).step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         report = newton_solve(parts[0].problem, options);
         return report;
     });
@@ -264,6 +264,21 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
     CHECK(report.iterations <= options.max_iterations);
     CHECK(report.outer <= options.max_outer);
     CHECK(std::isfinite(report.residual));
+}
+
+TEST_CASE("a problem without a least radius is not asked how deep contacts close", "[newton]") {
+    // from where eta is small already and the velocity error is not
+    ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
+    REQUIRE(nlgs(problem, {.tolerance = 1e-8, .max_iterations = 200000}).penetration > 0);
+    const NewtonOptions options{.tolerance = 1e-7, .velocity_error = 1e-11, .warm_sweeps = 0};
+    for (const bool known : {true, false}) {
+        CAPTURE(known);
+        auto solved = problem;
+        if (!known) solved.least_radius = 0;
+        const NewtonReport report = newton_solve(solved, options);
+        CHECK(report.converged);
+        CHECK(report.iterations > 0);
+    }
 }
 
 TEST_CASE("a velocity that is not a number is an error", "[newton]") {

@@ -119,6 +119,12 @@ TEST_CASE("as many cells as ranks, near to cubes", "[partition]") {
     CHECK(choose_cells<SmoothDisks>(4, Eigen::Vector2d(1, 1)) == GridCells<2>{2, 2});
     CHECK(choose_cells<SmoothDisks>(6, Eigen::Vector2d(2, 3)) == GridCells<2>{2, 3});
     CHECK(choose_cells<SmoothDisks>(5, Eigen::Vector2d(1, 1)) == GridCells<2>{5, 1});
+    // on a line, in a plane, at one point
+    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 0, 9)) == GridCells<3>{1, 1, 4});
+    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 9, 0)) == GridCells<3>{1, 4, 1});
+    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 1, 1)) == GridCells<3>{1, 2, 2});
+    CHECK(choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 9)) == GridCells<2>{1, 3});
+    CHECK(choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 0)) == GridCells<2>{3, 1});
     CHECK_THROWS_AS(choose_cells<SmoothDisks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
 }
 
@@ -355,6 +361,22 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
     InProcess comm(3);
     const Simulation<M> again(comm, settings, run.grains(), start);
     CHECK(impulses<M>(again.parts()) == before);
+}
+
+TEMPLATE_TEST_CASE("a column of grains is cut along its axis", "[partition]", SmoothDisks, FrictionSpheres) {
+    using M = TestType;
+    const int ranks = GENERATE(2, 4);
+    SimulationSettings<M> settings;
+    settings.walls = box_walls<M>(20);
+    settings.gravity[M::dim - 1] = -1;
+    std::vector<Grain<M>> grains;
+    for (int k = 0; k < 10; ++k) {
+        grains.push_back(make_grain<M>(k, 0.5, 1.0, M::Vec::Constant(10)));
+        grains.back().position[M::dim - 1] = 0.5 + k;
+    }
+    Run<M> run({Scheme::dcs, ranks}, settings, grains);
+    CHECK(run.step().interface_grains == ranks - 1);
+    for (const auto& part : run.simulation.parts()) CHECK(part.problem.contact_count() > 0);
 }
 
 TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every step", "[partition]", SmoothDisks,

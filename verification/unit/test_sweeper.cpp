@@ -36,7 +36,7 @@ template <class M>
 void second_step(Solver solver, SimulationSettings<M> settings, const std::vector<Grain<M>>& grains, auto&& inspect) {
     Run<M> run(solver, std::move(settings), grains);
     run.step();
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         for (auto& part : parts) inspect(part.problem);
         return by_nscdd<Dcs<M>>(run.options)(parts, comm, seconds);
     });
@@ -139,7 +139,7 @@ TEMPLATE_TEST_CASE("contacts that were open for long are swept once they close",
     Run<M> run(nlgs_alone, lattice_settings<M>(side), shaken_lattice<M>(random, side));
     ContactProblem<M> scalar;
     std::vector<Grain<M>> grains;
-    run.simulation.step([&](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         scalar = parts[0].problem;
         grains = parts[0].grains;
         return SolveReport{};

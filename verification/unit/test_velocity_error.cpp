@@ -69,7 +69,7 @@ TEST_CASE("the velocity error is the same in a frame that moves", "[velocity err
         Random random(5);
         InProcess comm(1);
         Simulation<M> simulation(comm, lattice_settings<M>(4, driven), shaken_lattice<M>(random, 4));
-        simulation.step([](std::vector<Subdomain<M>>& parts, Communicator&, PhaseSeconds&) {
+        simulation.step([](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
             ContactProblem<M> problem = parts[0].problem;
             prepare_contacts(problem);
             sweep(problem);

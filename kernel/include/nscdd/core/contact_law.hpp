@@ -9,6 +9,7 @@
 
 #include <concepts>
 #include <limits>
+#include <type_traits>
 
 #include "nscdd/core/packet.hpp"
 
@@ -89,7 +90,10 @@ struct Coulomb {
 namespace detail {
 
 template <class L>
-concept LawSaysFriction = requires { requires std::same_as<decltype(L::friction), const bool>; };
+concept LawSaysFriction = requires {
+    requires std::same_as<decltype(L::friction), const bool>;
+    typename std::bool_constant<L::friction>;  // known to the compiler
+};
 template <class L>
 concept LawHasCoefficients =
     std::default_initializable<typename L::Coefficients> && std::equality_comparable<typename L::Coefficients>;
@@ -110,15 +114,17 @@ concept LawSolvesNormal = requires(Real x, const typename L::Coefficients& k) {
     { L::excess(x, k) } -> std::same_as<Real>;
 };
 template <class L, class Real>
-concept LawLimitsFriction = !L::friction || requires(Real x, const typename L::Coefficients& k) {
-    { L::limit(x, k) } -> std::same_as<Real>;
-};
+concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real x, const typename L::Coefficients& k) {
+                                { L::limit(x, k) } -> std::same_as<Real>;
+                            });
 
 }  // namespace detail
 
 // A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3): the normal impulse first, then
 // the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double and
-// Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s.
+// Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s. Both have Real(double), the
+// operators + - * / between two of them, larger(a, b) and smaller(a, b), lane by lane; no comparison, hence no branch,
+// and no unary minus.
 //
 //   bool friction       constexpr: contacts have a tangential impulse, and grains a spin
 //   Coefficients        of one contact, stored with it; equality tells which contacts may share a batch
@@ -146,23 +152,36 @@ concept SolvedOnCone = std::same_as<L, Frictionless> || std::same_as<L, Coulomb>
 
 namespace detail {
 
-// Stops the compiler with a line for what a law lacks.
+// Number of the first thing that a law lacks, 0 for none: what follows is made of it, and would be missed in vain.
+template <class L>
+consteval int first_lack() {
+    return !LawSaysFriction<L>                                              ? 1
+           : !LawHasCoefficients<L>                                         ? 2
+           : !LawHasPairing<L>                                              ? 3
+           : !LawNamesFaults<L>                                             ? 4
+           : !LawSolvesNormal<L, double>                                    ? 5
+           : !LawSolvesNormal<L, Packet>                                    ? 6
+           : !LawLimitsFriction<L, double> || !LawLimitsFriction<L, Packet> ? 7
+                                                                            : 0;
+}
+
+// Stops the compiler with a line for the first thing that a law lacks.
 template <class L>
 consteval bool complete_law() {
-    static_assert(LawSaysFriction<L>, "contact law: needs `static constexpr bool friction`");
-    static_assert(LawHasCoefficients<L>,
+    constexpr int lack = first_lack<L>();
+    static_assert(lack != 1, "contact law: needs `static constexpr bool friction`, a constant");
+    static_assert(lack != 2,
                   "contact law: needs `struct Coefficients` with defaults and operator==, empty if there are none");
-    static_assert(LawHasPairing<L>,
+    static_assert(lack != 3,
                   "contact law: needs `Pairing` with `restitution` and `const char* fault() const`, and "
                   "`static Coefficients coefficients(const Pairing&, double gap, double h)`");
-    static_assert(LawNamesFaults<L>, "contact law: needs `static const char* fault(const Coefficients&)`");
-    static_assert(LawSolvesNormal<L, double>,
+    static_assert(lack != 4, "contact law: needs `static const char* fault(const Coefficients&)`");
+    static_assert(lack != 5,
                   "contact law: needs `normal(x, k)` and `excess(x, k)`, static, that take and return a double");
-    static_assert(LawSolvesNormal<L, Packet>,
+    static_assert(lack != 6,
                   "contact law: `normal(x, k)` and `excess(x, k)` must be templates that take and return a Packet too");
-    static_assert(LawLimitsFriction<L, double> && LawLimitsFriction<L, Packet>,
-                  "contact law with friction: needs `limit(normal, k)`, static, for double and Packet");
-    return ContactLaw<L>;
+    static_assert(lack != 7, "contact law with friction: needs `limit(normal, k)`, static, for double and Packet");
+    return true;
 }
 
 }  // namespace detail

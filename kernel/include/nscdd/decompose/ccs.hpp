@@ -13,12 +13,14 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
+    static_assert(detail::complete_gluing<Gluing>());
+
   public:
     static constexpr const char* name = "ccs";                   // as the program's --scheme
     static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
 
     // Tells rank 0 which copies there are.
-    void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         std::vector<Outbox> out(parts.size());
         std::vector<Links> up(parts.size()), down(parts.size());
         linked_.assign(parts.size(), false);
@@ -51,7 +53,7 @@ class Ccs final : public CommunicationScheme<M> {
 
     void start() override { up_->start(); }
 
-    void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void finish(std::span<Subdomain<M>> parts, Communicator& comm) override {
         up_->finish();
         if (root_) {
             gluing_(copies_);

@@ -15,11 +15,13 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
+    static_assert(detail::complete_gluing<Gluing>());
+
   public:
     static constexpr const char* name = "dcs";                   // as the program's --scheme
     static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
 
-    void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         fronts_.resize(parts.size());
         std::vector<Links> links(parts.size());
         for (std::size_t k = 0; k < parts.size(); ++k) find_traded(parts[k], fronts_[k], links[k]);
@@ -40,7 +42,7 @@ class Dcs final : public CommunicationScheme<M> {
 
     void start() override { channel_->start(); }
 
-    void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) override {
+    void finish(std::span<Subdomain<M>> parts, Communicator& comm) override {
         channel_->finish();
         comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);

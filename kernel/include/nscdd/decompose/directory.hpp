@@ -9,6 +9,7 @@
 
 #include "nscdd/comm/refuse.hpp"
 #include "nscdd/decompose/repartition.hpp"
+#include "nscdd/decompose/wire.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 

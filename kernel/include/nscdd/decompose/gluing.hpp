@@ -10,6 +10,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <array>
+#include <concepts>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -38,6 +39,35 @@ struct Copies {
         to.clear();
     }
 };
+
+// What solves the interface problem for the copies that it is shown: ClosedForm, Factorised, or your own.
+//
+//   setup(copies)     once per step
+//   glue(copies)      reads the velocities at `from`, writes those on which the copies of a body agree at `to`; copies
+//                     as at setup()
+//   name, work        constexpr: a const char* for reports, and what a copy is charged as
+template <class G>
+concept GluesCopies =
+    std::default_initializable<G> && std::move_constructible<G> && requires(G& glue, const Copies& copies) {
+        glue.setup(copies);
+        glue(copies);
+        { G::name } -> std::convertible_to<const char*>;
+        { G::work } -> std::convertible_to<Work>;
+    };
+
+namespace detail {
+
+// Stops the compiler with a line where G does not glue copies.
+template <class G>
+consteval bool complete_gluing() {
+    static_assert(
+        GluesCopies<G>,
+        "nscdd: what glues copies needs `void setup(const Copies&)`, `void operator()(const Copies&)`, "
+        "`static constexpr const char* name` and `static constexpr Work work`, and is made without arguments");
+    return true;
+}
+
+}  // namespace detail
 
 // Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
 class ClosedForm {

@@ -17,7 +17,7 @@ namespace detail {
 template <class M>
 class SweptTogether {
   public:
-    SweptTogether(std::vector<Subdomain<M>>& parts, Communicator& comm, CommunicationScheme<M>& scheme,
+    SweptTogether(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
                   const SolveOptions& options, PhaseSeconds& seconds)
         : parts_(parts),
           comm_(comm),
@@ -173,7 +173,7 @@ class SweptTogether {
         return total.data();
     }
 
-    std::vector<Subdomain<M>>& parts_;
+    std::span<Subdomain<M>> parts_;
     Communicator& comm_;
     CommunicationScheme<M>& scheme_;
     const SolveOptions& options_;
@@ -189,7 +189,7 @@ class SweptTogether {
 // In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
 // all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
 template <class M>
-SolveReport nscdd_solve(std::vector<Subdomain<M>>& parts, Communicator& comm, CommunicationScheme<M>& scheme,
+SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds) {
     check_options(options);
     detail::SweptTogether<M> system(parts, comm, scheme, options, seconds);

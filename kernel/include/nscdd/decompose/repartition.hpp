@@ -5,82 +5,21 @@
 // dealt by the very point that impulses are forwarded by, so none is lost (warm start).
 #pragma once
 
-#include <bit>
-#include <compare>
+#include <algorithm>
 #include <limits>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "nscdd/core/wall.hpp"
+#include "nscdd/decompose/wire.hpp"
 #include "nscdd/detect/rough.hpp"
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
-
-// Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
-template <class M>
-struct PairImpulse {
-    int i, j;               // ids of the grains, i the lower one
-    typename M::Impulse r;  // on i [N s]
-};
-
-namespace detail {
-
-constexpr std::uint64_t pair_key(int i, int j) {
-    return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32) | static_cast<std::uint32_t>(j);
-}
-
-// A hash table from pairs to pointers, null unless set; for as many pairs as it was made for, at most.
-// std::unordered_map allocates for each pair, which took a tenth of the detection's time.
-template <class T>
-class PairTable {
-  public:
-    explicit PairTable(std::size_t pairs) : slots_(std::bit_ceil(2 * pairs + 2)) {}
-    T*& operator[](std::uint64_t key) {
-        const std::size_t mask = slots_.size() - 1;
-        std::size_t at = (key * 0x9e3779b97f4a7c15u >> 32) & mask;
-        while (slots_[at].second && slots_[at].first != key) at = (at + 1) & mask;
-        slots_[at].first = key;
-        return slots_[at].second;
-    }
-
-  private:
-    std::vector<std::pair<std::uint64_t, T*>> slots_;
-};
-
-template <class M>
-struct Wire {  // records as doubles
-    static constexpr std::size_t grain_size = 5 + M::dim + 2 * M::dof;
-    static constexpr std::size_t impulse_size = 2 + M::Impulse::RowsAtCompileTime;
-
-    static void put(const auto& vector, Buffer& out) {
-        out.insert(out.end(), vector.data(), vector.data() + vector.size());
-    }
-    static void put(const Grain<M>& g, Buffer& out) {
-        out.insert(out.end(), {double(g.id), double(g.material), g.radius, g.mass, g.inertia});
-        put(g.position, out), put(g.velocity, out), put(g.load, out);
-    }
-    static Grain<M> grain(const double* in) {
-        Grain<M> g;
-        g.id = static_cast<int>(in[0]), g.material = static_cast<int>(in[1]);
-        g.radius = in[2], g.mass = in[3], g.inertia = in[4];
-        g.position = Eigen::Map<const typename M::Vec>(in + 5);
-        g.velocity = Eigen::Map<const typename M::Velocity>(in + 5 + M::dim);
-        g.load = Eigen::Map<const typename M::Velocity>(in + 5 + M::dim + M::dof);
-        return g;
-    }
-    static void put(const PairImpulse<M>& p, Buffer& out) {
-        out.insert(out.end(), {double(p.i), double(p.j)});
-        put(p.r, out);
-    }
-    static PairImpulse<M> impulse(const double* in) {
-        return {static_cast<int>(in[0]), static_cast<int>(in[1]), Eigen::Map<const typename M::Impulse>(in + 2)};
-    }
-};
-
-}  // namespace detail
 
 // Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
@@ -105,11 +44,6 @@ void visit_impulses(const Subdomain<M>& part, auto&& visit) {
 }
 
 namespace detail {
-
-struct Holding {
-    int grain, rank;  // the grain's id
-    auto operator<=>(const Holding&) const = default;
-};
 
 // A rank farther than this from a grain's centre has no candidate of the grain: the midpoint of a candidate is no
 // farther than half its length.
@@ -203,10 +137,6 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
         for (const auto& entry : grains) part.linked.back().push_back(entry.second);
     }
 }
-
-}  // namespace detail
-
-namespace detail {
 
 // Throws, the same on every rank, if a rank has refused; all: four numbers of each rank (TooManyPairs).
 inline void throw_if_refused(std::span<const double> all, double skin) {

@@ -2,7 +2,9 @@
 // compiled once for all schemes: a virtual call costs nothing beside its messages.
 #pragma once
 
-#include <vector>
+#include <concepts>
+#include <span>
+#include <type_traits>
 
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
@@ -17,15 +19,36 @@ class CommunicationScheme {
     virtual ~CommunicationScheme() = default;
 
     // Once per step, after split_masses() and when the sweepers are loaded. Collective.
-    virtual void setup(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
+    virtual void setup(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
     // Writes the velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not
     // collective.
     virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
     // Sends the messages. Until finish() contacts of interface grains must not be swept; others may be.
     virtual void start() = 0;
     // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
-    virtual void finish(std::vector<Subdomain<M>>& parts, Communicator& comm) = 0;
+    virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
+
+// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from CommunicationScheme<M>, made without arguments.
+template <class S>
+concept GluingScheme = requires { typename S::Model; } &&
+                       std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;
+
+namespace detail {
+
+// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
+template <class S>
+struct ModelOf {
+    static constexpr bool derived = requires { requires std::derived_from<S, CommunicationScheme<typename S::Model>>; };
+    static_assert(derived, "nscdd: a scheme of gluing is a class derived from CommunicationScheme<M>, as Dcs<M> is");
+    static_assert(!derived || !std::is_abstract_v<S>,
+                  "nscdd: a scheme of gluing needs `setup`, `pack`, `start` and `finish` of CommunicationScheme<M>");
+    static_assert(!derived || std::is_abstract_v<S> || std::default_initializable<S>,
+                  "nscdd: a scheme of gluing must be made without arguments");
+    using type = typename S::Model;
+};
+
+}  // namespace detail
 
 // Charges work on the data of the k-th hosted rank's sweeper.
 template <class M>
@@ -35,13 +58,13 @@ void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work ki
 
 // pack() of all hosted ranks.
 template <class M>
-void pack(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
+void pack(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
 // pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.
 template <class M>
-void glue(CommunicationScheme<M>& scheme, std::vector<Subdomain<M>>& parts, Communicator& comm) {
+void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     pack(scheme, parts, comm);
     scheme.start();
     scheme.finish(parts, comm);

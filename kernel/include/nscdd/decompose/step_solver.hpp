@@ -3,9 +3,9 @@
 
 #include <concepts>
 #include <functional>
+#include <span>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 #include "nscdd/decompose/phases.hpp"
 #include "nscdd/iterate/options.hpp"
@@ -13,23 +13,23 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// SolveReport solve(std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds)
+// SolveReport solve(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds)
 //
 // Collective; parts[k] is the subdomain of rank comm.ranks()[k]. Called when the scene has a contact, perhaps several
 // times a step. In, of each subdomain's `problem`: contacts; bodies and driven walls with split masses (whole mass over
 // multiplicity) and V_free + M_E^-1 H_E r [m/s], r the impulses of the warm start [N s]. Out: impulses of the contacts,
 // and velocities that satisfy V = V_free + M^-1 H r, the same in all active copies of a body and of a driven wall on
-// all ranks. The report is the same on every rank. Its time goes to `seconds`, its work to comm.charge() where
-// simulated machines are to know of it.
+// all ranks. There are as many contacts, bodies and walls as before. The report is the same on every rank. Its time
+// goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
 template <class S, class M>
 concept StepSolver = std::copy_constructible<S> &&
-                     requires(S& solve, std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
-                         { solve(parts, comm, seconds) } -> std::convertible_to<SolveReport>;
+                     requires(S& solve, std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+                         { solve(std::move(parts), comm, seconds) } -> std::convertible_to<SolveReport>;
                      };
 
 // Any StepSolver.
 template <class M>
-using AnyStepSolver = std::function<SolveReport(std::vector<Subdomain<M>>&, Communicator&, PhaseSeconds&)>;
+using AnyStepSolver = std::function<SolveReport(std::span<Subdomain<M>>, Communicator&, PhaseSeconds&)>;
 
 // Charges a sweep's work for each iteration.
 template <class M>
@@ -41,7 +41,7 @@ void charge_iterations(Communicator& comm, const Subdomain<M>& part, const Solve
 // part, report) notes its work.
 template <class M>
 AnyStepSolver<M> on_one_rank(const char* name, auto solve, auto charge) {
-    return [=](std::vector<Subdomain<M>>& parts, Communicator& comm, PhaseSeconds& seconds) {
+    return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         if (comm.size() != 1) throw std::logic_error(std::string(name) + " runs on one rank");
         Stopwatch watch(comm);
         const SolveReport report = solve(parts[0]);

@@ -71,6 +71,11 @@ inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& r
     return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
 }
 
+// Whether the step would close a contact farther than the options allow. Never without a least radius.
+inline bool too_deep(const SolveReport& report, const SolveOptions& options, double least_radius) {
+    return least_radius > 0 && report.penetration > options.penetration * least_radius;
+}
+
 // Writes the residual into the report; true when the iteration is over. least_radius: of the scene [m], 0 where it is
 // not known. Throws std::runtime_error when eta is not finite.
 inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
@@ -82,9 +87,8 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
     report.penetration = parts.penetration;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    const bool deep = least_radius > 0 && report.penetration > options.penetration * least_radius;
     report.converged = report.residual <= options.tolerance && report.velocity_error <= options.velocity_error &&
-                       report.energy_made <= options.energy_made && !deep;
+                       report.energy_made <= options.energy_made && !too_deep(report, options, least_radius);
     return report.converged || report.iterations >= options.max_iterations;
 }
 

@@ -18,10 +18,12 @@ using GridCells = std::array<int, dim>;
 
 // The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
 // 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
-// of the box [m]. Throws std::invalid_argument for a count below 1.
+// of the box [m]; axes along which it is next to nothing are not cut. Throws std::invalid_argument for a count below 1.
 template <class M>
 GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     if (count < 1) throw std::invalid_argument("a scene has at least one subdomain");
+    // grains on a line or in a plane: every cut area is 0 where an extent is
+    const typename M::Vec edge = extent.cwiseMax(1e-9 * extent.maxCoeff());
     GridCells<M::dim> best{};
     double least = 0;
     const auto consider = [&](const GridCells<M::dim>& cells) {
@@ -29,7 +31,7 @@ GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
         for (int d = 0; d < M::dim; ++d) {
             double area = cells[static_cast<std::size_t>(d)] - 1;
             for (int e = 0; e < M::dim; ++e)
-                if (e != d) area *= extent[e];
+                if (e != d) area *= edge[e];
             cut += area;
         }
         if (best[0] == 0 || cut < least * (1 - 1e-9)) best = cells, least = cut;

@@ -113,7 +113,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         ContactProblem<M> start = problem;
         Sweeper<M> sweeper;
         if (const SolveReport swept = nlgs_of_valid(problem, sweeps, sweeper);
-            !swept.converged && swept.penetration > stop.penetration * problem.least_radius) {
+            !swept.converged && too_deep(swept, stop, problem.least_radius)) {
             // Maybe walls leave no room, and accelerated impulses run away: they must not become the first guess.
             problem = std::move(start);
             sweeps.window = 0;
@@ -130,7 +130,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             report_residual(residual_parts(problem, free), stop, problem.least_radius, so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
-                                        so_far.penetration > stop.penetration * problem.least_radius);
+                                        too_deep(so_far, stop, problem.least_radius));
         },
         report);
     return report;

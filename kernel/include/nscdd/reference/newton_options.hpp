@@ -20,8 +20,10 @@ struct NewtonOptions {
 
 // Throws std::invalid_argument for options that are no numbers, or negative.
 inline void check_options(const NewtonOptions& options) {
-    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.penetration >= 0))
-        throw std::invalid_argument("tolerance, velocity_error and penetration must be numbers and not negative");
+    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.energy_made >= 0) ||
+        !(options.penetration >= 0))
+        throw std::invalid_argument(
+            "tolerance, velocity_error, energy_made and penetration must be numbers and not negative");
     if (std::min({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }

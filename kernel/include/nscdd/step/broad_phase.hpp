@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "nscdd/decompose/repartition.hpp"
+#include "nscdd/decompose/wire.hpp"
 #include "nscdd/partition/weights.hpp"
 #include "nscdd/step/settings.hpp"
 

@@ -28,10 +28,10 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
         charge);
 }
 
-// Alg. 1 with a scheme of its own, Ccs or Dcs.
-template <class Scheme, class M = typename Scheme::Model>
+// Alg. 1 with a scheme of its own: Ccs, Dcs or another GluingScheme.
+template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
 AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
-    return [scheme = std::make_shared<Scheme>(), options](std::vector<Subdomain<M>>& parts, Communicator& comm,
+    return [scheme = std::make_shared<Scheme>(), options](std::span<Subdomain<M>> parts, Communicator& comm,
                                                           PhaseSeconds& seconds) {
         return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
     };

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "nscdd/decompose/wire.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd::inline NSCDD_ABI {

@@ -15,7 +15,7 @@ struct Measures {
     using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;  // a component for each axis to turn about
     Rotation angular_momentum = Rotation::Zero();  // of the grains about the origin, spins included [kg m^2/s]
     Tensor virial = Tensor::Zero();  // sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure
-    double contacts = 0;             // number of those that carry an impulse
+    double contacts = 0;             // number of those that carry (carries_impulse())
     double wall_contacts = 0;        // number of them with walls
     double grains_volume = 0;        // of the grains [m^3], area [m^2] in 2D
     double touched = 0;              // grains with a contact that carries; observe() counts exactly, measure() nearly
@@ -32,14 +32,24 @@ struct Measures {
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
 };
 
-// Whether a contact pushes: its normal impulse is above zero.
+// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The shipped laws can
+// only push; what round-off leaves below zero does not count.
 template <class M>
 bool carries_impulse(const Contact<M>& c) {
-    if constexpr (M::friction)
-        return c.r.dot(c.normal) > 0;
-    else
-        return c.r[0] > 0;
+    double normal = c.r[0];
+    if constexpr (M::friction) normal = c.r.dot(c.normal);
+    return SolvedOnCone<typename M::Law> ? normal > 0 : normal != 0;
 }
+
+namespace detail {
+
+// Whether it has a part in the stress. By a law that pulls a contact may have a tangential impulse and no normal one.
+template <class M>
+bool acts_on_grains(const Contact<M>& c) {
+    return SolvedOnCone<typename M::Law> ? carries_impulse<M>(c) : (c.r.array() != 0).any();
+}
+
+}  // namespace detail
 
 // Measures of a simulation after a step. Collective.
 template <class M>
@@ -54,16 +64,17 @@ Measures<M> measure(const Simulation<M>& simulation) {
         for (const auto& c : part.problem.contacts) {
             const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
             m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
-            if (!carries_impulse<M>(c)) continue;
-            ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
+            if (carries_impulse<M>(c))
+                ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
+            if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
         for (const auto& c : part.problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
             const double distance = wall.distance(grain(c.i).position);
             m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius - distance);
-            if (!carries_impulse<M>(c)) continue;
-            ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
+            if (carries_impulse<M>(c)) ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
+            if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {

@@ -8,7 +8,7 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
-// W walls. A contact carries when its normal impulse is above zero.
+// W walls. A contact carries when carries_impulse() says so: it pushes or pulls.
 template <class M>
 struct Observables {
     Measures<M> measures;                     // `touched` is exact here

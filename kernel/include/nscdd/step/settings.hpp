@@ -11,7 +11,7 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/repartition.hpp"
+#include "nscdd/decompose/wire.hpp"
 #include "nscdd/partition/grid.hpp"
 
 namespace nscdd::inline NSCDD_ABI {

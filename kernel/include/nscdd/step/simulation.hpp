@@ -8,6 +8,7 @@
 // No process ever has all grains or contacts: what belongs to a rank is sent there.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -77,13 +78,17 @@ class Simulation {
 
     // One step of h. Collective. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass
     // through each other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls
-    // that have become what no scene can have.
+    // that have become what no scene can have; std::logic_error, on its own process, when a solver has left another
+    // number of contacts, bodies or walls than it was given.
     template <class Solver>
     StepReport step(const Solver& solve) {
-        static_assert(StepSolver<Solver, M>,
-                      "Simulation::step: a solver is called with (std::vector<Subdomain<M>>&, Communicator&, "
+        using Held = std::decay_t<Solver>;  // a function is held by its address
+        static_assert(std::copy_constructible<Held>,
+                      "Simulation::step: a solver is copied, so what it has must be, or is held by std::shared_ptr");
+        static_assert(StepSolver<Held, M> || !std::copy_constructible<Held>,
+                      "Simulation::step: a solver is called with (std::span<Subdomain<M>>, Communicator&, "
                       "PhaseSeconds&) and returns a SolveReport, see decompose/step_solver.hpp");
-        return step(AnyStepSolver<M>(solve));
+        if constexpr (StepSolver<Held, M>) return step(AnyStepSolver<M>(solve));
     }
     StepReport step(const AnyStepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
@@ -103,7 +108,7 @@ class Simulation {
             watch.lap(seconds_.detect);
             start_iteration(report);
             watch.lap(seconds_.advance);
-            if (report.contacts > 0) report.solve = solve(parts_, comm_, seconds_);
+            if (report.contacts > 0) report.solve = solve_checked(solve);
             iterations += report.solve.iterations;
             watch.skip();
             for (auto& part : parts_) keep_impulses(part);
@@ -273,6 +278,24 @@ class Simulation {
             all.energy += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
         report.interface_grains = all.interface_grains;
         report.free_norm = std::sqrt(all.energy);
+    }
+
+    SolveReport solve_checked(const AnyStepSolver<M>& solve) {
+        const auto sizes = [](const ContactProblem<M>& p) {
+            return std::array{p.contacts.size(), p.wall_contacts.size(), p.bodies.size(), p.walls.size()};
+        };
+        constexpr std::array names{"contacts between grains", "contacts with walls", "bodies", "walls"};
+        std::vector<std::array<std::size_t, names.size()>> given;
+        for (const auto& part : parts_) given.push_back(sizes(part.problem));
+        const SolveReport report = solve(parts_, comm_, seconds_);
+        for (std::size_t k = 0; k < parts_.size(); ++k)
+            for (std::size_t n = 0; n < names.size(); ++n)
+                if (const std::size_t left = sizes(parts_[k].problem)[n]; left != given[k][n])
+                    throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
+                                           std::to_string(parts_[k].rank) + ": " + names[n] + " were " +
+                                           std::to_string(given[k][n]) + ", the solver has made them " +
+                                           std::to_string(left));
+        return report;
     }
 
     static void keep_impulses(Subdomain<M>& part) {
