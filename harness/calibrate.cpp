@@ -45,6 +45,11 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
         InProcess comm(subdomains);
         FileSet none;
         const nlohmann::json measured = choose_model(request.scene)(request, comm, none).json;
+        if (measured["costs"].empty()) {
+            if (!run.quiet)
+                fmt::print(stderr, "{} subdomains: left out, the one to measure has no contact\n", subdomains);
+            continue;
+        }
         costs.model = measured["model"];
         json["scene"] = measured["scene"];
         json["grains"] = measured["grains"];

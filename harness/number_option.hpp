@@ -10,15 +10,17 @@
 
 namespace nscdd {
 
-// Checks that a number is within (low, high).
-inline CLI::Validator between(double low, double high) {
+// Checks that a number is within (low, high), or [low, high] where `closed`.
+inline CLI::Validator between(double low, double high, bool closed = false) {
     return CLI::Validator(
         [=](std::string& text) -> std::string {
             double value = NAN;
             const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-            if (error == std::errc{} && end == text.data() + text.size() && value > low && value < high) return {};
+            const bool number = error == std::errc{} && end == text.data() + text.size();
+            if (number && ((value > low && value < high) || (closed && (value == low || value == high)))) return {};
             return std::isinf(high) ? fmt::format("must be a finite number > {}, found {}", low, text)
-                                    : fmt::format("must be a number in ({}, {}), found {}", low, high, text);
+                                    : fmt::format("must be a number in {}{}, {}{}, found {}", closed ? '[' : '(', low,
+                                                  high, closed ? ']' : ')', text);
         },
         "NUMBER");
 }

@@ -193,6 +193,17 @@ RunFunction choose_model(const Scene& scene) {
     return scene.dimension == 2 ? choose_law<2>(scene.law) : choose_law<3>(scene.law);
 }
 
+// All that the ranks of one run must have in common, as text.
+static std::string what_is_solved(const RunRequest& request) {
+    const StepSettings& step = request.scene.step;
+    const SolverSettings& solver = request.scene.solver;
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
+                       request.partition, fmt::join(request.grid, "x"), request.imbalance, request.subdomains,
+                       request.start_step, step.count, solver.method, solver.tolerance, solver.velocity_error,
+                       solver.energy_made, solver.check_every, solver.max_iterations, solver.sweeps,
+                       solver.window.value_or(-1), read_file(request.scene.file));
+}
+
 int run(const RunArguments& arguments, const Provenance& provenance) {
     const bool among_ranks = launched();
     const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && among_ranks);
@@ -207,7 +218,8 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
                 throw InputError(
                     "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");
             if (session.rank() == 0) check_run_outputs(arguments, request);
-        }))
+        }) ||
+        !session.together([&] { session.require_same("scenes or options", what_is_solved(request)); }))
         return 1;
     if (!session.together([&] {
             const auto once = [&files, over_mpi](RunRequest& one) {

@@ -54,7 +54,7 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         ->add_option("--imbalance", run.imbalance,
                      "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
                      "(default: 1.1)")
-        ->check(CLI::Range(1.0, 1e6));
+        ->check(between(1, 1e6, true));
     command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
         ->capture_default_str();

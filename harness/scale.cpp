@@ -1,6 +1,7 @@
 #include "scale.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -67,7 +68,9 @@ class Job {
     static std::string beside(const std::string& platform) {
         return std::filesystem::path(platform).replace_extension(".hosts").string();
     }
-    std::string log() const { return arguments_.output + ".log"; }
+    // Files of this process alone beside the result: neither the user's nor those of another call.
+    std::string aside(const char* what) const { return fmt::format("{}.{}.{}.part", arguments_.output, what, getpid()); }
+    std::string log() const { return aside("log"); }
 
     // Settings that all results of one file have in common.
     Json settings() const {
@@ -164,7 +167,7 @@ class Job {
     }
 
     Json run_window(std::vector<std::string> words, const Json& p, const std::vector<std::string>& more) const {
-        const std::string result = arguments_.output + ".window";
+        const std::string result = aside("window");
         for (const std::vector<std::string>& list : {window_words(p, result), more})
             words.insert(words.end(), list.begin(), list.end());
         run_program(words, log());

@@ -5,7 +5,9 @@
 #include <mpi.h>
 
 #include <chrono>
+#include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <new>
 #include <string>
 #include <thread>
@@ -59,6 +61,16 @@ class Session {
         return first == size_;
     }
 
+    // Throws, on all ranks, unless they all have the same text: ranks of different runs would wait for each other.
+    void require_same(const std::string& what, const std::string& mine) const {
+        if (!with_mpi_) return;
+        const std::uint64_t hash = std::hash<std::string>{}(mine);
+        std::uint64_t least = hash, largest = hash;
+        MPI_Allreduce(&hash, &least, 1, MPI_UINT64_T, MPI_MIN, MPI_COMM_WORLD);
+        MPI_Allreduce(&hash, &largest, 1, MPI_UINT64_T, MPI_MAX, MPI_COMM_WORLD);
+        if (least != largest) throw InputError(fmt::format("ranks were started with different {}", what));
+    }
+
   private:
     // Lowest rank with a problem; size() if there is none. Other ranks may wait, in a call of the part, for a rank that
     // has left it: after ten seconds that rank stops them.
@@ -90,7 +102,9 @@ class Session {
 
 // Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
 // batch script has it too, and srun starts MPI programs by PMI or PMIx.
+// A simulated rank is always one of a run of smpirun.
 inline bool launched() {
+    if (simulated) return true;
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
         if (std::getenv(name)) return true;
     return false;

@@ -82,7 +82,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
         command
             ->add_option("--noise", arguments.noise,
                          "Standard deviation of the time of every piece of work over its mean, lognormal")
-            ->check(CLI::Range(0.0, 10.0))
+            ->check(between(0, 10, true))
             ->capture_default_str();
         command->add_option("--seed", arguments.seed, "Of the noise")->capture_default_str();
     }

@@ -2,8 +2,9 @@
 # shellcheck shell=bash
 
 # Tests use more ranks than small machines have cores. Open MPI would refuse to start them, would pin several to one
-# core, and would let waiting ranks spin while the rank that they wait for has no core to run on. scripts/main_job undoes
-# the last two where every rank has a core.
+# core, and would let waiting ranks spin while the rank that they wait for has no core to run on. Where every rank has a
+# core, scripts undo the last two (progress.py, bound()), and nscdd scale does: what they cost is in
+# reports/findings/two-cores.md.
 export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_hwloc_base_binding_policy=none
 export OMPI_MCA_mpi_yield_when_idle=1

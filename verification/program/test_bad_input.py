@@ -1,13 +1,14 @@
 """Bad input gives one clear line and a non-zero exit on every rank, without a hang, and leaves old results alone."""
 import os
 import resource
+import subprocess
 import unittest
 import unittest.mock
 
 import h5py
 import numpy as np
 
-from harness import PACKED, SCENE, ProgramTest
+from harness import MPIRUN, NSCDD, PACKED, SCENE, ProgramTest
 
 
 class Refusals(ProgramTest):
@@ -89,6 +90,8 @@ class BadOptions(Refusals):
             done = self.run_program("run", self.scene(), option, value)
             self.assertEqual(done.returncode, 1, (option, value))
             self.assertIn(f"{option}: must be a", done.stderr)
+        done = self.run_program("run", self.scene(), "--scheme", "dcs", "-n", 2, "--imbalance", "nan")
+        self.assertEqual((done.returncode, "--imbalance: must be a number in [1, 1000000]" in done.stderr), (1, True))
         for command in (("export-fclib", self.scene(), "-o", self.folder / "out.h5"), ("solve-fclib", self.folder / "none.h5")):
             self.assertIn("--tolerance: must be a", self.run_program(*command, "--tolerance", "nan").stderr)
 
@@ -233,6 +236,15 @@ class OnAllRanks(Refusals):
         with h5py.File(state, "r+") as file:
             file["material"][28] = 7
         self.refused(["state.h5: dataset 'material': row 28 must lie in [0, 0], found 7"], "run", scene, "--scheme", "dcs", "--from", state, ranks=3)
+
+    def test_ranks_of_different_runs(self):
+        """They would wait for each other without end."""
+        first = [NSCDD, "run", self.scene(), "--quiet", "--scheme", "dcs"]
+        for other in ([*first[:-1], "ccs"], [*first, "--steps", "3"]):
+            command = [MPIRUN, "-np", "1", *first, ":", "-np", "1", *other]
+            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=60)
+            said = [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
+            self.assertEqual((done.returncode, said), (1, ["nscdd: ranks were started with different scenes or options"]))
 
     def test_overlap_on_one_rank(self):
         scene = self.packing(x=np.concatenate((np.zeros((50, 3)) + (1, 1, 0.5), [(3, 1, 0.5)])), radius=np.full(51, 0.5))

@@ -137,6 +137,13 @@ class Program(ProgramTest):
                         self.assertEqual(mpi[key], own[key], key)
                     for key, values in own_state.items():
                         np.testing.assert_array_equal(mpi_state[key], values, key)
+                    if ranks == 2:
+                        self.assertEqual(mpi["neighbours"], {"least": 1, "mean": 1, "largest": 1})
+                    if ranks > 1:  # something is sent in each of these phases, and no phase is longer than the run
+                        for phase in ("detect", "interface"):
+                            times = mpi["mpi_seconds"][phase]
+                            self.assertGreater(times["transfer"]["least"], 0)
+                            self.assertLess(times["wait"]["largest"] + times["transfer"]["largest"], 2 * mpi["seconds"]["total"])
 
     def test_alone_it_runs_without_mpi(self):
         """Where no MPI_Init succeeds."""

@@ -100,6 +100,21 @@ class Simulated(ProgramTest):
                 for key in ("x", "velocity", "contacts/impulse"):
                     np.testing.assert_array_equal(a[key][...], b[key][...])
 
+    def test_noise_is_drawn_for_every_iteration(self):
+        """Also on one rank: the mean of 30 draws of 5 % is within 4 % of the time without noise."""
+        given, noisy = (self.window(1, "--scheme", "nlgs", "--noise", noise)["seconds_per_iteration"] for noise in (0, 0.05))
+        self.assertNotEqual(noisy, given)
+        self.assertAlmostEqual(noisy / given, 1, delta=0.04)
+
+    def test_ranks_of_smpirun_are_one_run(self):
+        done = self.simulate(3, "nscdd_simulated", "run", self.scene, "--packing", self.packing, "--scheme", "dcs", "--steps", 1)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stdout.count("dcs on 3 subdomains"), 1, done.stdout)
+
+    def test_noise_that_is_none(self):
+        done = self.simulate(1, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs, "--noise", "nan")
+        self.assertIn("--noise: must be a number in [0, 10]", done.stderr)
+
     def test_bad_costs_are_one_line(self):
         for text, said in (("{", "is no JSON"), ('{"schema": "x"}', "is no file of costs (schema nscdd.costs/1)"),
                            (costs(sweep=-1), "ns.sweep: bytes must ascend from above 0, and ns must not be negative"),
@@ -166,6 +181,11 @@ class Calibration(ProgramTest):
         self.assertEqual(measured["model"], "2D Coulomb")
         for kind in ("sweep", "accelerated", "residual"):
             self.assertEqual(len(measured["ns"][kind]), 3)
+        with self.subTest("a size whose subdomains have no contacts is left out"):
+            done = self.succeeds("calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains",
+                                 "2,5000", "--seconds", 1e-4, "-o", out)
+            self.assertIn("5000 subdomains: left out", done.stderr)
+            self.assertEqual(len(json.loads(out.read_text())["ns"]["sweep"]), 1)
         for kind in KINDS:
             for point in measured["ns"][kind]:
                 self.assertTrue(0.01 < point["ns"] < 1e5, (kind, point))

@@ -223,7 +223,9 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             if (receivers == 1) uses[k][g] = detail::Use::here_only;
         }
     });
-    detail::throw_if_refused(comm.all_gather(refused), skin);
+    // Who has refused is gathered only where somebody has: a step has no message to all ranks.
+    if (reduce(comm, 0, [&](std::size_t k) { return Buffer{refused[k][3]}; })[0] > 0)
+        detail::throw_if_refused(comm.all_gather(refused), skin);
 
     const auto holdings = detail::agree_on_sharers(parts, uses, comm, partition);
     for (std::size_t k = 0; k < parts.size(); ++k) {

@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -215,6 +217,19 @@ void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
     }
 }
 
+// The edge of equal cells of a box, `wanted` in all: an axis shorter than the edge has one cell, so that a layer of
+// grains has no more cells than a heap.
+template <class M>
+double edge_of_cells(typename M::Vec extent, double wanted) {
+    std::ranges::sort(std::span(extent.data(), static_cast<std::size_t>(M::dim)), std::greater<>());
+    double volume = 1, edge = 0;
+    for (int d = 0; d < M::dim && (d == 0 || extent[d] > edge); ++d) {
+        volume *= extent[d];
+        edge = std::pow(volume / wanted, 1.0 / (d + 1));
+    }
+    return edge;
+}
+
 template <class M>
 CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     using Vec = typename M::Vec;
@@ -234,9 +249,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     const double wanted =
         std::clamp((candidates ? 6 : 0.5) * grains, 8.0 * comm.size(), std::max(8.0 * comm.size(), double(1 << 20)));
     const Vec extent = (box.high - box.low).cwiseMax(1e-9 * (box.high - box.low).maxCoeff()).cwiseMax(1e-300);
-    double size = 1;
-    for (int d = 0; d < M::dim; ++d) size *= std::pow(extent[d], 1.0 / M::dim);
-    size /= std::pow(wanted, 1.0 / M::dim);
+    const double size = edge_of_cells<M>(extent, wanted);
     std::array<int, M::dim> cells;
     Vec edge;
     std::size_t count = 1;

@@ -1,8 +1,6 @@
 // Steps solved by the paper's method, NSCDD, and by the sequential NLGS that it is compared with.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
 #include "nscdd/step/simulation.hpp"
@@ -14,14 +12,17 @@ template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
     const auto charge = [options](Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
         const double contacts = double(part.problem.contact_count()), bytes = double(part.sweeper.bytes()),
-                     iterations = report.iterations, tests = std::ceil(iterations / options.check_every);
-        // acceleration begins with the first test
-        const double plain = options.window > 0 ? std::min(iterations, double(options.check_every)) : iterations;
-        comm.charge(0, Work::sweep, (plain + iterations * (options.sweeps - 1)) * contacts, bytes);
-        comm.charge(0, Work::accelerated, (iterations - plain) * contacts, bytes);
-        comm.charge(0, Work::driven,
-                    iterations * options.sweeps * double(part.sweeper.driven_batches(Sweeper<M>::Pass::all)), bytes);
-        comm.charge(0, Work::residual, tests * contacts, bytes);
+                     driven = double(part.sweeper.driven_batches(Sweeper<M>::Pass::all));
+        // One iteration after the other, as NSCDD does: a machine that draws noise for each charge draws as often.
+        for (int done = 1; done <= report.iterations; ++done) {
+            // acceleration begins with the first test
+            const bool accelerated = options.window > 0 && done > options.check_every;
+            comm.charge(0, Work::sweep, (options.sweeps - (accelerated ? 1 : 0)) * contacts, bytes);
+            comm.charge(0, Work::accelerated, accelerated ? contacts : 0, bytes);
+            comm.charge(0, Work::driven, options.sweeps * driven, bytes);
+            const bool tested = done % options.check_every == 0 || done == report.iterations;
+            comm.charge(0, Work::residual, tested ? contacts : 0, bytes);
+        }
     };
     return on_one_rank<M>(
         "sequential NLGS", [options](Subdomain<M>& part) { return nlgs_of_valid(part.problem, options, part.sweeper); },
