@@ -23,7 +23,7 @@ struct PartitionInfo {
 std::span<const SchemeInfo> offered_schemes();
 std::span<const PartitionInfo> offered_partitions();
 
-// Names, and "name: help; name: help", of those that `wanted` says; all else of the line is for a factory.
+// Names, and "name: help; name: help", of the entries for which wanted(entry) is true.
 std::vector<std::string> names_of(auto offered, auto&& wanted) {
     std::vector<std::string> names;
     for (const auto& entry : offered)

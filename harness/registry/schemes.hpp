@@ -20,6 +20,10 @@ struct ChosenSolver {
 
 namespace registry_detail {
 
+// Models whose law the reference solvers know.
+template <class M>
+concept OnCone = SolvedOnCone<typename M::Law>;
+
 template <class Scheme>
 ChosenSolver<typename Scheme::Model> glued_by(const SolveOptions& options, const char* interface) {
     return {by_nscdd<Scheme>(options), interface};
@@ -42,21 +46,17 @@ inline constexpr std::tuple schemes{
     Offered{SchemeInfo{"nlgs", "sequential reference", false, true},
             []<class M>(int, const SolveOptions& o) { return ChosenSolver<M>{by_nlgs<M>(o)}; }},
     Offered{SchemeInfo{"newton", "the same to high accuracy", false, false},
-            []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
+            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
                 return ChosenSolver<M>{by_newton<M, UmfPack>(registry_detail::newton_options(o))};
-}
-}
-, Offered{SchemeInfo{"spg", "spectral projected gradient", false, false},
-          []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
-              return ChosenSolver<M>{by_gradient<M>(o, Descent::spectral)};
-}
-}
-, Offered{SchemeInfo{"apgd", "accelerated projected gradient", false, false},
-          []<class M>(int, const SolveOptions& o) requires SolvedOnCone<typename M::Law>{
-              return ChosenSolver<M>{by_gradient<M>(o, Descent::nesterov)};
-}
-}
-,
+            }},
+    Offered{SchemeInfo{"spg", "spectral projected gradient", false, false},
+            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
+                return ChosenSolver<M>{by_gradient<M>(o, Descent::spectral)};
+            }},
+    Offered{SchemeInfo{"apgd", "accelerated projected gradient", false, false},
+            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
+                return ChosenSolver<M>{by_gradient<M>(o, Descent::nesterov)};
+            }},
     Offered{SchemeInfo{"ccs", "NSCDD, interface problem gathered and solved on rank 0", true, true},
             []<class M>(int factorised, const SolveOptions& o) {
                 return factorised != 0 ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
@@ -68,8 +68,7 @@ inline constexpr std::tuple schemes{
                 return factorised == 1 ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
                                        : registry_detail::glued_by<Dcs<M, ClosedForm>>(o, "closed-form");
             }},
-}
-;
+};
 
 template <class M>
 ChosenSolver<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
