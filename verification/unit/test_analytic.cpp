@@ -81,6 +81,7 @@ TEST_CASE("a mass upon another: impulses of their weights, whichever is on top",
     for (const Solver& solver : solvers) {
         INFO(solver.name() << ", " << above << " on " << below);
         Run<M> run(solver, settings, {ball<M>(0, radius, below), ball<M>(1, radius + 1, above)});
+        run.options.max_iterations = 2000000;  // a column that is cut at a grain takes four times those of NLGS
         run.step();
         for (const auto& c : gather_contacts(run.simulation))
             CHECK(c.impulse.norm() == Approx((c.j < 0 ? above + below : above) * g * settings.h).epsilon(1e-5));
