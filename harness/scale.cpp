@@ -1,7 +1,6 @@
 #include "scale.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -68,8 +67,8 @@ class Job {
     static std::string beside(const std::string& platform) {
         return std::filesystem::path(platform).replace_extension(".hosts").string();
     }
-    // Files of this process alone beside the result: neither the user's nor those of another call.
-    std::string aside(const char* what) const { return fmt::format("{}.{}.{}.part", arguments_.output, what, getpid()); }
+    // Files beside the result while it is made, named as all that nobody needs afterwards.
+    std::string aside(const char* what) const { return fmt::format("{}.{}.part", arguments_.output, what); }
     std::string log() const { return aside("log"); }
 
     // Settings that all results of one file have in common.
