@@ -11,8 +11,8 @@ struct CohesiveCoulomb {
     static constexpr bool friction = true;
     struct Pairing {  // of two materials
         double friction = 0, restitution = 0;
-        double cohesion = 0;  // c [N]
-        double reach = 0;     // gap up to which grains that touch count as touching [m]
+        double cohesion = 0;     // c [N]
+        double contact_gap = 0;  // gap up to which grains that touch count as touching [m]
         const char* fault() const {
             return friction >= 0 && cohesion >= 0 ? nullptr : "friction or cohesion is not >= 0";
         }
@@ -23,7 +23,7 @@ struct CohesiveCoulomb {
         bool operator==(const Coefficients&) const = default;
     };
     static Coefficients coefficients(const Pairing& pairing, double gap, double h) {
-        return {pairing.friction, gap <= pairing.reach ? pairing.cohesion * h : 0};
+        return {pairing.friction, gap <= pairing.contact_gap ? pairing.cohesion * h : 0};
     }
     static const char* fault(const Coefficients& k) {
         return k.friction_coefficient >= 0 && k.pull >= 0 ? nullptr : "friction or pull is not >= 0";
@@ -51,7 +51,7 @@ nscdd::SimulationSettings<Model> settings_with(const Model::Vec& wall_normal, do
     nscdd::SimulationSettings<Model> settings;
     settings.h = time_step;
     settings.gravity = {0, 0, -gravity};
-    settings.materials.set(0, 0, {.friction = mu, .cohesion = cohesion, .reach = 1e-6});
+    settings.materials.set(0, 0, {.friction = mu, .cohesion = cohesion, .contact_gap = 1e-6});
     settings.walls.emplace_back().normal = wall_normal;
     settings.walls[0].offset = wall_offset;
     return settings;

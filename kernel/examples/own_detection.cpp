@@ -37,18 +37,18 @@ int main() {
         contact.friction_coefficient = 0.5;
         return contact;
     };
-    const double reach = 1e-3;  // [m]: pairs with a larger gap are no contacts
+    const double contact_gap = 1e-3;  // [m]: pairs with a larger gap are no contacts
     for (int i = 0; i < static_cast<int>(centre.size()); ++i) {
         const Model::Vec& at = centre[static_cast<std::size_t>(i)];
         const double gap_to_wall[] = {at[1] - radius, at[0], 2 * (base - 1) * radius - at[0]};
         const Model::Vec into_box[] = {{0, 1}, {1, 0}, {-1, 0}};
         for (int wall = 0; wall < 3; ++wall)
-            if (gap_to_wall[wall] < reach)
+            if (gap_to_wall[wall] < contact_gap)
                 problem.wall_contacts.push_back(touch(i, wall, into_box[wall], gap_to_wall[wall], 0));
         for (int j = i + 1; j < static_cast<int>(centre.size()); ++j) {
             const Model::Vec branch = at - centre[static_cast<std::size_t>(j)];
             const double gap = branch.norm() - 2 * radius;
-            if (gap < reach) problem.contacts.push_back(touch(i, j, branch.normalized(), gap, radius + gap / 2));
+            if (gap < contact_gap) problem.contacts.push_back(touch(i, j, branch.normalized(), gap, radius + gap / 2));
         }
     }
 

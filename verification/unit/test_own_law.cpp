@@ -39,7 +39,7 @@ TEST_CASE("a law of one's own: CCS and DCS, accelerated or not, find what NLGS f
     const auto solved = [&](int ranks, const AnyStepSolver<M>& solve) {
         InProcess comm(ranks);
         auto settings = under_ceiling();
-        settings.materials.set(0, 0, {.friction = friction, .cohesion = example::cohesion, .reach = 1e-6});
+        settings.materials.set(0, 0, {.friction = friction, .cohesion = example::cohesion, .contact_gap = 1e-6});
         settings.theta = 1;  // they touch when contacts are found
         Simulation<M> simulation(comm, settings, grains);
         const StepReport report = simulation.step(solve);

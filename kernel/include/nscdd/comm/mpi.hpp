@@ -56,10 +56,10 @@ class Mpi final : public Communicator {
         return std::make_unique<Messages>(*this, links);
     }
 
-    // Each message goes alone to its target, which learns of it by probing and answers with an empty one. A rank that has
-    // all its answers enters a barrier; when the barrier is over, no message is under way (as NBX, Hoefler, Siebert,
-    // Lumsdaine, PPoPP 2010, does by synchronous sends). The barrier is a reduction of nothing: SimGrid 3.32 lets ranks
-    // through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
+    // Each message goes alone to its target, which learns of it by probing and answers with an empty one. A rank that
+    // has all its answers enters a barrier; when the barrier is over, no message is under way (as NBX, Hoefler,
+    // Siebert, Lumsdaine, PPoPP 2010, does by synchronous sends). The barrier is a reduction of nothing: SimGrid 3.32
+    // lets ranks through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const double entry = now();
         check_count(out.size(), "route");
@@ -274,8 +274,8 @@ class Mpi final : public Communicator {
             rows_.start(mine, added, stamp);
             start_round();
         }
-        // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One row is asked for at
-        // a time, so that a call costs little: the first row that is not there ends it.
+        // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One row is asked for
+        // at a time, so that a call costs little: the first row that is not there ends it.
         void go_on(bool wait) {
             for (; under_way(); finish_round())
                 for (; received_ < receiving_.size(); ++received_) {
