@@ -236,3 +236,25 @@ TEMPLATE_TEST_CASE("grains with one id are refused wherever they are, and a scen
     CHECK(refused({grain(5, 0), grain(1, 10), grain(5, 40)}) == "grain 5: there are two of this id");
     CHECK(refused({}) == "the scene has no grains");
 }
+
+TEMPLATE_TEST_CASE("a partition that cannot be even is not made anew at every detection", "[partition]", SmoothDisks) {
+    using M = TestType;
+    // five pairs at rest on four ranks: one rank has two, 1.6 times the mean, whatever the cuts
+    SimulationSettings<M> settings;
+    settings.h = 0.01;
+    settings.rough_every = 1;
+    settings.partition = by_bisection<M>(1.2);
+    int made = 0;
+    settings.partition.make = [&made, make = settings.partition.make](const PartitionInput<M>& scene) {
+        ++made;
+        return make(scene);
+    };
+    std::vector<Grain<M>> grains;
+    for (int k = 0; k < 10; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, {1.0 * (k % 2), 4.0 * (k / 2)}));
+    InProcess comm(4);
+    Simulation<M> simulation(comm, settings, grains);
+    const auto solve = by_nscdd<Dcs<M>>(SolveOptions{});
+    for (int step = 0; step < 20; ++step) simulation.step(solve);
+    CHECK(measure_imbalance(simulation.parts(), comm) > 1.2);
+    CHECK(made <= 3);  // of grains, of candidates, and once more at most; not at each of 20 detections
+}
