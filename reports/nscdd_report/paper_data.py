@@ -116,11 +116,12 @@ class Paper:
                 chosen.setdefault(point.n, point)
         return chosen
 
-    def share(self, scheme, n, slower):
-        """Table 1: share of an iteration in MPI, isotropic compaction by the paper's method and splitting; None if not simulated."""
+    def share(self, scheme, n, slower, kind="mpi_share"):
+        """Table 1: share of an iteration in MPI, isotropic compaction by the paper's method and splitting; None if not simulated. `kind`:
+        wait_share and transfer_share are its two parts."""
         if n == 1:
             return 0.0
-        return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), "mpi_share")
+        return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), kind)
 
     def measured(self, scene=None):
         """Measured runs with their speed-up over measured sequential NLGS by the paper's method: (row, speed-up or None)."""

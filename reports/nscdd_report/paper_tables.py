@@ -24,7 +24,9 @@ def table_1(paper):
             for scheme in ("ccs", "dcs"):
                 share = paper.share(scheme, n, slower)
                 found |= n > 1 and share is not None
-                cells.append((NONE if share is None else percent(share), "strong"))
+                parts = "" if n == 1 or share is None else "<br><i>" + "\u202f+\u202f".join(
+                    percent(paper.share(scheme, n, slower, kind)) for kind in ("wait_share", "transfer_share")) + "</i>"
+                cells.append((NONE if share is None else percent(share) + parts, "strong"))
         rows.append(cells)
     head = [[("", 1), ("", 1), ("paper", 2), ("SIMULATED,<br>present cores", 2), ("SIMULATED,<br>cores 3 times slower", 2)],
             [("subdomains", 1), ("splitting", 1)] + [("CCS %", 1), ("DCS %", 1)] * 3]

@@ -1,5 +1,6 @@
 """The paper's statements, what the record has on each, and the verdict by a rule that is written beside it. Nothing is judged by hand."""
 import dataclasses
+import math
 
 from .paper_data import TABLE_1, UNKNOWNS, mean, total
 from .tables import count, number
@@ -50,7 +51,7 @@ def dcs_below_ccs(paper):
 
 
 def order_of_magnitude(paper, slower):
-    cores = "cores three times slower, as those of 2014" if slower > 1 else "present cores"
+    cores = "cores three times slower, as those of about 2012" if slower > 1 else "present cores"
     statement = "Shares in MPI: CCS 31.3, 35.6, 58.3 %, DCS 14.0, 9.1, 18.4 % on 3, 4, 8 subdomains (Table 1). " \
                 f"Order of magnitude, {cores}."
     rule = "Agrees if each of our shares is within a factor of 3 of the paper's."
@@ -160,15 +161,17 @@ def speed_up_3d(paper):
 
 def hundred_processors(paper):
     statement = "About a hundred processors, for larger problems, take a supercomputing platform for a reasonable speed-up (section 5)."
-    rule = "Agrees if a simulated cluster of 64 to 256 processes reaches at least half of the ideal speed-up on the triaxial test, by any partition."
+    rule = ("Agrees if a simulated cluster of 64 to 256 processes, the number nearest to a hundred that was simulated, reaches at least half of the "
+            "ideal speed-up on the triaxial test, by any partition.")
     points = [point for of in ("grid", "bisection", "metis") for point in paper.curve("triaxial", "paper", "dcs", of, "cluster").values()
               if 64 <= point.n <= 256]
     if not points:
         return untold(statement, "paper-beyond", rule, "simulated iterations of the triaxial test on 64 to 256 processes of the cluster")
-    best = max(points, key=lambda point: point.efficiency)
+    best = min(points, key=lambda point: (abs(math.log(point.n / 100)), -point.efficiency))
     return judge(statement, "paper-beyond", rule,
-                 f"SIMULATED: speed-up {number(best.speed_up)} on {best.n} ({best.partition}), efficiency {number(best.efficiency)}.",
-                 best.efficiency >= 0.5, f"Ours is the problem of the paper, not a larger one; in MPI {percent(best.share)} of an iteration.")
+                 f"SIMULATED: speed-up {number(best.speed_up)} on {best.n} ({best.partition}), efficiency {number(best.efficiency)}. "
+                 "Ours is the problem of the paper, not a larger one.",
+                 best.efficiency >= 0.5, f"In MPI {percent(best.share)} of an iteration.")
 
 
 def unknowns(paper):
