@@ -156,10 +156,15 @@ def bounded(leading, entries, label):
     return table([[(title, 1) for title in (*leading, *titles, "")]], lines, label)
 
 
+def by_numbers(text):
+    """Key to sort names by, with their numbers as numbers: 2 before 16."""
+    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.findall(r"\d+|\D+", text)]
+
+
 def agreement(compares):
     """Two rows per run: one step from the reference's state, and the whole run."""
     entries = [([escape(Path(c["candidate"]).stem), (compared_steps(c), "text"), str(c["subdomains"]), escape(c["transport"])], c["rows"], c["ok"])
-               for c in sorted(compares, key=lambda c: Path(c["candidate"]).stem)]
+               for c in sorted(compares, key=lambda c: by_numbers(Path(c["candidate"]).stem))]
     return bounded(("run", "compared", "subdomains", "transport"), entries, "Agreement with the reference")
 
 

@@ -84,17 +84,19 @@ def level_table(record):
     for row in record["rows"]:
         if row["family"] == "reduced":
             groups.setdefault((row["method"], row["start"]), {}).setdefault(row["case"], []).append(row)
-    lines = []
-    for distance in DISTANCES:
-        levels = [level(record["rows"], measure, distance) for measure, _ in MEASURES]
-        cells = [tables.number(distance), *[tables.number(value) if value else tables.NONE for value in levels]]
-        for cases in groups.values():
-            for (measure, _), value in zip(MEASURES, levels):
-                counts = [iterations_at(rows, measure, value) if value else None for rows in cases.values()]
-                cells.append(tables.NONE if None in counts else tables.count(round(sum(counts))))
-        lines.append(cells)
-    head = [[("", 1), ("below", 2), *[(f"{escape(method)}, {start}", 2) for method, start in groups]],
-            [("distance", 1), *[(label, 1) for _, label in MEASURES] * (1 + len(groups))]]
+    levels = {distance: [level(record["rows"], measure, distance) for measure, _ in MEASURES] for distance in DISTANCES}
+
+    def iterations(cases, distance):
+        for (measure, _), value in zip(MEASURES, levels[distance]):
+            counts = [iterations_at(rows, measure, value) if value else None for rows in cases.values()]
+            yield tables.NONE if None in counts else tables.count(round(sum(counts)))
+
+    cells = {group: {distance: list(iterations(cases, distance)) for distance in DISTANCES} for group, cases in groups.items()}
+    reached = [group for group, by_distance in cells.items() if any(cell != tables.NONE for row in by_distance.values() for cell in row)]
+    lines = [[tables.number(distance), *[tables.number(value) if value else tables.NONE for value in levels[distance]],
+              *[cell for group in reached for cell in cells[group][distance]]] for distance in DISTANCES]
+    head = [[("", 1), ("below", 2), *[(f"{escape(method)}, {start}", 2) for method, start in reached]],
+            [("distance", 1), *[(label, 1) for _, label in MEASURES] * (1 + len(reached))]]
     return tables.table(head, lines, "What each measure must be for a distance")
 
 
