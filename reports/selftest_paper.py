@@ -150,6 +150,24 @@ class Page(Case):
                          [["SIMULATED"], ["counted"], ["measured"]])
         style.plt.close(figure)
 
+    def test_ideal_speed_up_is_the_number_of_processes_on_every_axis(self):
+        figures = [paper_figures.draw_scene(Paper(paper()), "biaxial", False)[0], paper_figures.draw_beyond(Paper(paper()), "triaxial")]
+        drawn = 0
+        for figure in figures:
+            figure.canvas.draw()
+            for axis in figure.axes:
+                for line in axis.lines:
+                    if line.get_label() != "ideal":
+                        continue
+                    drawn += 1
+                    seen = axis.transData.transform(line.get_xydata())  # as on the page, where points are joined by straight lines
+                    for n in np.linspace(1, line.get_xdata().max(), 7):
+                        here = axis.transData.transform((n, n))
+                        at = np.interp(here[0], *seen.T)
+                        self.assertAlmostEqual(axis.transData.inverted().transform((here[0], at))[1] / n, 1, delta=0.01)
+            style.plt.close(figure)
+        self.assertGreaterEqual(drawn, 3)
+
     def test_at_most_eight_curves(self):
         figure = paper_figures.draw_beyond(Paper(paper()), "triaxial")
         self.assertLessEqual(max(len(axis.lines) for axis in figure.axes), 8)

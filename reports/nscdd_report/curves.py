@@ -1,7 +1,7 @@
 """Figs. 3 and 4 (speed-up and iterations against subdomains) and the iteration histories."""
 import numpy as np
 
-from .style import DCS, FAINT, NLGS, SCHEMES, plt, subdomain_ticks
+from .style import DCS, FAINT, NLGS, SCHEMES, ideal, plt, subdomain_ticks
 
 
 def speed_ups(results, role):
@@ -49,11 +49,11 @@ def draw_speed_up_and_iterations(results, role, mean):
     ranks = sorted({n for by_rank in speed.values() for n in by_rank})
     left.set_title("(a) speed-up, measured")
     if ranks:
-        ideal = np.array([1, max(2, *ranks)])
-        left.plot(ideal, ideal, "--", color=NLGS, linewidth=1, label="ideal")
+        most = max(2, *ranks)
+        ideal(left, most)
         draw_schemes(left, speed)
         subdomain_ticks(left, sorted({1, 2, *ranks}))
-        left.set_xlim(0.85, 1.18 * ideal[1])
+        left.set_xlim(0.85, 1.18 * most)
         left.set_ylim(0, 1.08 * left.dataLim.y1)
         left.set(xlabel="MPI ranks = subdomains", ylabel="speed-up over sequential NLGS")
         left.legend(loc="upper left")

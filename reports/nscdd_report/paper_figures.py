@@ -2,7 +2,7 @@
 import numpy as np
 
 from .paper_data import FAMILIES, total
-from .style import NLGS, SCHEMES, SUBDOMAINS, plt, subdomain_ticks
+from .style import NLGS, SCHEMES, SUBDOMAINS, apart, ideal, plt, subdomain_ticks
 
 PLATFORMS = {"node48": "node of 48 cores", "cluster": "cluster of 128 nodes of 8"}
 METHODS = {"paper": ("paper's method", "-"), "auto": ("accelerated", "--")}
@@ -26,10 +26,6 @@ def ticks(axis, numbers):
         if not kept or kept[-1] / n >= max(1.3, (most / min(numbers))**0.11):
             kept.append(n)
     subdomain_ticks(axis, kept[::-1])
-
-
-def ideal(axis, most):
-    axis.plot([1, most], [1, most], "--", color=NLGS, linewidth=1, label="ideal")
 
 
 def iterations(run, mean):
@@ -113,7 +109,7 @@ def draw_scene(paper, scene, mean):
     figure, axes = plt.subplots(1, 3, figsize=(10.6, 3.5), width_ratios=(1.15, 1.25, 0.8))
     drawn = (speed_up_panel(axes[0], paper, scene), iteration_panel(axes[1], paper, scene, mean), measured_panel(axes[2], paper, scene))
     if any(drawn):
-        return figure, drawn
+        return apart(figure), drawn
     plt.close(figure)
     return None, drawn
 
@@ -136,7 +132,7 @@ def draw_beyond(paper, scene):
     handles = {}
     for axis, (platform, curves) in zip(axes[0], platforms.items()):
         numbers = sorted({n for curve in curves.values() for n in curve})
-        handles["ideal"], = axis.plot([1, numbers[-1]], [1, numbers[-1]], ":", color=NLGS, linewidth=1)
+        handles["ideal"] = ideal(axis, numbers[-1], ":")
         for (of, method), curve in curves.items():
             n, points = zip(*sorted(curve.items()))
             axis.fill_between(n, [p.low for p in points], [p.high for p in points], color=COLOUR[of], alpha=0.15, linewidth=0)
@@ -157,4 +153,4 @@ def draw_beyond(paper, scene):
         axis.set_axis_off()
     axis.set_title("iterations, counted")
     figure.legend(handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4)
-    return figure
+    return apart(figure)

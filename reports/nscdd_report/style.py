@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
@@ -41,6 +42,18 @@ def subdomain_ticks(axis, numbers):
     axis.set_xscale("log", base=2)
     axis.set_xticks(numbers, [str(n) for n in numbers])
     axis.minorticks_off()
+
+
+def ideal(axis, most, style="--"):
+    """Speed-up = processes, in a hundred points: on a logarithmic axis of processes and a linear one of speed-ups this is no straight line."""
+    n = np.geomspace(1, most, 100)
+    return axis.plot(n, n, style, color=NLGS, linewidth=1, label="ideal")[0]
+
+
+def apart(figure, space=0.06):
+    """More room between panels, so that the label of an axis does not touch the panel to its left."""
+    figure.get_layout_engine().set(wspace=space)
+    return figure
 
 
 def write(path, data):
