@@ -2,10 +2,13 @@
 """Tests of the report's section on the paper, on a fabricated record: no value here was ever counted, simulated or measured."""
 import contextlib
 import copy
+import importlib.machinery
+import importlib.util
 import io
 import json
 import math
 import re
+import shlex
 import sys
 import tempfile
 import unittest
@@ -191,6 +194,26 @@ class Page(Case):
         record["runs"][0]["unconverged_steps"] = 1
         self.assertIn("not converged in 1 of 2 steps", self.report(record)[1])
 
+    def test_a_record_of_several_commits_says_so(self):
+        record = paper(commits=["old", "new-dirty"], commit="new-dirty")
+        for entry in (entry for kind in ("packings", "runs", "agreement", "windows", "measured") for entry in record[kind]):
+            entry["commit"] = "old"
+        record["windows"][0]["commit"] = "new-dirty"
+        self.assertEqual(self.report(record), (0, ""))
+        self.assertIn("<b>Rows of 2 commits:</b> new-dirty, old.", self.page())
+        self.assertRegex(self.page(), r'Packings\.</b>[\s\S]*?commit old\.')
+
+    def test_a_record_that_names_one_commit_for_all_rows_says_so(self):
+        self.report(paper())
+        self.assertIn("This record names one commit for all of its rows", self.page())
+
+    def test_commands_that_made_the_start_stand_before_the_run(self):
+        record = paper()
+        record["runs"][0]["start"] = ["nscdd run FABRICATED START"]
+        self.report(record)
+        page = self.page()
+        self.assertLess(page.index("FABRICATED START"), page.index("nscdd run FABRICATED isotropic nlgs"))
+
     def test_empty_lists_are_said(self):
         empty = {key: [] for key in ("packings", "runs", "windows", "measured", "agreement")}
         self.assertEqual(self.report(paper(**empty)), (0, ""))
@@ -293,6 +316,31 @@ class Network(Case):
         with h5py.File(path, "a") as file:
             del file["rough/skin"]
         self.assert_one_line(paper(), "fig1-network.h5", "rough")
+
+
+class Script(unittest.TestCase):
+    """What scripts/paper writes down."""
+
+    def test_commands_of_bands_have_the_factors_that_were_run(self):
+        folder = Path(__file__).resolve().parent.parent / "scripts"
+        sys.path.insert(0, str(folder))
+        loader = importlib.machinery.SourceFileLoader("paper_script", str(folder / "paper"))
+        script = importlib.util.module_from_spec(importlib.util.spec_from_loader("paper_script", loader))
+        loader.exec_module(script)
+        told = {"seconds_per_iteration": 1e-3, "per_iteration": {"wait": {"mean": 1e-4}, "transfer": {"mean": 1e-4}}, "commit": "fabricated",
+                "command": "nscdd_simulated window FABRICATED.toml"}
+        with tempfile.TemporaryDirectory() as name:
+            path = Path(name, "window.json")
+            path.write_text(json.dumps(told))
+            rows = [script.window_row(path, "biaxial", "paper", "dcs", "grid 4x12", 48, "node48", 1, *band) for band in ((1, 1, 0), (2, 1, 0), (1, 0.5, 0))]
+        plain, latency, bandwidth = (row["command"] for row in rows)
+        self.assertNotIn("--cfg", plain)
+        self.assertIn("--cfg=smpi/lat-factor:0:2", latency)
+        self.assertIn("--cfg=smpi/bw-factor:0:0.5", bandwidth)
+        plan = script.Plan(Path("results/paper"), False)
+        run = next(job.commands[0] for key, job in plan.jobs.items() if key.endswith("biaxial-paper-dcs-grid-4x12-48-node48-1-2-1-0.json"))
+        words = shlex.split(latency)
+        self.assertEqual(words[:-3], run[:len(words) - 3])
 
 
 class Input(Case):

@@ -68,7 +68,9 @@ def machines(runs):
 
 
 def commits(runs):
-    return ", ".join(sorted({run["commit"][:12] for run in runs}))
+    """Of runs and of records, which may have rows of several commits."""
+    found = {commit for run in runs for commit in (run.get("commits") if isinstance(run, dict) else None) or [run["commit"]]}
+    return ", ".join(sorted({commit.removesuffix("-dirty")[:12] + "-dirty" * commit.endswith("-dirty") for commit in found}))
 
 
 def command_list(commands):

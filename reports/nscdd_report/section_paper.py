@@ -15,9 +15,22 @@ FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4",
 def source(paper, entries):
     """Machine and commit of the record, and the commands of these entries of it."""
     record = paper.record
-    commands = [entry["command"] for entry in entries if "command" in entry]
-    return (f'<div class="from">{escape(machines([record]))}; commit {escape(commits([record]))}. From '
+    commands = [command for entry in entries for command in (*entry.get("start", ()), entry.get("command")) if command]
+    made_by = [entry for entry in entries if "commit" in entry] or [record]
+    return (f'<div class="from">{escape(machines([record]))}; commit {escape(commits(made_by))}. From '
             f"{command_list([record['command'], *commands])}</div>")
+
+
+def provenance(paper):
+    """Which commits made the rows, where it was not one."""
+    record = paper.record
+    rows = [row for kind in ("packings", "runs", "agreement", "windows", "measured") for row in record[kind]]
+    if rows and not any("commit" in row for row in rows):
+        yield ("<p>This record names one commit for all of its rows. Files that were there already were used again, so some may have been made by "
+               "an earlier one.</p>")
+    elif len(record.get("commits", ())) > 1:
+        yield (f'<div class="verdict open"><b>Rows of {len(record["commits"])} commits:</b> {escape(commits([record]))}. Each caption names those '
+               "of its rows, the record that of each row.</div>")
 
 
 def platform(paper):
@@ -173,7 +186,7 @@ def section(results, out):
     paper = Paper(results.paper[0])
     pictures = multiplicities(paper, results, out)
     found = next(pictures)
-    parts = [*communication(paper), *real_ranks(paper), *pictures, *scalability(paper, out), *points(paper), *beyond(paper, out), *rest(paper)]
+    parts = [*provenance(paper), *communication(paper), *real_ranks(paper), *pictures, *scalability(paper, out), *points(paper), *beyond(paper, out), *rest(paper)]
     if paper.record["quick"]:
         parts.insert(0, '<div class="verdict open"><b>From a quick job with small sizes, made to test the command.</b></div>')
     results.statements = (paper, found, parts)
