@@ -133,6 +133,12 @@ def render_spheres(x, radius, colours, size=900, oversample=2):
     return np.dstack([colour, covered / oversample**2])
 
 
+def sphere_counts(state):
+    """Subdomains, and grains of each multiplicity."""
+    numbers, grains = np.unique(state["multiplicity"], return_counts=True)
+    return {"subdomains": len(np.unique(state["subdomain"])), "multiplicity": dict(zip(numbers.tolist(), grains.tolist()))}
+
+
 def draw_spheres(state):
     """Fig. 2: (a) subdomain index and (b) multiplicity, the quarter facing the reader taken out."""
     x, r, m, owner = state["x"], state["radius"], state["multiplicity"], state["subdomain"]

@@ -5,6 +5,9 @@ SCENES = ("isotropic", "biaxial", "triaxial")
 FAMILIES = ("grid", "bisection", "metis")
 # [Visseq14] Table 1: splitting, share of time in MPI in per cent by CCS and DCS.
 TABLE_1 = {1: ("none", 0.0, 0.0), 3: ("grid 3x1x1", 31.3, 14.0), 4: ("grid 2x2x1", 35.6, 9.1), 8: ("grid 2x2x2", 58.3, 18.4)}
+INERTIAL = {"biaxial": 1.3e-4, "triaxial": 2.7e-4}  # by the rate of strain, as the comments of cases/paper say
+STARTS = {"isotropic": "the packing, loose", **dict.fromkeys(("biaxial", "triaxial"), "the test under way: from the packing 100 steps of 5 h, then 50 of h, "
+                                                           "accelerated")}
 UNKNOWNS = 6.5e5  # [Visseq14] section 2.1, of the 64,000 spheres, average
 
 
@@ -116,12 +119,19 @@ class Paper:
                 chosen.setdefault(point.n, point)
         return chosen
 
-    def share(self, scheme, n, slower, kind="mpi_share"):
-        """Table 1: share of an iteration in MPI, isotropic compaction by the paper's method and splitting; None if not simulated. `kind`:
-        wait_share and transfer_share are its two parts."""
+    def share(self, scheme, n, slower, which="mpi_share"):
+        """Table 1: share of an iteration in MPI, isotropic compaction by the paper's method and splitting; None if not simulated."""
         if n == 1:
             return 0.0
-        return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), kind)
+        return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), which)
+
+    def iteration(self, scheme, n, slower):
+        """Its seconds."""
+        return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), "seconds_per_iteration")
+
+    def under_way(self, scene):
+        """Whether its runs start from a state, not from the packing."""
+        return any("--from" in run["command"].split() or run.get("start") for run in self.record["runs"] if run["scene"] == scene)
 
     def measured(self, scene=None):
         """Measured runs with their speed-up over measured sequential NLGS by the paper's method: (row, speed-up or None)."""

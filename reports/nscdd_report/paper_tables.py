@@ -2,7 +2,7 @@
 from html import escape
 
 from . import tables
-from .paper_data import SCENES, TABLE_1, family, mean, total
+from .paper_data import INERTIAL, SCENES, STARTS, TABLE_1, family, mean, total
 from .tables import NONE, count, number, percent
 
 
@@ -24,22 +24,44 @@ def table_1(paper):
             for scheme in ("ccs", "dcs"):
                 share = paper.share(scheme, n, slower)
                 found |= n > 1 and share is not None
-                parts = "" if n == 1 or share is None else "<br><i>" + "\u202f+\u202f".join(
-                    percent(paper.share(scheme, n, slower, kind)) for kind in ("wait_share", "transfer_share")) + "</i>"
-                cells.append((NONE if share is None else percent(share) + parts, "strong"))
+                cells.append((NONE if share is None else percent(share), "strong"))
+                cells += [or_none(0.0 if n == 1 else paper.share(scheme, n, slower, which), percent) for which in ("wait_share", "transfer_share")]
         rows.append(cells)
-    head = [[("", 1), ("", 1), ("paper", 2), ("SIMULATED,<br>present cores", 2), ("SIMULATED,<br>cores 3 times slower", 2)],
-            [("subdomains", 1), ("splitting", 1)] + [("CCS %", 1), ("DCS %", 1)] * 3]
+    head = [[("", 1), ("", 1), ("paper", 2), ("SIMULATED, present cores", 6), ("SIMULATED, cores 3 times slower", 6)],
+            [("subdomains", 1), ("splitting", 1), ("CCS %", 1), ("DCS %", 1)]
+            + [(text, 1) for scheme in ("CCS", "DCS") for text in (f"{scheme} %", "waiting", "trans&shy;ferring")] * 2]
     return tables.table(head, rows, "Table 1: share of time in MPI") if found else None
 
 
+def below_the_paper(paper):
+    """How many times our shares of DCS with present cores are below the paper's, least and most; None if not simulated."""
+    times = [theirs / (100 * share) for n, (_, _, theirs) in TABLE_1.items() if n > 1 and (share := paper.share("dcs", n, 1))]
+    return (min(times), max(times)) if times else None
+
+
+def scenes(paper):
+    """What the paper does not give, as the sequential runs have it; the inertial number by the scene's comment where the record lacks it."""
+    rows = []
+    for scene in SCENES:
+        run = paper.nlgs(scene)
+        if not run:
+            continue
+        inertial = number(run["inertial_number"]) if "inertial_number" in run else \
+            f"{number(INERTIAL[scene])} <i>by the rate of strain</i>" if scene in INERTIAL else NONE
+        rows.append([escape(scene), count(run["grains"]), (escape(STARTS[scene] if paper.under_way(scene) or scene == "isotropic" else "packing"), "text"),
+                     str(run["steps"]), number(run["h"]), number(run["tolerance"]), inertial, or_none(run.get("largest_overlap"))])
+    head = [[(text, 1) for text in ("scene", "grains", "starts from", "steps", "h", "tolerance on \u03b7", "inertial number, median",
+                                    "largest overlap at the end [mean diameters]")]]
+    return tables.table(head, rows, "Scenes of the paper as run") if rows else None
+
+
 def measured(paper):
-    """Whole runs on real cores; speed-up over measured sequential NLGS."""
+    """Runs on real cores; speed-up over measured sequential NLGS."""
     rows = [[escape(row["scene"]), escape(row["scheme"].upper()), escape(row["method"]), splitting(row["partition"]), str(row["ranks"]),
-             number(row["seconds"]), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
+             or_none(row.get("steps"), str), number(row["seconds"]), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
              (percent(row["mpi_share"]), "strong") if row["scheme"] != "nlgs" else NONE, count(row["iterations_total"])]
             for row, speed_up in paper.measured()]
-    head = [[(text, 1) for text in ("scene", "scheme", "method", "partition", "real ranks", "seconds, median", "seconds, all", "speed-up", "in MPI %",
+    head = [[(text, 1) for text in ("scene", "scheme", "method", "partition", "real ranks", "steps", "seconds, median", "seconds, all", "speed-up", "in MPI %",
                                     "iterations")]]
     return tables.table(head, rows, "Measured runs") if rows else None
 
@@ -67,8 +89,8 @@ def speed_ups(paper, scene):
 
 def packings(paper):
     rows = [[escape(row["scene"]), count(row["grains"]), (escape(row["source"]), "text"), f"{row['solid_fraction']:.4f}",
-             f"{row['solid_fraction_core']:.4f}", *(("loose", NONE) if row["coordination"] == 0 else (f"{row['coordination']:.3f}", percent(row["rattlers"]))),
-             number(row["largest_overlap"])]
+             f"{row['solid_fraction_core']:.4f}", *(("loose", NONE) if row["coordination"] == 0 else
+                                                    (f"{row['coordination']:.3f}", percent(row["rattlers"]))), number(row["largest_overlap"])]
             for row in paper.record["packings"]]
     head = [[("scene", 1), ("grains", 1), ("made by", 1), ("solid fraction", 2), ("contacts a grain", 1), ("rattlers %", 1), ("largest overlap", 1)],
             [("", 1), ("", 1), ("", 1), ("all", 1), ("core", 1), ("core, without rattlers", 1), ("", 1), ("mean diameters", 1)]]
@@ -105,13 +127,13 @@ def all_runs(paper):
         eta = number(run["residual_max"]) + (f" <i>\u2264\u202f{number(run['tolerance'])}</i>" if len(asked) > 1 else "")
         bad = run["unconverged_steps"] or run["residual_max"] is None
         rows.append([escape(run["scene"]), escape(run["method"]), escape(run["scheme"].upper()), splitting(run["partition"]), str(run["subdomains"]),
-                     str(run["steps"]), count(total(run)), count(mean(run["iterations"])),
+                     "under way" if paper.under_way(run["scene"]) else "packing", str(run["steps"]), count(total(run)), count(mean(run["iterations"])),
                      number(total(run) / total(nlgs)) if nlgs and total(nlgs) else NONE,
                      count(mean(run["contacts"])), number(run["unknowns_mean"]), count(run["interface_grains"]),
                      percent(run["interface_grains"] / run["grains"]), (eta, "bad" if bad else ""),
                      (str(run["unconverged_steps"]), "bad" if run["unconverged_steps"] else "")])
-    head = [[("", 6), ("iterations", 3), ("mean", 2), ("shared grains", 2), ("", 2)],
-            [(text, 1) for text in ("scene", "method", "scheme", "partition", "sub&shy;domains", "steps", "total", "a step", "over NLGS", "contacts",
+    head = [[("", 7), ("iterations", 3), ("mean", 2), ("shared grains", 2), ("", 2)],
+            [(text, 1) for text in ("scene", "method", "scheme", "partition", "sub&shy;domains", "start", "steps", "total", "a step", "over NLGS", "contacts",
                                     "unknowns", "mean", "%", largest, "not converged")]]
     return tables.table(head, rows, "Runs of the paper's scenes") if rows else None
 
