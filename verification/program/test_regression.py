@@ -9,10 +9,10 @@ script = load_script("regression")
 OLD = {"box paper dcs 8 iterations": 1000, "box paper dcs 8 speed-up": 4.0, "box paper dcs 8 residual": 5e-5}
 
 
-def verdicts(same_program=True, method="paper", **changes):
+def verdicts(same_program=True, method="paper", same_compiler=True, **changes):
     old = {name.replace("paper", method): value for name, value in OLD.items()}
     now = {**old, **{f"box {method} dcs 8 {kind.replace('_', '-')}": value for kind, value in changes.items()}}
-    return {row[0].split()[-1]: row[-1] for row in script.judge(now, old, 1e-4, same_program)}
+    return {row[0].split()[-1]: row[-1] for row in script.judge(now, old, 1e-4, same_program, same_compiler)}
 
 
 class Judge(unittest.TestCase):
@@ -37,6 +37,10 @@ class Judge(unittest.TestCase):
 
     def test_the_same_program_has_the_narrow_bands_where_it_accelerates(self):
         self.assertEqual(verdicts(True, "auto", iterations=1021, speed_up=3.87), {"iterations": "WORSE", "speed-up": "WORSE"})
+
+    def test_another_compiler_has_ten_per_cent(self):
+        self.assertEqual(verdicts(False, same_compiler=False, iterations=1099), {"iterations": "changed"})
+        self.assertEqual(verdicts(False, same_compiler=False, iterations=1101), {"iterations": "WORSE"})
 
     def test_another_program_keeps_the_narrow_bands_by_the_method_of_the_paper(self):
         self.assertEqual(verdicts(False, iterations=1019, speed_up=3.89), {"iterations": "changed", "speed-up": "changed"})
