@@ -108,8 +108,8 @@ def run_table(record):
     """Every run of the settling bed; beneath one that does not count, why."""
     def cells(row):
         why = wrong(row)
-        run = f'<span style="display:inline-block;min-width:24em">{escape(named(row))}</span>' + (f"<br><b>{escape(why)}</b>" if why else "")
-        text = [(run, "text bad" if why else "text"), f"{median(row):.2f} <i>({len(row['cpus'])})</i>"]
+        run = f'<span style="display:inline-block;min-width:25em">{escape(named(row))}</span>' + (f'<br><b style="color:var(--bad)">{escape(why)}</b>' if why else "")
+        text = [(run, "text"), f"{median(row):.2f} <i>({len(row['cpus'])})</i>"]
         if "mean_overlap" not in row:
             return [*text, *[tables.NONE] * 5]
         return [*text, tables.number(row["mean_overlap"]), tables.number(row["largest_overlap"]), tables.number(row["kinetic_energy"]),

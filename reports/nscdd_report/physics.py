@@ -146,7 +146,8 @@ CAPTIONS = {
                       "away from the walls."),
     "physics-fabric": ("Fabric and energy", "Left: anisotropy of the contacts, the difference of the components of the mean of n \u2297 n along the "
                        "axis and across. No published number is beside it: those that are at hand are of other measures (amplitudes of harmonics, "
-                       "with forces or for strong contacts alone), loadings or frictions. Right: of the work that the walls have done, spheres with friction 0.3, what friction and impact "
+                       "with forces or for strong contacts alone), loadings or frictions. Right: of the work that the walls have done, "
+                       "spheres with friction 0.3, what friction and impact "
                        "have dissipated."),
     "physics-forces": ("Forces", "Density of the normal forces between grains over their mean, of many frames, and the exponential that is most "
                        "likely above the mean. Bins with less than five forces are left out."),

@@ -133,8 +133,9 @@ def converged(results, out):
         if record["quick"]:
             parts.append("<p>From a quick job with small scenes, made to test the command: its numbers say nothing.</p>")
         source = origin([record])
-        caption = (f"Distance of the velocities from the answer, {tables.symbols('|V - V*|_M / |V* - V_free|_M')}, against \u03b7 and against the velocity error, of "
-                   "iterates that \u03b7 alone stopped; circles: plain, crosses: accelerated; colours: families of cases. Lines: equal, and a factor of three either way. With friction "
+        caption = (f"Distance of the velocities from the answer, {tables.symbols('|V - V*|_M / |V* - V_free|_M')}, against \u03b7 and against the "
+                   "velocity error, of iterates that \u03b7 alone stopped; circles: plain, crosses: accelerated; colours: families of cases. "
+                   "Lines: equal, and a factor of three either way. With friction "
                    "there may be several answers, so V* is the end of the same iteration, \u03b7 \u2264 10\u207b\u00b9\u00b2 or at least a hundred "
                    "times smaller. A measure is worth what its points keep to a line: \u03b7 compares with all energies of single "
                    "contacts, which grow with mass ratios and the length of force chains while the velocities do not; the velocity error "
