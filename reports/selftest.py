@@ -16,7 +16,7 @@ import report  # noqa: E402  (after the path is set)
 from fabricated import accuracy, acceleration, compare, fabricate, hard, velocity_error  # noqa: E402
 from nscdd_report import accuracy as figures
 from nscdd_report import hard as hard_cases
-from nscdd_report import curves, packings, tables, velocity  # noqa: E402
+from nscdd_report import curves, packings, peers, tables, velocity  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
 
 
@@ -160,6 +160,38 @@ class Verdict(Case):
         self.assertEqual(len([line for line in figure.axes[0].lines if len(line.get_xdata())]), 8)
         self.assertEqual(figures.solver_table(record).count("<td>variant"), 20)
         figures.plt.close(figure)
+
+    def test_formulas_are_set_as_symbols(self):
+        self.assertEqual(tables.symbols("|V - V_ref|_M / |V_free|_M^2"), "|<i>V</i> \u2212 <i>V</i><sub>ref</sub>|<sub><i>M</i></sub> / "
+                         "|<i>V</i><sub>free</sub>|<sub><i>M</i></sub>\u00b2")
+        self.assertEqual(tables.symbols("stress, |s - s_ref| / |s_ref|"),
+                         "stress, |<i>s</i> \u2212 <i>s</i><sub>ref</sub>| / |<i>s</i><sub>ref</sub>|")
+        self.assertEqual(tables.symbols("residual eta, <= 1e-4 or the reference's"), "residual \u03b7, \u2264 10\u207b\u2074 or the reference&#x27;s")
+        self.assertEqual(tables.symbols("|V* - V_free|_M in 2 s"), "|<i>V</i>* \u2212 <i>V</i><sub>free</sub>|<sub><i>M</i></sub> in 2 s")
+
+    def test_runs_are_sorted_by_number(self):
+        html = tables.agreement([compare("column", "dcs", n, "in-process") for n in (16, 2, 3, 1)])
+        self.assertEqual(re.findall(r"<td>[^<]*dcs[^<]*?(\d+)</td>", html), ["1", "2", "3", "16"])
+
+    def test_solvers_without_a_point_are_not_called_drawn(self):
+        record = accuracy()
+        for row in record["runs"]:
+            row["sweeps"] = row["sweeps"] if row["solver"] == "NLGS" else None
+        self.assertEqual(figures.drawn(record, figures.chosen(record), "sweeps", "eta"), ["NLGS"])
+
+    def test_a_level_that_is_not_reached_has_no_column(self):
+        record = velocity_error()
+        self.assertEqual(velocity.unreached(record), [])
+        for row in record["rows"]:
+            if row["family"] == "reduced":
+                row.update(eta=1.0, velocity_error=1.0)
+        groups = velocity.reduced(record)
+        self.assertEqual(velocity.unreached(record), [", ".join(key) for key in groups])
+        self.assertNotIn("NLGS", velocity.level_table(record))
+
+    def test_lost_grains_are_told_in_words(self):
+        self.assertEqual(peers.wrong({"why": "ERROR: Lost atoms: original 8000 current 435 (src/thermo.cpp:439)"}),
+                         "unstable: 7\u202f565 of 8\u202f000 grains left the box")
 
     def test_one_step_and_whole_run_are_told_apart(self):
         whole = compare("column", "dcs", 2, "mpi") | {"steps": 50, "last_step": 50}

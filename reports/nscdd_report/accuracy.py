@@ -58,6 +58,11 @@ def chosen(record):
     return [solver for solver in DRAWN if solver in present] or present[:8]
 
 
+def drawn(record, shown, cost, error):
+    """Those of them that have a point: Newton counts no sweeps."""
+    return [solver for solver in shown if points([row for row in record["runs"] if row["solver"] == solver], error, cost)]
+
+
 def draw_curves(record, shown, cost, error, cost_label, error_label):
     """A panel for each scene, a curve for each solver shown; an open circle where it stalled."""
     scenes = record["scenes"]
@@ -69,10 +74,10 @@ def draw_curves(record, shown, cost, error, cost_label, error_label):
         own = [row for row in record["runs"] if row["scene"] == scene["name"]]
         for solver in shown:
             rows = [row for row in own if row["solver"] == solver]
-            drawn = points(rows, error, cost)
-            if not drawn:
+            curve = points(rows, error, cost)
+            if not curve:
                 continue
-            handles[solver], = axis.plot(*zip(*drawn), **look(solver))
+            handles[solver], = axis.plot(*zip(*curve), **look(solver))
             stalled = points([row for row in rows if not row["converged"]], error, cost)
             axis.plot(*(zip(*stalled) if stalled else ([], [])), "o", color=look(solver)["color"], markerfacecolor="none", markersize=7)
         axis.set(xscale="log", yscale="log")
@@ -179,7 +184,7 @@ def solver_table(record):
                          + (f"<br><i>{tables.count(round(sweeps))}</i>" if sweeps is not None else ""))
         lines.append(cells)
     head = [[("solver", 1), *[(escape(scene["name"]), 1) for scene in record["scenes"]]]]
-    return tables.table(head, lines, f"All solvers at eta = {ALL_AT:g}")
+    return tables.table(head, lines, f"All solvers at \u03b7 = {ALL_AT:g}")
 
 
 def scene_table(record):
@@ -199,7 +204,7 @@ def distance_table(record):
               for row in (next((row for row in record["runs"] if (row["scene"], row["solver"], row["tolerance"]) ==
                                 (scene["name"], "NLGS", level)), None) for level in DISTANCES)]] for scene in record["scenes"]]
     head = [[("scene", 1), *[(f"\u03b7 \u2264 {level:g}", 1) for level in DISTANCES]]]
-    return tables.table(head, lines, "Distance of NLGS velocities from the reference answer, |V - V_ref|_M / |V_free|_M")
+    return tables.table(head, lines, "Distance of NLGS velocities from the reference answer")
 
 
 def draw_all(record, folder):

@@ -30,7 +30,7 @@ def family_table(rows, schemes):
     for key in dict.fromkeys((row["case"], row["quantity"]) for row in rows):
         by_scheme = {(row["scheme"], row["subdomains"]): row for row in rows if (row["case"], row["quantity"]) == key}
         first = next(iter(by_scheme.values()))
-        cells = [escape(key[0]), escape(key[1]), RELATIONS[first["relation"]] + tables.number(first["expected"]), tables.number(first["bound"])]
+        cells = [escape(key[0]), tables.symbols(key[1]), RELATIONS[first["relation"]] + tables.number(first["expected"]), tables.number(first["bound"])]
         for scheme in schemes:
             row = by_scheme.get(scheme)
             if row is None:
@@ -42,7 +42,7 @@ def family_table(rows, schemes):
             cells.append(("<br>".join([text[0], *(f"<i>{line}</i>" for line in text[1:])]), "" if hard_ok(row) else "bad"))
             if "note" in row:
                 notes.append(f'<p>{escape(row["case"])}, {escape(row["scheme"])}: {escape(row["note"])}</p>')
-        lines.append([*cells, escape(first["bound_from"])])
+        lines.append([*cells, tables.symbols(first["bound_from"])])
     head = [[(text, 1) for text in ("case", "quantity", "expected", "bound")]
             + [(f"{escape(name.upper())}{f', {n} subdomains' if n > 1 else ''}", 1) for name, n in schemes] + [("bound from", 1)]]
     return tables.table(head, lines, f"Hard cases: {rows[0]['family']}") + "".join(notes)

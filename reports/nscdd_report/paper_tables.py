@@ -105,7 +105,7 @@ def variations(paper):
             continue
         base = paper.counted.get(paper.key(run))
         each = mean(run["iterations"])
-        rows.append([escape(run["scene"]), escape(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]),
+        rows.append([escape(run["scene"]), tables.symbols(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]),
                      splitting(run["partition"]),
                      str(run["subdomains"]), number(run["h"]), number(run["tolerance"]), str(run["steps"]), count(each),
                      number(each / mean(base["iterations"])) if base and total(base) else NONE, count(mean(run["contacts"])),

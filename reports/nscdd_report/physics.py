@@ -119,7 +119,7 @@ def published_text(row):
 
 def wrapped(text, width):
     """Text of several lines in a cell; cells of tables do not wrap by themselves."""
-    return f'<span style="display:inline-block;white-space:normal;overflow-wrap:anywhere;text-align:left;width:{width}rem">{text}</span>'
+    return f'<span style="display:inline-block;white-space:normal;overflow-wrap:anywhere;text-align:left;width:{width}em">{text}</span>'
 
 
 def row_table(record):
@@ -129,8 +129,8 @@ def row_table(record):
         unit = {"1": "", "degrees": "\u00b0"}[row["unit"]]
         told = f"{row['verdict']}{': ' + row['why'] if row['why'] else ''}"
         note = f"<br><i>{escape(row['note'])}</i>" if row["note"] else ""
-        lines.append([wrapped(escape(row["quantity"]) + note, 14), value_text(row) + unit, wrapped(published_text(row), 8),
-                      wrapped(escape(row["rule"]), 7), (wrapped(escape(told), 6), MARK[row["verdict"]]), wrapped(escape(row["source"]), 9)])
+        lines.append([wrapped(escape(row["quantity"]) + note, 18), value_text(row) + unit, wrapped(published_text(row), 10),
+                      wrapped(escape(row["rule"]), 9), (wrapped(escape(told), 8), MARK[row["verdict"]]), wrapped(escape(row["source"]), 12)])
     head = [[(text, 1) for text in ("quantity", "ours", "published", "rule", "verdict", "source")]]
     return tables.table(head, lines, "Granular physics beside published numbers")
 
@@ -145,7 +145,9 @@ CAPTIONS = {
                       "elastic strain: the strength is there from the first steps. The solid fraction is that two diameters and more "
                       "away from the walls."),
     "physics-fabric": ("Fabric and energy", "Left: anisotropy of the contacts, the difference of the components of the mean of n \u2297 n along the "
-                       "axis and across. Right: of the work that the walls have done, spheres with friction 0.3, what friction and impact "
+                       "axis and across. No published number is beside it: those that are at hand are of other measures (amplitudes of harmonics, "
+                       "with forces or for strong contacts alone), loadings or frictions. Right: of the work that the walls have done, "
+                       "spheres with friction 0.3, what friction and impact "
                        "have dissipated."),
     "physics-forces": ("Forces", "Density of the normal forces between grains over their mean, of many frames, and the exponential that is most "
                        "likely above the mean. Bins with less than five forces are left out."),

@@ -46,7 +46,8 @@ def communication(paper):
     windows = [w for w in paper.record["windows"] if w["scene"] == "isotropic" and w["method"] == "paper" and w["platform"] == "node48"]
     caption = ("Share of an iteration spent in MPI, in per cent: in all, waiting for other ranks, and transferring; mean over the ranks, isotropic "
                "compaction by the paper's method and splitting. The paper's numbers, in grey, are of whole runs of 500 steps of 55\u202f000 spheres; of "
-               "its machine it says \u201c48 cores AMD\u201d. Three times slower is our guess at its cores: the paper was given in June 2012. "
+               "the machine of its section 5 it says \u201c48 cores AMD processor\u201d. Three times slower is our guess at its cores: the paper was given in "
+               "June 2012. "
                + platform(paper))
     yield table_block(html, "Share of time in MPI (Table 1 of the paper)", caption, source(paper, windows), ("simulated",), wide=True,
                       anchor="paper-table-1")
@@ -175,7 +176,8 @@ def rest(paper):
              "One step of each, from the last state of sequential NLGS, by <code>nscdd compare</code>, with the bound that it must keep.",
              "comparisons with NLGS (scripts/paper)"),
             (paper_tables.packings(paper), record["packings"], "Packings", ("counted",), "paper-packings",
-             "The core is two diameters from the walls. Loose: no grain touches another yet. Overlaps are those before one common shrink of the radii, after which there is none.",
+             "The core is two diameters from the walls. Loose: no grain touches another yet. Overlaps are those "
+             "before one common shrink of the radii, after which there is none.",
              "packings (scripts/paper)"),
             (paper_tables.variations(paper), varied, "Variations", ("counted",), "paper-variations",
              start + "Whole runs with one thing changed, from the same start. Iterations a step are compared with the same scheme and splitting on the "

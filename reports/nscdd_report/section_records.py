@@ -49,12 +49,14 @@ def speed_against_error(results, out):
             parts.append(table_block(accuracy.scene_table(record), "Scenes of the work-precision curves", caption, source, ("counted",), wide=True))
             shown, others = accuracy.chosen(record), len(accuracy.solvers(record["runs"]))
             for cost, error, cost_label, error_label in accuracy.VIEWS:
-                caption = (f"{len(shown)} of the {others} solvers, {escape('; '.join(shown))}, each where it has this cost and error; all are in the table "
-                           "that follows. Better to the "
+                drawn = accuracy.drawn(record, shown, cost, error)
+                caption = (f"{len(drawn)} of the {others} solvers, {escape('; '.join(drawn))}; all are in the table that follows. Better to the "
                            "right and further down; a circle where a solver stalled, within "
                            f"{tables.count(record['budget']['sweeps'])} sweeps. "
+                           + (f"{escape(', '.join(solver for solver in shown if solver not in drawn))} cannot be drawn: no such cost or error is "
+                              "recorded. " if len(drawn) < len(shown) else "")
                            + ("In-process subdomains take turns on one core, so their CPU time is the work of all. " if cost == "cpu" else "")
-                           + ("Distances are |V \u2212 V<sub>ref</sub>|<sub>M</sub> / |V<sub>free</sub>|<sub>M</sub>; where one stays while \u03b7 goes on falling, the solver went to "
+                           + (f"Distances are {tables.symbols('|V - V_ref|_M / |V_free|_M')}; where one stays while \u03b7 goes on falling, the solver went to "
                               "another answer, as velocities need not be unique with friction." if error == "distance" else ""))
                 figure = accuracy.draw_curves(record, shown, cost, error, cost_label, error_label)
                 title = f"{cost_label[0].upper()}{cost_label[1:]} against {error_label}"
@@ -66,7 +68,7 @@ def speed_against_error(results, out):
             parts.append(table_block(accuracy.solver_table(record), f"All solvers at \u03b7 = {level}", caption, source,
                                      ("measured", "counted"), wide=True))
             caption = ("How far the velocities of plain NLGS are from the reference answer when it stops at each tolerance on \u03b7, "
-                       "in shares of |V_free|_M; a dash where it does not get there.")
+                       f"in shares of {tables.symbols('|V_free|_M')}; a dash where it does not get there.")
             parts.append(table_block(accuracy.distance_table(record), "Distance of NLGS from the reference answer", caption, source))
         table = accuracy.siconos_table(record)
         if table:
@@ -131,8 +133,9 @@ def converged(results, out):
         if record["quick"]:
             parts.append("<p>From a quick job with small scenes, made to test the command: its numbers say nothing.</p>")
         source = origin([record])
-        caption = ("Distance of the velocities from the answer, |V \u2212 V*|<sub>M</sub> / |V* \u2212 V<sub>free</sub>|<sub>M</sub>, against \u03b7 and against the velocity error, of "
-                   "iterates that \u03b7 alone stopped; crosses: accelerated. Lines: equal, and a factor of three either way. With friction "
+        caption = (f"Distance of the velocities from the answer, {tables.symbols('|V - V*|_M / |V* - V_free|_M')}, against \u03b7 and against the "
+                   "velocity error, of iterates that \u03b7 alone stopped; circles: plain, crosses: accelerated; colours: families of cases. "
+                   "Lines: equal, and a factor of three either way. With friction "
                    "there may be several answers, so V* is the end of the same iteration, \u03b7 \u2264 10\u207b\u00b9\u00b2 or at least a hundred "
                    "times smaller. A measure is worth what its points keep to a line: \u03b7 compares with all energies of single "
                    "contacts, which grow with mass ratios and the length of force chains while the velocities do not; the velocity error "
@@ -142,9 +145,13 @@ def converged(results, out):
         caption = ("Least, median and most of all iterates, and the standard deviation of its logarithm. "
                    "A distance many times the measure is a step called better than it is.")
         parts.append(table_block(velocity.ratio_table(record), "The distance over each measure", caption, source, wide=True))
-        caption = ("Below which value of a measure every iterate of every case is within a distance; and how many iterations the three "
-                   "reduced scenes together take for one step to get there, by \u03b7 and by the velocity error: the price of the same "
-                   "certainty. Methods and starts of which no iterate got there are left out.")
+        left_out = velocity.unreached(record)
+        some = len(left_out) < len(velocity.reduced(record))
+        caption = ("Below which value of a measure every iterate of every case is within a distance"
+                   + ("; and how many iterations the three reduced scenes together take for one step to get there, by \u03b7 and by the velocity "
+                      "error: the price of the same certainty." if some else ".")
+                   + (f" What they would take is left out for {escape('; '.join(left_out))}: not all of the recorded iterates of the reduced scenes "
+                      "get to any of these levels." if left_out else ""))
         parts.append(table_block(velocity.level_table(record), "What a measure must be for a distance", caption, source, wide=True))
         if record["cost"]:
             caption = ("Iterations to \u03b7 = 10\u207b\u2074 alone, and how many times as many with a velocity error; in red where steps did not "

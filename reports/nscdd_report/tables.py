@@ -33,6 +33,20 @@ def count(value):
     return text.replace(",", "\u202f")
 
 
+def symbols(text):
+    """HTML of what programs write: |V - V_ref|_M, eta, <=, 1e-4."""
+    text = re.sub(r"\b1e-(\d+)\b", lambda power: "10" + f"-{power[1]}".translate(SUPERSCRIPT), escape(text))
+    text = re.sub(r"\b([Vs])_(ref|free)\b", r"<i>\1</i><sub>\2</sub>", text)
+    text = re.sub(r"(?<=\|)([Vs])\b|\b(V)\b(?!<)", lambda name: f"<i>{name[1] or name[2]}</i>", text)
+    text = re.sub(r"\|_M(\^2)?", lambda norm: "|<sub><i>M</i></sub>" + ("\u00b2" if norm[1] else ""), text)
+    return re.sub(r"\beta\b", "\u03b7", text).replace("&lt;=", "\u2264").replace(" - ", " \u2212 ")
+
+
+def by_number(text):
+    """Key of a sort that puts 2 before 16."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", text)]
+
+
 def percent(value):
     return f"{100 * value:.1f}"
 
@@ -149,22 +163,17 @@ def bounded(leading, entries, label):
     titles = []
     for quantity in quantities:
         name, _, formula = quantity.partition(", ")
-        parts = [escape(name), *([f"<i>{escape(formula)}</i>"] if formula else [])]
+        parts = [symbols(name), *([f"<i>{symbols(formula)}</i>"] if formula else [])]
         if len(bounds[quantity]) == 1:
             parts.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
         titles.append("<br>".join(parts))
     return table([[(title, 1) for title in (*leading, *titles, "")]], lines, label)
 
 
-def by_numbers(text):
-    """Key to sort names by, with their numbers as numbers: 2 before 16."""
-    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.findall(r"\d+|\D+", text)]
-
-
 def agreement(compares):
     """Two rows per run: one step from the reference's state, and the whole run."""
     entries = [([escape(Path(c["candidate"]).stem), (compared_steps(c), "text"), str(c["subdomains"]), escape(c["transport"])], c["rows"], c["ok"])
-               for c in sorted(compares, key=lambda c: by_numbers(Path(c["candidate"]).stem))]
+               for c in sorted(compares, key=lambda c: by_number(Path(c["candidate"]).stem))]
     return bounded(("run", "compared", "subdomains", "transport"), entries, "Agreement with the reference")
 
 

@@ -30,13 +30,16 @@ def draw(record):
             for accelerated, marker in ((False, "o"), (True, "x")):
                 drawn = pairs([row for row in rows if ("auto" in row["method"]) == accelerated], measure)
                 axis.plot(*(zip(*drawn) if drawn else ([], [])), marker, color=colour, markersize=3.5, markeredgewidth=0.9,
-                          markerfacecolor="none", label=FAMILIES[family] if accelerated else None)
+                          markerfacecolor="none")
         ends = (1e-9, 3.0)
         for factor, style in ((1, "-"), (3, ":"), (1 / 3, ":")):
             axis.plot(ends, [factor * x for x in ends], style, color="#222222", linewidth=0.8)
         axis.set(xscale="log", yscale="log", xlabel=label, xlim=(1e-9, 3.0), ylim=(1e-8, 3.0))
     axes[0].set_ylabel("distance of the velocities")
-    axes[1].legend(loc="lower right", fontsize=9)
+    axes[0].legend(handles=[plt.Line2D([], [], linestyle="", marker=marker, color="#222222", markersize=3.5, markerfacecolor="none", label=label)
+                            for marker, label in (("o", "plain"), ("x", "accelerated"))], loc="upper left", fontsize=9)
+    axes[1].legend(handles=[plt.Line2D([], [], color=colour, linewidth=3, label=FAMILIES[family])
+                            for family, colour in zip(families(record), SUBDOMAINS)], loc="lower right", fontsize=9)
     return figure
 
 
@@ -57,7 +60,7 @@ def ratio_table(record):
         lines.append(cells)
     head = [[("", 1), ("", 1), ("", 1), *[(f"distance over {label}", 4) for _, label in MEASURES]],
             [("", 1), ("cases", 1), ("iterates", 1), *[(text, 1) for text in ("least", "median", "most", "spread, decades")] * 2]]
-    return tables.table(head, lines, "Distance over eta and over the velocity error")
+    return tables.table(head, lines, "Distance over \u03b7 and over the velocity error")
 
 
 def level(rows, measure, distance):
@@ -78,25 +81,47 @@ def iterations_at(rows, measure, value):
     return None
 
 
-def level_table(record):
-    """What must be asked of each measure to be sure of a distance, and the iterations of the reduced scenes to it."""
+def reduced(record):
+    """{(method, start): {scene: rows}} of the reduced scenes."""
     groups = {}
     for row in record["rows"]:
         if row["family"] == "reduced":
             groups.setdefault((row["method"], row["start"]), {}).setdefault(row["case"], []).append(row)
-    levels = {distance: [level(record["rows"], measure, distance) for measure, _ in MEASURES] for distance in DISTANCES}
+    return groups
 
-    def iterations(cases, distance):
-        for (measure, _), value in zip(MEASURES, levels[distance]):
-            counts = [iterations_at(rows, measure, value) if value else None for rows in cases.values()]
-            yield tables.NONE if None in counts else tables.count(round(sum(counts)))
 
-    cells = {group: {distance: list(iterations(cases, distance)) for distance in DISTANCES} for group, cases in groups.items()}
-    reached = [group for group, by_distance in cells.items() if any(cell != tables.NONE for row in by_distance.values() for cell in row)]
-    lines = [[tables.number(distance), *[tables.number(value) if value else tables.NONE for value in levels[distance]],
-              *[cell for group in reached for cell in cells[group][distance]]] for distance in DISTANCES]
-    head = [[("", 1), ("below", 2), *[(f"{escape(method)}, {start}", 2) for method, start in reached]],
-            [("distance", 1), *[(label, 1) for _, label in MEASURES] * (1 + len(reached))]]
+def certainty(record):
+    """{distance: (the level of each measure, {(method, start): iterations of all reduced scenes to each level, None where one does not get there})}."""
+    found = {}
+    for distance in DISTANCES:
+        levels = [level(record["rows"], measure, distance) for measure, _ in MEASURES]
+        iterations = {}
+        for key, cases in reduced(record).items():
+            each = [[iterations_at(rows, measure, value) if value else None for rows in cases.values()]
+                    for (measure, _), value in zip(MEASURES, levels)]
+            iterations[key] = [None if None in counts else sum(counts) for counts in each]
+        found[distance] = levels, iterations
+    return found
+
+
+def unreached(record):
+    """Methods and starts by which the reduced scenes reach no level: they have no column."""
+    found = certainty(record)
+    return [f"{method}, {start}" for method, start in reduced(record)
+            if not any(count is not None for _, iterations in found.values() for count in iterations[method, start])]
+
+
+def level_table(record):
+    """What must be asked of each measure to be sure of a distance, and the iterations of the reduced scenes to it where they get there."""
+    left_out = unreached(record)
+    groups = [key for key in reduced(record) if ", ".join(key) not in left_out]
+    lines = []
+    for distance, (levels, iterations) in certainty(record).items():
+        cells = [tables.number(distance), *[tables.number(value) if value else tables.NONE for value in levels]]
+        cells += [tables.NONE if count is None else tables.count(round(count)) for key in groups for count in iterations[key]]
+        lines.append(cells)
+    head = [[("", 1), ("below", 2), *[(f"{escape(method)}, {start}", 2) for method, start in groups]],
+            [("distance", 1), *[(label, 1) for _, label in MEASURES] * (1 + len(groups))]]
     return tables.table(head, lines, "What each measure must be for a distance")
 
 
