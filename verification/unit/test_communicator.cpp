@@ -12,6 +12,7 @@
 #include "../communicator_pattern.hpp"
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
+#include "nscdd/comm/route_by_square.hpp"
 
 using nscdd::Buffer;
 using nscdd::HostedRanks;
@@ -61,6 +62,22 @@ TEST_CASE("traffic is counted as defined", "[communicator]") {
         comm.reduce({{1, 2}, {3, 4}, {5, 6}}, 2);
         CHECK(comm.traffic().messages == 4 + 6);  // one round of all three
         CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 6 * 2) * 8);
+    }
+}
+
+TEST_CASE("a route by the square of the ranks brings what a route does, with fewer messages", "[communicator]") {
+    for (const int size : {1, 2, 3, 5, 7, 8, 12, 16, 21}) {
+        INFO(size << " ranks");
+        InProcess comm(size);
+        std::vector<nscdd::Outbox> out(static_cast<std::size_t>(size));
+        for (int from = 0; from < size; ++from)
+            for (int to = 0; to < size; ++to) out[from][to] = pattern::message(from, to, 1);
+        const double before = comm.traffic().messages;
+        const std::vector<Buffer> direct = comm.route(out);
+        const double directly = comm.traffic().messages - before;
+        CHECK(nscdd::route_by_square(comm, out) == direct);
+        const double by_square = comm.traffic().messages - before - directly;
+        if (size == 21) CHECK(by_square < 0.6 * directly);
     }
 }
 

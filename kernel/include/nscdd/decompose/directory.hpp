@@ -1,5 +1,6 @@
 // Finds the ranks that hold a grain of which only the id is known: rank id % size knows them. Used once per simulation,
-// as its grains and impulses may come from any rank.
+// as its grains and impulses may come from any rank. Every rank may have something for every other one, so messages
+// travel in two hops.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "nscdd/comm/refuse.hpp"
+#include "nscdd/comm/route_by_square.hpp"
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/decompose/wire.hpp"
 
@@ -25,7 +27,7 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
-    std::vector<Buffer> ids = comm.route(out);
+    std::vector<Buffer> ids = route_by_square(comm, out);
     refuse_together(comm, [&ids](std::size_t k) {
         std::ranges::sort(ids[k]);
         if (const auto twice = std::ranges::adjacent_find(ids[k]); twice != ids[k].end())
@@ -50,7 +52,7 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
         for (const auto& p : impulses[k])
             if (p.i >= 0) Wire::put(p, asked[k][detail::desk(p.i, size)]);
     }
-    const std::vector<Buffer> told = comm.route(holders), wanted = comm.route(asked);
+    const std::vector<Buffer> told = route_by_square(comm, holders), wanted = route_by_square(comm, asked);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::vector<detail::Holding> holdings;
         for (std::size_t p = 0; p < told[k].size(); p += 2)
@@ -63,7 +65,7 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                 Wire::put(impulse, answers[k][h->rank]);
         }
     }
-    const std::vector<Buffer> received = comm.route(answers);
+    const std::vector<Buffer> received = route_by_square(comm, answers);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::vector<PairImpulse<M>> own;
         for (std::size_t p = 0; p < received[k].size(); p += Wire::impulse_size)
