@@ -42,8 +42,9 @@ std::vector<Subdomain<M>> on_rank_0(const std::vector<Grain<M>>& grains, int ran
 }
 
 template <class M>
-Partition<M> make(const Partitioner<M>& partitioner, const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    return partitioner.make({parts, comm, {M::Vec::Zero(), M::Vec::Constant(edge)}, {}});
+Partition<M> make(const Partitioner<M>& partitioner, const std::vector<Subdomain<M>>& parts, Communicator& comm,
+                  double high = edge) {
+    return partitioner.make({parts, comm, {M::Vec::Zero(), M::Vec::Constant(high)}, {}});
 }
 
 template <class M>
@@ -136,6 +137,28 @@ TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly
         CHECK(imbalance[0] > 1.3);
         CHECK(imbalance[1] < 1.05);
         CHECK(imbalance[2] < 1.15);
+    }
+}
+
+TEMPLATE_TEST_CASE("bisection and METIS divide a pile evenly when one grain is far away", "[partition]", SmoothDisks,
+                   SmoothSpheres) {
+    using M = TestType;
+    Random random(33);
+    auto grains = pile<M>(random);
+    const double far = 1e4 * edge, skin = 0.1, largest = 0.15;
+    grains.push_back(grains.front());
+    grains.back().id = static_cast<int>(grains.size()) - 1;
+    grains.back().position = M::Vec::Constant(far);
+    const auto walls = box_walls<M>(edge);
+    for (const int ranks : {2, 8}) {
+        InProcess comm(ranks);
+        for (const auto& partitioner : {by_bisection<M>(), by_metis<M>()}) {
+            auto parts = on_rank_0<M>(grains, ranks);
+            for (int k = 0; k < 2; ++k)  // by grains, then by candidates
+                repartition<M>(parts, comm, make(partitioner, parts, comm, far), walls, skin, largest);
+            INFO(partitioner.kind << " on " << ranks << " ranks");
+            CHECK(measure_imbalance(parts, comm) < 1.15);
+        }
     }
 }
 

@@ -230,10 +230,54 @@ double edge_of_cells(typename M::Vec extent, double wanted) {
     return edge;
 }
 
+// Number of grains and sums of their places [m], measured from the middle of a box, and of their squares.
+template <class M>
+struct Cloud {
+    double grains = 0;
+    typename M::Vec from_middle = M::Vec::Zero(), square = M::Vec::Zero();
+    auto summed() { return std::tie(grains, from_middle, square); }
+    auto largest() { return std::tie(); }
+};
+
+// The box to divide into cells: that of all grains, without the few that lie far from the others, lest these others
+// have few cells. An axis is cut 4 standard deviations from the mean where at most half of it is left by that. Mean and
+// deviation are then those of the grains left, and so on.
+template <class M>
+Box<M> box_of_most(const PartitionInput<M>& scene, auto&& own_grains) {
+    using Vec = typename M::Vec;
+    Box<M> box = scene.box;
+    for (bool shorter = true; shorter;) {
+        const Vec middle = 0.5 * (box.low + box.high);
+        const auto cloud = reduce<Cloud<M>>(scene.comm, [&](std::size_t k) {
+            Cloud<M> mine;
+            own_grains(k, [&](const Vec& x) {
+                if ((x - box.low).minCoeff() < 0 || (box.high - x).minCoeff() < 0) return;
+                ++mine.grains;
+                mine.from_middle += x - middle;
+                mine.square += (x - middle).cwiseAbs2();
+            });
+            return mine;
+        });
+        const Vec mean = cloud.from_middle / std::max(cloud.grains, 1.0),
+                  far = 4 * (cloud.square / std::max(cloud.grains, 1.0) - mean.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+        shorter = false;
+        for (int d = 0; d < M::dim; ++d) {
+            const double low = std::max(box.low[d], middle[d] + mean[d] - far[d]),
+                         high = std::min(box.high[d], middle[d] + mean[d] + far[d]);
+            if (!(low < high && high - low <= 0.5 * (box.high[d] - box.low[d]))) continue;
+            box.low[d] = low;
+            box.high[d] = high;
+            shorter = true;
+        }
+    }
+    return box;
+}
+
 template <class M>
 CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     using Vec = typename M::Vec;
-    const auto& [parts, comm, box, numbers] = scene;
+    const std::vector<Subdomain<M>>& parts = scene.parts;
+    Communicator& comm = scene.comm;
     const auto own_grains = [&parts](std::size_t k, auto&& visit) {
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
             if (parts[k].primary(g)) visit(parts[k].grains[g].position);
@@ -243,6 +287,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
         own_grains(k, [&count](const Vec&) { ++count; });
         return Buffer{count};
     })[0];
+    const Box<M> box = box_of_most(scene, own_grains);
     // Fine enough to tell a contact from its neighbours: with one cell a grain a quarter more grains are shared. Grains
     // alone, without contacts, need cells that are neighbours. Every process holds the table.
     const bool candidates = any_candidates(parts, comm);
