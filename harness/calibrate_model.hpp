@@ -21,22 +21,28 @@ inline double thread_seconds() {
 }
 
 // CPU seconds of one call: the median of five samples of at least `least` seconds, as windows are measured
-// (window_model.hpp).
-double seconds_of(double least, auto&& call) {
+// (window_model.hpp). begin() is called, untimed, before each batch of calls, which are 200 at most.
+double seconds_of(double least, auto&& begin, auto&& call) {
     std::array<double, 5> samples;
+    begin();
     call();  // brings the data into the caches
     for (double& sample : samples) {
-        const double began = thread_seconds();
         double took = 0, calls = 0;
-        for (int batch = 1; took < least; batch *= 2) {  // in growing batches, because reading the clock takes time too
+        for (int batch = 1; took < least; batch = std::min(2 * batch, 200)) {  // reading the clock takes time too
+            begin();
+            const double began = thread_seconds();
             for (int c = 0; c < batch; ++c) call();
+            took += thread_seconds() - began;
             calls += batch;
-            took = thread_seconds() - began;
         }
         sample = took / calls;
     }
     std::ranges::sort(samples);
     return samples[2];
+}
+double seconds_of(double least, auto&& call) {
+    return seconds_of(
+        least, [] {}, call);
 }
 
 struct MeasuredCost {
@@ -45,15 +51,15 @@ struct MeasuredCost {
 };
 
 // Seconds of task(k) for the middle subdomain, while other cores run task(k) for other subdomains, as many as there are
-// cores: ranks that share a memory slow each other down.
-double seconds_among(std::size_t subdomains, const CalibrationRequest& request, auto&& task) {
+// cores: ranks that share a memory slow each other down. begin(): as of seconds_of(), for the middle subdomain.
+double seconds_among(std::size_t subdomains, const CalibrationRequest& request, auto&& begin, auto&& task) {
     const std::size_t mine = subdomains / 2, busy = std::min(subdomains, static_cast<std::size_t>(request.cores));
     std::vector<std::jthread> others;
     for (std::size_t c = 1; c < busy; ++c)
         others.emplace_back([&task, k = (mine + c) % subdomains](const std::stop_token& stop) {
             while (!stop.stop_requested()) task(k);
         });
-    return seconds_of(request.least_seconds, [&] { task(mine); });
+    return seconds_of(request.least_seconds, begin, [&] { task(mine); });
 }
 
 // Cost of a contact from the time of a sweep: a batch with driven walls costs more than its contacts.
@@ -90,42 +96,56 @@ template <class M>
 void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& request, const SolveOptions& options,
                       std::vector<MeasuredCost>& costs) {
     using Pass = typename Sweeper<M>::Pass;
-    const Subdomain<M>& told = parts[parts.size() / 2];
-    const auto load = [&] {
-        for (auto& part : parts)
-            part.sweeper.load(part.problem, options.relaxation,
-                              {part.interface_contacts, part.interface_wall_contacts});
-    };
-    const auto seconds_of_all = [&](auto&& task) {
-        return seconds_among(parts.size(), request, [&](std::size_t k) { task(parts[k], k); });
+    Subdomain<M>& told = parts[parts.size() / 2];
+    const auto load = [&options](Subdomain<M>& part) {
+        part.sweeper.load(part.problem, options.relaxation, {part.interface_contacts, part.interface_wall_contacts});
     };
     const auto note = [&](Work kind, double seconds) {
         costs.push_back({kind, double(told.sweeper.bytes()), 1e9 * seconds});
     };
-    load();
-    const double swept = seconds_of_all([](Subdomain<M>& part, std::size_t) {
-        part.sweeper.begin(part.problem);
-        for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
-    });
+    // Sweeps begin anew from the iteration that the step has come to, as long as in a window: a subdomain swept alone
+    // for longer comes to rest, and whether its contacts stick is then foreseen by the processor.
+    constexpr int warm = 10;
+    const auto seconds_of_sweep = [&](auto&& restart, auto&& sweep) {
+        const auto begin = [&] {
+            restart(parts.size() / 2);
+            for (int s = 0; s < warm; ++s) sweep(parts.size() / 2);
+        };
+        for (std::size_t k = 0; k < parts.size(); ++k) restart(k);
+        return seconds_among(parts.size(), request, begin, sweep);
+    };
+    const double swept = seconds_of_sweep([&](std::size_t k) { load(parts[k]); },
+                                          [&](std::size_t k) {
+                                              Subdomain<M>& part = parts[k];
+                                              part.sweeper.begin(part.problem);
+                                              for (const Pass pass : {Pass::first, Pass::rest})
+                                                  part.sweeper.pass(part.problem, pass);
+                                          });
     const SweepCosts<M> sweep(parts, told, swept, request.least_seconds);
     note(Work::sweep, sweep.contact(swept));
     if (sweep.any_driven()) note(Work::driven, sweep.batch());
     std::vector<double> tested(parts.size());  // used below, lest the tests be optimised away
-    const double testing = seconds_of_all(
-        [&](Subdomain<M>& part, std::size_t k) { tested[k] += part.sweeper.residual(part.problem).contacts; });
+    const double testing = seconds_among(
+        parts.size(), request, [] {},
+        [&](std::size_t k) { tested[k] += parts[k].sweeper.residual(parts[k].problem).contacts; });
     note(Work::residual, testing / double(told.problem.contact_count()));
     if (tested[parts.size() / 2] == 0) throw std::logic_error("no contact was tested");
-    load();
     const int window = SolveOptions{}.accelerated().window;
     std::vector<Anderson> anderson(parts.size(), Anderson(window));
-    for (auto& part : parts) part.sweeper.accelerate(part.problem, window);
-    const double accelerated = seconds_of_all([&](Subdomain<M>& part, std::size_t k) {
-        Anderson::Products products{};
-        part.sweeper.begin(part.problem, &anderson[k]);
-        for (const Pass pass : {Pass::first, Pass::rest})
-            part.sweeper.pass(part.problem, pass, &anderson[k], &products);
-        anderson[k].update(products.data());
-    });
+    const double accelerated = seconds_of_sweep(
+        [&](std::size_t k) {
+            load(parts[k]);
+            anderson[k] = Anderson(window);
+            parts[k].sweeper.accelerate(parts[k].problem, window);
+        },
+        [&](std::size_t k) {
+            Subdomain<M>& part = parts[k];
+            Anderson::Products products{};
+            part.sweeper.begin(part.problem, &anderson[k]);
+            for (const Pass pass : {Pass::first, Pass::rest})
+                part.sweeper.pass(part.problem, pass, &anderson[k], &products);
+            anderson[k].update(products.data());
+        });
     note(Work::accelerated, sweep.contact(accelerated));
 }
 
