@@ -33,7 +33,7 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                            \
     prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,           \
                                             const SolveOptions&, PhaseSeconds&);                                       \
-    prefix template LinearContactsOf<M> linear_contacts(const ContactProblem<M>&);                                     \
+    prefix template LinearContactsOf<M> linear_contacts(ContactProblem<M>);                                            \
     prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                  \
     prefix template class Ccs<M, ClosedForm>;                                                                          \
     prefix template class Dcs<M, ClosedForm>;                                                                          \

@@ -10,23 +10,17 @@ using namespace nscdd::test;
 namespace {
 
 template <class M>
-void each_contact(auto& problem, auto&& visit) {
-    for (auto& c : problem.wall_contacts) visit(c, WithWall{});
-    for (auto& c : problem.contacts) visit(c, BetweenGrains{});
-}
-
-template <class M>
 Eigen::VectorXd impulses(const ContactProblem<M>& problem) {
     std::vector<double> all;
-    each_contact<M>(problem,
-                    [&](const Contact<M>& c, auto) { all.insert(all.end(), c.r.data(), c.r.data() + c.r.size()); });
+    each_contact(problem,
+                 [&](const Contact<M>& c, auto) { all.insert(all.end(), c.r.data(), c.r.data() + c.r.size()); });
     return Eigen::Map<Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
 template <class M>
 void set_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
     Eigen::Index at = 0;
-    each_contact<M>(problem, [&](Contact<M>& c, auto) {
+    each_contact(problem, [&](Contact<M>& c, auto) {
         c.r = r.segment(at, c.r.size());
         at += c.r.size();
     });
@@ -46,7 +40,7 @@ template <class M>
 Eigen::VectorXd weighted(const ContactProblem<M>& problem, const Eigen::VectorXd& change) {
     Eigen::VectorXd out = change;
     Eigen::Index at = 0;
-    each_contact<M>(problem, [&](const Contact<M>& c, auto kind) {
+    each_contact(problem, [&](const Contact<M>& c, auto kind) {
         auto part = out.segment(at, c.r.size());
         const double split = delassus(problem, c, true, kind).normal, whole = delassus(problem, c, false, kind).normal;
         const double root = std::sqrt(split) * std::pow(split / whole, 2);

@@ -258,7 +258,7 @@ typename M::Vec full_velocity(const ContactProblem<M>& problem, const Contact<M>
 template <class M>
 std::vector<typename M::Vec> full_velocities(ContactProblem<M>& problem) {
     std::vector<typename M::Vec> u;
-    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    each_contact(problem, [&](const Contact<M>& c, auto kind) {
         u.push_back(contact_frame<M>(c.normal) * full_velocity(problem, c, kind));
     });
     return u;
@@ -279,7 +279,7 @@ TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by co
     const auto r = local_impulses(problem);
     const auto u = full_velocities(problem);
     std::vector<double> biases;
-    detail::each_contact(problem, [&](const Contact<M>& c, auto) { biases.push_back(c.bias); });
+    each_contact(problem, [&](const Contact<M>& c, auto) { biases.push_back(c.bias); });
     for (std::size_t c = 0; c < u.size(); ++c) {
         typename M::Vec expected = u[c];
         expected[0] += biases[c];
@@ -298,7 +298,7 @@ TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by co
         for (int k = 0; k < (M::friction ? M::dim : 1); ++k) {
             ContactProblem<M> pushed = still;
             std::size_t at = 0;
-            detail::each_contact(pushed, [&](const Contact<M>& c, auto kind) {
+            each_contact(pushed, [&](const Contact<M>& c, auto kind) {
                 if (at++ != d) return;
                 typename M::Impulse unit = M::Impulse::Unit(0);
                 if constexpr (M::friction) unit = contact_frame<M>(c.normal).row(k).transpose();

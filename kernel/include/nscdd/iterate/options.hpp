@@ -65,6 +65,22 @@ int until_test(const Options& options, const SolveReport& report) {
     return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
 }
 
+// Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
+// Throws std::runtime_error when the measure is not finite.
+template <class Options>
+SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure) {
+    SolveReport report;
+    do {
+        const int count = until_test(options, report);
+        for (int k = 0; k < count; ++k) iterate();
+        report.iterations += count;
+        report.residual = measure();
+        if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
+        report.converged = report.residual <= options.tolerance;
+    } while (!report.converged && report.iterations < options.max_iterations);
+    return report;
+}
+
 // True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
 // do not pay for the set-up, measured to cost about 360 solved contacts.
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {

@@ -8,6 +8,15 @@ namespace nscdd::inline NSCDD_ABI {
 struct BetweenGrains {};  // kind of contact that a function is compiled for: `j` is a grain
 struct WithWall {};       // kind of contact that a function is compiled for: `j` is a wall
 
+// Calls visit(contact, kind) for every contact, those with walls first: the order of a sweep, which needs 1 % fewer
+// iterations so, and of all vectors over contacts. Loops that only add up, as apply_impulses(), go the other way round:
+// it would change the last bits of velocities, and by them the accepted numbers of iterations, for nothing.
+template <class Problem>
+void each_contact(Problem& problem, auto&& visit) {
+    for (auto& c : problem.wall_contacts) visit(c, WithWall{});
+    for (auto& c : problem.contacts) visit(c, BetweenGrains{});
+}
+
 // Velocity of i relative to j at the contact point [m/s]; the normal component alone in a frictionless scene.
 template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
@@ -68,6 +77,17 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
     if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
     WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
     wall.speed -= wall.inv_mass * impulse.dot(c.normal);
+}
+
+// Gives each contact c the impulse next(c) [N s], in the order of each_contact(), and bodies and driven walls the
+// velocities that go with it.
+template <class M>
+void replace_impulses(ContactProblem<M>& problem, auto&& next) {
+    each_contact(problem, [&](Contact<M>& c, auto kind) {
+        const typename M::Impulse r = next(c), change = r - c.r;
+        apply_impulse(problem, c, change, kind);
+        c.r = r;
+    });
 }
 
 // The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.

@@ -1,6 +1,6 @@
 // A scene's contact problem in local form, W = H^T M^-1 H stored by blocks, and its impulses there and back.
 //
-// Order: contacts with walls first, then pairs, as the sweep goes. Axes: contact_frame(). The bias (g+/h, or e v_n-) is
+// Order: each_contact(). Axes: contact_frame(). The bias (g+/h, or e v_n-) is
 // part of q_n. A frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses
 // are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
 #pragma once
@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "nscdd/core/delassus_problem.hpp"
-#include "nscdd/law/kinematics.hpp"
+#include "nscdd/reference/body_map.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -33,42 +33,11 @@ ContactFrame<M> contact_frame(const typename M::Vec& normal) {
     return frame;
 }
 
-namespace detail {
-
-// H^T of one body, signed: its velocity to its part of the contact's relative velocity, in the contact's axes.
-template <class M>
-using BodyMap = Eigen::Matrix<double, M::dim, M::dof, Eigen::DontAlign>;
-
-template <class M>
-BodyMap<M> body_map(const ContactFrame<M>& frame, const typename M::Vec& arm, double sign) {
-    BodyMap<M> map;
-    map.template leftCols<M::dim>() = sign * frame;
-    for (int k = 0; k < M::spins; ++k)
-        map.col(M::dim + k) = sign * (frame * spin_cross<M>(typename M::Spin(M::Spin::Unit(k)), arm));
-    return map;
-}
-
-template <class M>
-typename M::Velocity inverse_mass(const Body<M>& body) {
-    typename M::Velocity diagonal = M::Velocity::Constant(body.inv_mass);
-    if constexpr (M::friction) diagonal.template tail<M::spins>().setConstant(body.inv_inertia);
-    return diagonal;
-}
-
-// Calls visit(contact, kind) for every contact, in the order of the local form.
-template <class Problem>
-void each_contact(Problem& problem, auto&& visit) {
-    for (auto& c : problem.wall_contacts) visit(c, WithWall{});
-    for (auto& c : problem.contacts) visit(c, BetweenGrains{});
-}
-
-}  // namespace detail
-
-// The impulses in the axes of each contact [N s], in the order of the local form.
+// The impulses in the axes of each contact [N s], in the order of each_contact().
 template <class M>
 std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactProblem<M>& problem) {
     std::vector<typename DelassusProblem<M::dim>::Vec> r;
-    detail::each_contact(problem, [&](const Contact<M>& c, auto) {
+    each_contact(problem, [&](const Contact<M>& c, auto) {
         if constexpr (M::friction)
             r.push_back(contact_frame<M>(c.normal) * c.r);
         else
@@ -80,16 +49,11 @@ std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactP
 // Gives the contacts these impulses, and the bodies and driven walls the velocities that go with them.
 template <class M>
 void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename DelassusProblem<M::dim>::Vec>& r) {
-    std::size_t k = 0;
-    detail::each_contact(problem, [&](Contact<M>& c, auto kind) {
-        typename M::Impulse next;
+    replace_impulses(problem, [&r, k = std::size_t{0}](const Contact<M>& c) mutable -> typename M::Impulse {
         if constexpr (M::friction)
-            next = contact_frame<M>(c.normal).transpose() * r[k++];
+            return contact_frame<M>(c.normal).transpose() * r[k++];
         else
-            next[0] = r[k++][0];
-        const typename M::Impulse change = next - c.r;
-        apply_impulse(problem, c, change, kind);
-        c.r = next;
+            return r[k++].template head<1>();
     });
 }
 
@@ -98,29 +62,29 @@ template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");
     using Local = DelassusProblem<M::dim>;
-    set_local_impulses(problem, std::vector<typename Local::Vec>(problem.contact_count(), Local::Vec::Zero()));
+    replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
     struct Side {  // a contact as one of its bodies sees it
         int contact;
-        detail::BodyMap<M> map;
+        Eigen::Matrix<double, M::dim, M::dof, Eigen::DontAlign> map;
     };
     std::vector<std::vector<Side>> sides(problem.bodies.size());
     std::vector<std::vector<int>> pushes(problem.walls.size());
     Local local;
-    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    each_contact(problem, [&](const Contact<M>& c, auto kind) {
         const int index = static_cast<int>(local.q.size());
         const ContactFrame<M> frame = contact_frame<M>(c.normal);
-        double lever_i = 0, lever_j = 0, mu = 0;
-        if constexpr (M::friction) lever_i = c.lever_i, lever_j = c.lever_j, mu = c.friction_coefficient;
+        double mu = 0;
+        if constexpr (M::friction) mu = c.friction_coefficient;
         typename Local::Vec u = Local::Vec::Unit(0) * c.bias;
-        const auto add = [&](int body, double lever, double sign) {
+        const auto add = [&](int body, double sign) {
             const auto b = static_cast<std::size_t>(body);
-            sides[b].push_back({index, detail::body_map<M>(frame, -sign * lever * c.normal, sign)});
+            sides[b].push_back({index, detail::body_map(frame, c, sign)});
             u += sides[b].back().map * problem.bodies[b].v;
         };
-        add(c.i, lever_i, 1);
+        add(c.i, 1);
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>) {
-            add(c.j, lever_j, -1);
+            add(c.j, -1);
         } else {
             const auto w = static_cast<std::size_t>(c.j);
             u -= frame * problem.walls[w].prescribed;
@@ -134,7 +98,7 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     std::vector<typename Local::Entry> entries;
     for (std::size_t b = 0; b < sides.size(); ++b)
         for (const Side& row : sides[b]) {
-            const detail::BodyMap<M> scaled = row.map * detail::inverse_mass(problem.bodies[b]).asDiagonal();
+            const auto scaled = (row.map * detail::inverse_mass(problem.bodies[b]).asDiagonal()).eval();
             for (const Side& column : sides[b])
                 entries.push_back({row.contact, column.contact, scaled * column.map.transpose()});
         }

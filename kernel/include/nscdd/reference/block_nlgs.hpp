@@ -36,17 +36,9 @@ SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename
     if (!(options.tolerance >= 0) || options.check_every < 1 || options.max_iterations < 0)
         throw std::invalid_argument("the tolerance must be a number and not negative, check_every at least 1");
     validate(problem, r);
-    SolveReport report;
-    if (problem.contact_count() == 0) return report;
-    do {
-        const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) block_sweep(problem, r);
-        report.iterations += count;
-        report.residual = natural_map_error(problem, r);
-        if (!std::isfinite(report.residual)) throw std::runtime_error("the natural map is not finite: check W and q");
-        report.converged = report.residual <= options.tolerance;
-    } while (!report.converged && report.iterations < options.max_iterations);
-    return report;
+    if (problem.contact_count() == 0) return {};
+    return iterate_until(
+        options, [&] { block_sweep(problem, r); }, [&] { return natural_map_error(problem, r); });
 }
 
 }  // namespace nscdd

@@ -10,26 +10,57 @@
 #include <Eigen/SparseCore>
 
 #include "nscdd/core/delassus_problem.hpp"
-#include "nscdd/law/kinematics.hpp"
+#include "nscdd/reference/body_map.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
+
+// What methods on the friction cone know of each contact, in the order of each_contact() or of the rows of W.
+template <int size>
+struct ConeContacts {
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  // impulse, velocity or normal of one contact
+
+    std::vector<Vec> normal;       // unit, in the axes of impulses and velocities
+    std::vector<double> friction;  // mu of each contact
+    std::vector<double> weight;    // D: mean of the diagonal of W_cc [1/kg]
+
+    std::size_t contacts() const { return normal.size(); }  // number of contacts
+
+    // Of bodies: in world axes, or without friction along the normal alone.
+    template <class M>
+    void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
+        static_assert(SolvedOnCone<typename M::Law>, "methods on the friction cone know Coulomb's law alone");
+        const DelassusDiagonal w = delassus(problem, c, true, kind);
+        weight.push_back((w.normal + (size - 1) * w.tangential) / size);
+        if constexpr (M::friction)
+            normal.push_back(c.normal), friction.push_back(c.friction_coefficient);
+        else
+            normal.push_back(Vec{1.0}), friction.push_back(0);
+    }
+    // All of a stored W. Throws std::invalid_argument where its diagonal is not positive.
+    void add(const DelassusProblem<size>& problem) {
+        normal.assign(problem.contact_count(), Vec::Unit(0));
+        friction = problem.friction;
+        for (const int k : problem.diagonal) {
+            weight.push_back(problem.blocks[static_cast<std::size_t>(k)].trace() / size);
+            if (!(weight.back() > 0 && std::isfinite(weight.back())))
+                throw std::invalid_argument("contact " + std::to_string(weight.size() - 1) +
+                                            ": the diagonal of W is not positive");
+        }
+    }
+};
 
 // u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
 // L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the
 // scaling, mass ratios of 1e6 would enter norms and pivots.
 template <int size>
-struct LinearContacts {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  // impulse, velocity or normal of one contact
+struct LinearContacts : ConeContacts<size> {
+    using ConeContacts<size>::weight, ConeContacts<size>::contacts;
 
     Eigen::SparseMatrix<double> velocity;  // L, size*contacts x states
     Eigen::SparseMatrix<double> state;     // B, states x size*contacts
     Eigen::VectorXd free;                  // u_free, bias included, size*contacts [m/s]
-    std::vector<Vec> normal;               // unit, in the axes of u and r
-    std::vector<double> friction;          // mu of each contact
-    std::vector<double> weight;            // mean of the diagonal of W_cc [1/kg]
 
-    std::size_t contacts() const { return normal.size(); }  // number of contacts
-    Eigen::Index states() const { return state.rows(); }    // number of components of x
+    Eigen::Index states() const { return state.rows(); }  // number of components of x
 
     // The part of contact c in a vector over all contacts, such as u or r.
     static auto at(auto& all, std::size_t c) { return all.template segment<size>(static_cast<Eigen::Index>(c) * size); }
@@ -53,77 +84,58 @@ constexpr int impulse_size = M::Impulse::RowsAtCompileTime;
 template <class M>
 using LinearContactsOf = LinearContacts<impulse_size<M>>;
 
-// Impulses of all contacts [N s], those between grains first.
+// v + b n [m/s]: the velocity that the law is about, of which LinearContacts and the gradients speak as u.
 template <class M>
-Eigen::VectorXd gather_impulses(const ContactProblem<M>& problem) {
-    Eigen::VectorXd r(static_cast<Eigen::Index>(problem.contact_count()) * impulse_size<M>);
-    std::size_t k = 0;
-    for (const auto* contacts : {&problem.contacts, &problem.wall_contacts})
-        for (const Contact<M>& c : *contacts) LinearContactsOf<M>::at(r, k++) = c.r;
-    return r;
+typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
+    if constexpr (M::friction)
+        return relative_velocity(problem, c, kind) + c.bias * c.normal;
+    else
+        return relative_velocity(problem, c, kind) + typename M::Impulse{c.bias};
 }
 
 // From bodies; their velocities must be consistent with the impulses. Driven walls are states of one component each.
 template <class M>
-LinearContactsOf<M> linear_contacts(const ContactProblem<M>& problem) {
-    static_assert(SolvedOnCone<typename M::Law>, "Newton's methods know Coulomb's law alone");
+LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     constexpr int size = impulse_size<M>;
     LinearContactsOf<M> linear;
     linear.free.resize(static_cast<Eigen::Index>(problem.contact_count()) * size);
     std::vector<Eigen::Triplet<double>> entries;
+    replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
-    const auto put = [&](int state, double inverse_mass, const typename M::Vec& moves, const Contact<M>& c) {
-        const auto row = static_cast<int>(linear.contacts()) * size;
-        const double scale = std::sqrt(inverse_mass);
-        if constexpr (M::friction)
-            for (int d = 0; d < size; ++d) entries.emplace_back(row + d, state, scale * moves[d]);
-        else
-            entries.emplace_back(row, state, scale * moves.dot(c.normal));
-    };
-    const auto put_body = [&](int index, double side, const Contact<M>& c) {
-        const Body<M>& body = problem.bodies[static_cast<std::size_t>(index)];
-        for (int d = 0; d < M::dim; ++d) put(index * M::dof + d, body.inv_mass, side * M::Vec::Unit(d), c);
-        if constexpr (M::friction)
-            for (int d = 0; d < M::spins; ++d) {
-                const typename M::Spin spin = (side > 0 ? c.lever_i : c.lever_j) * M::Spin::Unit(d);
-                put(index * M::dof + M::dim + d, body.inv_inertia, -spin_cross<M>(spin, c.normal), c);
-            }
-    };
-    const auto put_contact = [&](const Contact<M>& c, auto kind) {
-        const DelassusDiagonal w = delassus(problem, c, true, kind);
-        auto u = linear.at(linear.free, linear.contacts());
-        u = relative_velocity(problem, c, kind);
-        if constexpr (M::friction) {
-            u += c.bias * c.normal;
-            linear.normal.push_back(c.normal);
-            linear.friction.push_back(c.friction_coefficient);
-            linear.weight.push_back((w.normal + (size - 1) * w.tangential) / size);
-        } else {
-            u[0] += c.bias;
-            linear.normal.push_back(typename M::Impulse{1.0});
-            linear.friction.push_back(0);
-            linear.weight.push_back(w.normal);
-        }
-    };
-
-    for (const Contact<M>& c : problem.contacts) {
-        put_body(c.i, 1, c);
-        put_body(c.j, -1, c);
-        put_contact(c, BetweenGrains{});
-    }
     const int walls = static_cast<int>(problem.bodies.size()) * M::dof;
     const bool driven = problem.driven_walls();
-    for (const Contact<M>& c : problem.wall_contacts) {
-        put_body(c.i, 1, c);
-        if (driven) put(walls + c.j, problem.walls[static_cast<std::size_t>(c.j)].inv_mass, -c.normal, c);
-        put_contact(c, WithWall{});
-    }
+    each_contact(problem, [&](const Contact<M>& c, auto kind) {
+        const auto put = [&](int state, const auto& map, const auto& inverse_mass) {
+            const auto row = static_cast<int>(linear.contacts()) * size;
+            for (int k = 0; k < map.cols(); ++k)
+                for (int d = 0; d < size; ++d)
+                    entries.emplace_back(row + d, state + k, std::sqrt(inverse_mass[k]) * map(d, k));
+        };
+        const auto put_contact = [&](const auto& axes) {
+            const auto put_body = [&](int body, double sign) {
+                put(body * M::dof, detail::body_map(axes, c, sign),
+                    detail::inverse_mass(problem.bodies[static_cast<std::size_t>(body)]));
+            };
+            put_body(c.i, 1);
+            if constexpr (std::is_same_v<decltype(kind), BetweenGrains>) {
+                put_body(c.j, -1);
+            } else if (driven) {
+                const double inverse = problem.walls[static_cast<std::size_t>(c.j)].inv_mass;
+                put(walls + c.j, typename M::Impulse(-axes * c.normal), &inverse);
+            }
+        };
+        if constexpr (M::friction)
+            put_contact(Eigen::Matrix<double, size, size, Eigen::DontAlign>::Identity());
+        else
+            put_contact(c.normal.transpose());
+        linear.at(linear.free, linear.contacts()) = biased_velocity(problem, c, kind);
+        linear.add(problem, c, kind);
+    });
 
     const int states = walls + (driven ? static_cast<int>(problem.walls.size()) : 0);
     linear.velocity.resize(linear.free.size(), states);
     linear.velocity.setFromTriplets(entries.begin(), entries.end());
     linear.state = linear.velocity.transpose();
-    linear.free -= linear.velocity * (linear.state * gather_impulses(problem));
     return linear;
 }
 
@@ -133,16 +145,11 @@ LinearContacts<dim> linear_contacts(const DelassusProblem<dim>& problem) {
     const auto size = static_cast<Eigen::Index>(problem.contact_count()) * dim;
     LinearContacts<dim> linear;
     linear.free.resize(size);
-    linear.friction = problem.friction;
-    linear.normal.assign(problem.contact_count(), LinearContacts<dim>::Vec::Unit(0));
+    linear.add(problem);
     std::vector<Eigen::Triplet<double>> scales, blocks;
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         linear.at(linear.free, c) = problem.q[c];
-        const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
-        if (!(weight > 0 && std::isfinite(weight)))
-            throw std::invalid_argument("contact " + std::to_string(c) + ": the diagonal of W is not positive");
-        linear.weight.push_back(weight);
-        const double scale = std::sqrt(weight);
+        const double scale = std::sqrt(linear.weight[c]);
         const int row = static_cast<int>(c) * dim;
         for (int d = 0; d < dim; ++d) scales.emplace_back(row + d, row + d, scale);
         for (int k = problem.row_begin[c]; k < problem.row_begin[c + 1]; ++k) {

@@ -21,21 +21,6 @@ namespace nscdd::inline NSCDD_ABI {
 // What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
 
-// Sets the impulses of all contacts, in the order of gather_impulses(), and the velocities that follow from them.
-template <class M>
-void scatter_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
-    std::size_t k = 0;
-    const auto set = [&](std::vector<Contact<M>>& contacts, auto kind) {
-        for (Contact<M>& c : contacts) {
-            const typename M::Impulse next = LinearContactsOf<M>::at(r, k++), dr = next - c.r;
-            c.r = next;
-            apply_impulse(problem, c, dr, kind);
-        }
-    };
-    set(problem.contacts, BetweenGrains{});
-    set(problem.wall_contacts, WithWall{});
-}
-
 namespace detail {
 
 // Judges impulses: notes their residual in the report and says whether to stop.
@@ -122,11 +107,12 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     }
     const FreeVelocities<M> free = free_velocities(problem);
     const LinearContactsOf<M> linear = linear_contacts(problem);
-    Eigen::VectorXd r = gather_impulses(problem);
+    Eigen::VectorXd r(linear.free.size());
+    each_contact(problem, [&, k = std::size_t{0}](const Contact<M>& c, auto) mutable { linear.at(r, k++) = c.r; });
     detail::newton_solve<impulse_size<M>>(
         linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
-            scatter_impulses(problem, answer);
+            replace_impulses(problem, [&, k = std::size_t{0}](const auto&) mutable { return linear.at(answer, k++); });
             report_residual(residual_parts(problem, free), stop, problem.least_radius, so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
@@ -161,12 +147,12 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     return report;
 }
 
-// The same by the energy residual, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
+// The same by eta, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {
     return newton_solve<Factorisation>(problem, r, options, [&](const auto& answer) {
-        double change = 0, energy = 0, next_energy = 0;
+        double change = 0, energy = 0, next_energy = 0, round_off = 0;
         for (std::size_t c = 0; c < problem.contact_count(); ++c) {
             const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
             using Vec = typename DelassusProblem<dim>::Vec;
@@ -175,8 +161,9 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
             change += weight * (next - answer[c]).squaredNorm();
             energy += weight * answer[c].squaredNorm();
             next_energy += weight * next.squaredNorm();
+            round_off += problem.q[c].squaredNorm() / weight;
         }
-        return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;
+        return energy_residual(change, energy, next_energy, round_off);
     });
 }
 

@@ -29,64 +29,40 @@ enum class Descent {
 
 namespace detail {
 
-// The contacts as the iteration sees them, in one order: those between grains first.
+// The contacts as the iteration sees them.
 template <int size>
-struct GradientContacts {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
-    std::vector<Vec> r, u, normal;  // impulse, velocity with the bias [m/s], unit
-    std::vector<double> friction, weight;
-
-    std::size_t count() const { return r.size(); }
-    void add(const Vec& impulse, const Vec& velocity, const Vec& n, double mu, double w) {
-        r.push_back(impulse), u.push_back(velocity), normal.push_back(n);
-        friction.push_back(mu), weight.push_back(w);
-    }
+struct GradientContacts : ConeContacts<size> {
+    std::vector<typename ConeContacts<size>::Vec> r, u;  // impulse [N s], velocity with the bias [m/s]
 };
 
 // Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
 template <class M>
 class BodyGradient {
-    static_assert(SolvedOnCone<typename M::Law>, "projected gradients know Coulomb's law alone");
-
   public:
     static constexpr int size = impulse_size<M>;
     using Vec = typename M::Impulse;
 
     explicit BodyGradient(ContactProblem<M>& problem) : problem_(problem) {
-        each([&](std::size_t, Contact<M>& c, auto kind) {
-            const DelassusDiagonal w = delassus(problem, c, true, kind);
-            if constexpr (M::friction)
-                contacts.add(c.r, velocity(c, kind), c.normal, c.friction_coefficient,
-                             (w.normal + (size - 1) * w.tangential) / size);
-            else
-                contacts.add(c.r, velocity(c, kind), Vec{1.0}, 0, w.normal);
+        each_contact(problem, [&](const Contact<M>& c, auto kind) {
+            contacts.add(problem, c, kind);
+            contacts.r.push_back(c.r);
+            contacts.u.push_back(biased_velocity(problem, c, kind));
         });
     }
     void move(const std::vector<Vec>& d, double t) {
-        each([&](std::size_t k, Contact<M>& c, auto kind) {
+        std::size_t k = 0, of = 0;
+        each_contact(problem_, [&](Contact<M>& c, auto kind) {
             const Vec change = t * d[k];
-            contacts.r[k] = c.r += change;
+            contacts.r[k++] = c.r += change;
             apply_impulse(problem_, c, change, kind);
         });
-        each([&](std::size_t k, const Contact<M>& c, auto kind) { contacts.u[k] = velocity(c, kind); });
+        each_contact(problem_,
+                     [&](const Contact<M>& c, auto kind) { contacts.u[of++] = biased_velocity(problem_, c, kind); });
     }
 
     GradientContacts<size> contacts;
 
   private:
-    void each(auto&& f) {
-        std::size_t k = 0;
-        for (Contact<M>& c : problem_.contacts) f(k++, c, BetweenGrains{});
-        for (Contact<M>& c : problem_.wall_contacts) f(k++, c, WithWall{});
-    }
-    Vec velocity(const Contact<M>& c, auto kind) const {
-        Vec u = relative_velocity(problem_, c, kind);
-        if constexpr (M::friction)
-            u += c.bias * c.normal;
-        else
-            u[0] += c.bias;
-        return u;
-    }
     ContactProblem<M>& problem_;
 };
 
@@ -98,12 +74,9 @@ class BlockGradient {
     using Vec = typename DelassusProblem<dim>::Vec;
 
     BlockGradient(const DelassusProblem<dim>& problem, const std::vector<Vec>& r) : problem_(problem) {
-        for (std::size_t c = 0; c < problem.contact_count(); ++c) {
-            const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
-            if (!(weight > 0 && std::isfinite(weight)))
-                throw std::invalid_argument("contact " + std::to_string(c) + ": the diagonal of W is not positive");
-            contacts.add(r[c], problem.velocity(c, r), Vec::Unit(0), problem.friction[c], weight);
-        }
+        contacts.add(problem);
+        contacts.r = contacts.u = r;
+        move(r, 0);
     }
     void move(const std::vector<Vec>& d, double t) {
         for (std::size_t c = 0; c < d.size(); ++c) contacts.r[c] += t * d[c];
@@ -125,7 +98,11 @@ class ProjectedGradient {
     static constexpr int size = Gradient::size;
 
     ProjectedGradient(Gradient& gradient, Descent descent)
-        : of_(gradient), contacts_(gradient.contacts), descent_(descent), d_(contacts_.count()), u_(contacts_.count()) {
+        : of_(gradient),
+          contacts_(gradient.contacts),
+          descent_(descent),
+          d_(contacts_.contacts()),
+          u_(contacts_.contacts()) {
         short_.fill(largest_step);
     }
 
@@ -301,18 +278,11 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
                                const SolveOptions& options, Descent descent, auto&& measure) {
     check_options(options);
     validate(problem, r);
-    SolveReport report;
-    if (problem.contact_count() == 0) return report;
+    if (problem.contact_count() == 0) return {};
     detail::BlockGradient<dim> gradient(problem, r);
     detail::ProjectedGradient iteration(gradient, descent);
-    do {
-        const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) iteration.iterate();
-        report.iterations += count;
-        report.residual = measure(gradient.contacts.r);
-        if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
-        report.converged = report.residual <= options.tolerance;
-    } while (!report.converged && report.iterations < options.max_iterations);
+    const SolveReport report = iterate_until(
+        options, [&] { iteration.iterate(); }, [&] { return measure(std::as_const(gradient.contacts.r)); });
     r = gradient.contacts.r;
     return report;
 }

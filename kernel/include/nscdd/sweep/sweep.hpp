@@ -26,11 +26,11 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
     }
 }
 
-// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of the contacts
-// with walls, then of those between grains.
+// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of both lists,
+// in the order of each_contact().
 template <class M>
 void sweep(ContactProblem<M>& problem, auto&& acceleration) {
-    sweep_contacts(problem, problem.wall_contacts, WithWall{}, acceleration);  // first: 1 % fewer iterations than last
+    sweep_contacts(problem, problem.wall_contacts, WithWall{}, acceleration);
     sweep_contacts(problem, problem.contacts, BetweenGrains{}, acceleration);
 }
 template <class M>
@@ -41,15 +41,11 @@ void sweep(ContactProblem<M>& problem) {
 // Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega, `relaxation`.
 template <class M>
 void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
-    const auto prepare = [&](std::vector<Contact<M>>& contacts, auto kind) {
-        for (Contact<M>& c : contacts) {
-            const DelassusDiagonal w = delassus(problem, c, true, kind);
-            c.inv_wn = relaxation / w.normal;
-            if constexpr (M::friction) c.inv_wt = relaxation / w.tangential;
-        }
-    };
-    prepare(problem.contacts, BetweenGrains{});
-    prepare(problem.wall_contacts, WithWall{});
+    each_contact(problem, [&](Contact<M>& c, auto kind) {
+        const DelassusDiagonal w = delassus(problem, c, true, kind);
+        c.inv_wn = relaxation / w.normal;
+        if constexpr (M::friction) c.inv_wt = relaxation / w.tangential;
+    });
 }
 
 // V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.

@@ -1,0 +1,35 @@
+// H^T of one contact, written out: what solvers that store matrices are assembled from.
+#pragma once
+
+#include "nscdd/law/kinematics.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+namespace detail {
+
+// From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of
+// unit vectors in which that is wanted.
+template <class M>
+auto body_map(const auto& axes, const Contact<M>& c, double sign) {
+    constexpr int rows = std::decay_t<decltype(axes)>::RowsAtCompileTime;
+    Eigen::Matrix<double, rows, M::dof, Eigen::DontAlign | (rows == 1 ? Eigen::RowMajor : Eigen::ColMajor)> map;
+    map.template leftCols<M::dim>() = sign * axes;
+    if constexpr (M::friction) {
+        const typename M::Vec arm = (sign > 0 ? -c.lever_i : c.lever_j) * c.normal;
+        for (int k = 0; k < M::spins; ++k)
+            map.col(M::dim + k) = sign * (axes * spin_cross<M>(typename M::Spin(M::Spin::Unit(k)), arm));
+    }
+    return map;
+}
+
+// The diagonal of M^-1 of one body, 1/mass for translations, then 1/inertia for spins.
+template <class M>
+typename M::Velocity inverse_mass(const Body<M>& body) {
+    typename M::Velocity diagonal = M::Velocity::Constant(body.inv_mass);
+    if constexpr (M::friction) diagonal.template tail<M::spins>().setConstant(body.inv_inertia);
+    return diagonal;
+}
+
+}  // namespace detail
+
+}  // namespace nscdd
