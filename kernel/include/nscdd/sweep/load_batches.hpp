@@ -33,7 +33,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     constexpr std::size_t lanes = Packet::width;
     const std::size_t bodies = problem.bodies.size();
     const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
-    // the contacts of a batch have the same coefficients; open contacts keep to themselves: see Sweeper::stays_open()
+    // the contacts of a batch have the same coefficients; open contacts keep to themselves (BatchGroup::stays_open())
     const auto together = [&](int head, int c) {
         if (!wall && at(head).r.isZero(0) != at(c).r.isZero(0)) return false;
         return at(head).coefficients() == at(c).coefficients();

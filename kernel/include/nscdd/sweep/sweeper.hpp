@@ -290,7 +290,7 @@ class Sweeper {
                 acceleration.prefetch(group, k + ahead);
             }
             if constexpr (!detail::Batch<M, Other>::wall) {
-                if (group.open[k] && stays_open(group, k)) continue;
+                if (group.open[k] && group.stays_open(k, rows_.data)) continue;
                 group.open[k] = 0;
             }
             detail::Batch<M, Other> batch;
@@ -324,21 +324,6 @@ class Sweeper {
     // Finds the open batches anew at every eighth sweep, because few change.
     void find_open() {
         if (sweeps_++ % 8 == 0) grains_.find_open(window_);
-    }
-
-    // True if v_n + bias >= 0 at every contact of an open batch: a sweep would leave its impulses 0. A quarter of the
-    // cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in some
-    // programs.
-    [[gnu::always_inline]] bool stays_open(const Group& group, std::size_t batch) const {
-        static_assert(Layout::row % 4 == 0);
-        detail::Rows<4> a, b;  // the first four components, with the velocity
-        a.load(rows_.data.data(), group.body(batch));
-        b.load(rows_.data.data(), group.other(batch));
-        const double* from = group.fields(batch);
-        Packet opening = Packet::load(from + Layout::bias_at * Packet::width);
-        for (int d = 0; d < M::dim; ++d)
-            opening = madd(a[d] - b[d], Packet::load(from + (Layout::normal_at + d) * Packet::width), opening);
-        return detail::none_negative(opening);
     }
 
     template <class Other>
