@@ -33,19 +33,21 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
                                                                    {"sweep", seconds.sweep},
                                                                    {"interface", seconds.interface},
                                                                    {"advance", seconds.advance}}};
-    std::vector<Buffer> mine;  // work, neighbours; 1 for the first rank of a process, then figures of the process
+    // Columns of a rank; `speaks`: 1 for the first rank of a process. At the end own time, wait, transfer by phase.
+    enum : std::size_t { work_done, neighbours, speaks, total_time, cpu_time, messages, bytes, first_phase };
+    std::vector<Buffer> mine;
     for (std::size_t k = 0; k < simulation.parts().size(); ++k) {
         mine.push_back({comm.work()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu,
                         solving.messages, solving.bytes});
         for (const auto& [name, time] : phases)
             mine.back().insert(mine.back().end(), {time.own, time.wait, time.transfer});
     }
-    const std::size_t columns = mine[0].size(), first = columns - 3 * phases.size();
+    const std::size_t columns = mine[0].size();
     const std::span<const double> all = comm.all_gather(mine);
     Buffer work, processes;
     for (std::size_t at = 0; at < all.size(); at += columns) {
-        work.push_back(all[at]);
-        if (all[at + 2] > 0) processes.insert(processes.end(), all.begin() + at, all.begin() + at + columns);
+        work.push_back(all[at + work_done]);
+        if (all[at + speaks] > 0) processes.insert(processes.end(), all.begin() + at, all.begin() + at + columns);
     }
     const auto of_processes = [&](std::size_t column) { return over_ranks(processes, columns, column); };
     const auto sum = [&](std::size_t column) {
@@ -54,35 +56,42 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
         return total_of;
     };
     const double count = double(processes.size()) / double(columns), per = iterations > 0 ? 1 / iterations : 0;
-    nlohmann::json json = {
-        {"work_per_rank", work}, {"neighbours", over_ranks(all, columns, 1)}, {"messages", sum(5)},
-        {"bytes", sum(6)},       {"messages_per_iteration", sum(5) * per},    {"bytes_per_iteration", sum(6) * per}};
+    nlohmann::json json = {{"work_per_rank", work},
+                           {"neighbours", over_ranks(all, columns, neighbours)},
+                           {"messages", sum(messages)},
+                           {"bytes", sum(bytes)},
+                           {"messages_per_iteration", sum(messages) * per},
+                           {"bytes_per_iteration", sum(bytes) * per}};
     double wait = 0, transfer = 0;
     for (std::size_t p = 0; p < phases.size(); ++p) {
         const char* name = phases[p].first;
-        const std::size_t at = first + 3 * p;
+        const std::size_t at = first_phase + 3 * p;
         json["seconds"][name] = sum(at) / count;
         json["mpi_seconds"][name] = {{"wait", of_processes(at + 1)}, {"transfer", of_processes(at + 2)}};
         wait += sum(at + 1) / count;
         transfer += sum(at + 2) / count;
     }
-    json["seconds"]["total"] = of_processes(3)["largest"];
-    json["seconds"]["solver_cpu"] = sum(4) / count;
+    json["seconds"]["total"] = of_processes(total_time)["largest"];
+    json["seconds"]["solver_cpu"] = sum(cpu_time) / count;
     json["seconds"]["mpi_wait"] = wait;
     json["seconds"]["mpi_transfer"] = transfer;
-    json["mpi_fraction"] = sum(3) > 0 ? count * (wait + transfer) / sum(3) : 0;
+    json["mpi_fraction"] = sum(total_time) > 0 ? count * (wait + transfer) / sum(total_time) : 0;
     return json;
 }
+
+struct Memory {  // of processes [bytes]
+    double total = 0, most = 0;
+    auto summed() { return std::tie(total); }
+    auto largest() { return std::tie(most); }
+};
 
 // Largest memory that the processes have taken so far: in total, and of one process.
 inline nlohmann::json peak_memory(Communicator& comm) {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    const double bytes = 1024.0 * static_cast<double>(usage.ru_maxrss);
-    const std::span<const double> all = reduce(comm, 1, [bytes](std::size_t k) {
-        return k > 0 ? Buffer(2) : Buffer{bytes, bytes};
-    });
-    return {{"total", all[0]}, {"largest", all[1]}};
+    const double own = 1024.0 * static_cast<double>(usage.ru_maxrss);
+    const Memory all = reduce<Memory>(comm, [own](std::size_t k) { return k > 0 ? Memory{} : Memory{own, own}; });
+    return {{"total", all.total}, {"largest", all.most}};
 }
 
 }  // namespace nscdd::run_detail

@@ -18,6 +18,11 @@ namespace nscdd::inline NSCDD_ABI {
 struct Overlap {
     double ratio = 0;    // overlap over the smaller radius; 0: there is none
     int i = -1, j = -1;  // ids; j < 0: wall -1-j
+
+    // Keeps the deeper one; of equal ones the first.
+    void note(const Overlap& other) {
+        if (other.ratio > ratio) *this = other;
+    }
 };
 
 namespace detail {

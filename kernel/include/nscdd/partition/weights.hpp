@@ -1,9 +1,9 @@
 // What a partition has to deal out evenly: the candidates of the last rough detection.
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
+#include "nscdd/comm/reduce.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -20,24 +20,33 @@ void visit_candidates(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.wall_pairs) visit(position(c.i), position(c.i), position(c.i));
 }
 
-// Candidates of this subdomain, those with walls included.
+// Numbers of candidates, those with walls included.
+struct CandidateCount {
+    double all = 0, most = 0;                  // of all ranks, of the busiest one
+    auto summed() { return std::tie(all); }    // what reduce() adds up
+    auto largest() { return std::tie(most); }  // of what reduce() takes the largest
+};
+
+// Collective.
 template <class M>
-double candidate_count(const Subdomain<M>& part) {
-    return static_cast<double>(part.pairs.size() + part.wall_pairs.size());
+CandidateCount count_candidates(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    return reduce<CandidateCount>(comm, [&parts](std::size_t k) {
+        const double own = double(parts[k].pairs.size() + parts[k].wall_pairs.size());
+        return CandidateCount{own, own};
+    });
 }
 
 // Whether any process has a candidate. Collective.
 template <class M>
 bool any_candidates(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    return reduce(comm, 0, [&parts](std::size_t k) { return Buffer{candidate_count(parts[k])}; })[0] > 0;
+    return count_candidates(parts, comm).all > 0;
 }
 
 // Candidates of the busiest rank over their mean; 1 where there are none. Collective.
 template <class M>
 double measure_imbalance(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    const auto count = [&parts](std::size_t k) { return Buffer(2, candidate_count(parts[k])); };
-    const std::span<const double> all = reduce(comm, 1, count);
-    return all[0] > 0 ? all[1] * comm.size() / all[0] : 1;
+    const CandidateCount count = count_candidates(parts, comm);
+    return count.all > 0 ? count.most * comm.size() / count.all : 1;
 }
 
 }  // namespace nscdd

@@ -9,13 +9,9 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/partition/weights.hpp"
-#include "nscdd/step/settings.hpp"
+#include "nscdd/step/survey.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
-
-struct Radii {                      // of the grains
-    double least = 0, largest = 0;  // over the whole scene [m]
-};
 
 template <class M>
 class BroadPhase {

@@ -24,6 +24,14 @@ struct Observables {
 
 namespace detail {
 
+template <class M>
+struct ObservedSums {
+    typename Measures<M>::Tensor fabric = Measures<M>::Tensor::Zero();
+    double touched = 0, mass = 0, radii = 0;
+    auto summed() { return std::tie(fabric, touched, mass, radii); }
+    auto largest() { return std::tie(); }
+};
+
 // Grains with a contact that carries, in whichever of their copies: the owner of a grain is told by the others.
 template <class M>
 std::vector<double> carrying_grains(const Simulation<M>& simulation) {
@@ -60,42 +68,36 @@ std::vector<double> carrying_grains(const Simulation<M>& simulation) {
 // Observables of a simulation after a step. Collective.
 template <class M>
 Observables<M> observe(const Simulation<M>& simulation) {
-    constexpr int dim = M::dim;
-    constexpr std::size_t tensor = dim * dim;
-    const std::size_t walls = simulation.walls().size();
-    const double h = simulation.settings().h;
+    using Vec = typename M::Vec;
+    const auto& parts = simulation.parts();
     Observables<M> total;
     total.measures = measure(simulation);
     const std::vector<double> touched = detail::carrying_grains(simulation);
-    const std::size_t size = tensor + dim * walls + 3;
-    const std::span<const double> all = reduce(simulation.comm(), size, [&](std::size_t k) {
-        const Subdomain<M>& part = simulation.parts()[k];
-        typename Measures<M>::Tensor fabric = Measures<M>::Tensor::Zero();
-        std::vector<typename M::Vec> force(walls, M::Vec::Zero());
-        for (const auto& c : part.problem.contacts)
-            if (carries_impulse<M>(c)) fabric += c.normal * c.normal.transpose();
-        for (const auto& c : part.problem.wall_contacts) {
-            if (carries_impulse<M>(c)) fabric += c.normal * c.normal.transpose();
-            force[static_cast<std::size_t>(c.j)] -= impulse_vector<M>(c.r, c.normal) / h;
-        }
-        Buffer out(fabric.data(), fabric.data() + tensor);
-        for (const auto& f : force) out.insert(out.end(), f.data(), f.data() + dim);
-        double mass = 0, radii = 0;
-        for (std::size_t g = 0; g < part.grains.size(); ++g)
-            if (part.primary(g)) mass += part.grains[g].mass, radii += part.grains[g].radius;
-        out.insert(out.end(), {touched[k], mass, radii});
-        return out;
+    const auto sums = reduce<detail::ObservedSums<M>>(simulation.comm(), [&](std::size_t k) {
+        detail::ObservedSums<M> sum;
+        for (const auto* contacts : {&parts[k].problem.contacts, &parts[k].problem.wall_contacts})
+            for (const Contact<M>& c : *contacts)
+                if (carries_impulse<M>(c)) sum.fabric += c.normal * c.normal.transpose();
+        sum.touched = touched[k];
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+            if (parts[k].primary(g)) sum.mass += parts[k].grains[g].mass, sum.radii += parts[k].grains[g].radius;
+        return sum;
     });
-    const double* in = all.data();
+    const std::size_t walls = simulation.walls().size();
+    const std::span<const double> forces = reduce(simulation.comm(), M::dim * walls, [&](std::size_t k) {
+        Buffer on_walls(M::dim * walls);
+        for (const auto& c : parts[k].problem.wall_contacts)
+            Eigen::Map<Vec>(&on_walls[M::dim * static_cast<std::size_t>(c.j)]) -=
+                impulse_vector<M>(c.r, c.normal) / simulation.settings().h;
+        return on_walls;
+    });
+    for (std::size_t w = 0; w < walls; ++w) total.wall_force.emplace_back(Eigen::Map<const Vec>(&forces[M::dim * w]));
     const double contacts = total.measures.contacts;
-    total.fabric = Eigen::Map<const Eigen::Matrix<double, dim, dim>>(in) / (contacts > 0 ? contacts : NAN);
-    in += tensor;
-    for (std::size_t w = 0; w < walls; ++w, in += dim)
-        total.wall_force.emplace_back(Eigen::Map<const typename M::Vec>(in));
+    total.fabric = sums.fabric / (contacts > 0 ? contacts : NAN);
     total.grains = static_cast<double>(simulation.grain_count());
-    total.measures.touched = in[0];
-    total.mass = in[1];
-    total.mean_radius = in[2] / total.grains;
+    total.measures.touched = sums.touched;
+    total.mass = sums.mass;
+    total.mean_radius = sums.radii / total.grains;
     return total;
 }
 

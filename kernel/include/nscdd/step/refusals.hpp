@@ -3,8 +3,11 @@
 
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "nscdd/comm/communicator.hpp"
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
 
@@ -31,6 +34,19 @@ inline std::string refusal(int step, const Passage& worst, double largest_overla
     std::ostringstream h;
     h << std::floor(least / digit) * digit;
     return pair + " pass into or through each other within the step: take h <= " + h.str() + " s";
+}
+
+// Throws std::runtime_error with the worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted
+// rank. Collective.
+template <class Found>
+[[noreturn]] void refuse(Communicator& comm, int step, const std::vector<Found>& found, double largest_overlap) {
+    std::vector<Buffer> mine;
+    for (const auto& [amount, i, j] : found) mine.push_back({amount, double(i), double(j)});
+    const std::span<const double> all = comm.all_gather(mine);
+    Found worst;
+    for (std::size_t p = 0; p < all.size(); p += mine[0].size())
+        worst.note({all[p], static_cast<int>(all[p + 1]), static_cast<int>(all[p + 2])});
+    throw std::runtime_error(refusal(step, worst, largest_overlap));
 }
 
 }  // namespace nscdd

@@ -9,7 +9,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -21,7 +20,7 @@
 #include "nscdd/step/broad_phase.hpp"
 #include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
-#include "nscdd/step/settings.hpp"
+#include "nscdd/step/survey.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -100,7 +99,7 @@ class Simulation {
         watch.lap(seconds_.detect);
         drift((1 - settings_.theta) * settings_.h);
         watch.lap(seconds_.advance);
-        const Survey before = survey(Velocities::known);
+        const detail::Motion before = motion(Velocities::known);
         if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
         int iterations = 0;
         for (;; ++report.attempts) {
@@ -139,24 +138,7 @@ class Simulation {
     const BroadPhase<M>& broad_phase() const { return broad_; }            // the last rough detection
 
   private:
-    struct Survey {
-        double moved = 0;  // farthest that anything is from where the candidates were found [m]
-        double speed = 0;  // largest [m/s]
-        auto summed() { return std::tie(); }
-        auto largest() { return std::tie(moved, speed); }
-    };
-
-    enum class Velocities { known, solved };  // before the step, or of its problem
-
-    auto velocity(const Subdomain<M>& part, std::size_t g, Velocities which) const -> typename M::Vec {
-        return which == Velocities::known ? part.grains[g].velocity.template head<M::dim>()
-                                          : part.problem.bodies[g].linear();
-    }
-    double normal_speed(std::size_t w, Velocities which) const {
-        const Wall<M>& wall = settings_.walls[w];
-        if (which == Velocities::solved) return wall.velocity.dot(wall.normal) + parts_[0].problem.walls[w].speed;
-        return wall.normal_speed();
-    }
+    using Velocities = detail::Velocities;
 
     void drift(double dt) {
         for (auto& part : parts_)
@@ -164,55 +146,20 @@ class Simulation {
         for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
     }
 
-    // Unlike std::max it keeps a NaN.
-    static double larger_or_nan(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
-
-    // Largest values over the scene, by one reduction. Throws std::runtime_error when they are not finite.
-    Survey survey(Velocities which, double lookahead = 0) {
-        Survey total = reduce<Survey>(comm_, [&](std::size_t k) {
-            const Subdomain<M>& part = parts_[k];
-            Survey s;
-            for (std::size_t g = 0; g < part.grains.size(); ++g) {
-                const typename M::Vec v = velocity(part, g, which);
-                s.speed = larger_or_nan(s.speed, v.norm());
-                s.moved =
-                    larger_or_nan(s.moved, (part.grains[g].position + lookahead * v - part.rough_position[g]).norm());
-            }
-            return s;
-        });
-        for (std::size_t w = 0; w < settings_.walls.size(); ++w) {
-            const Wall<M>& wall = settings_.walls[w];
-            const double speed = normal_speed(w, which);
-            total.speed = larger_or_nan(total.speed, std::abs(speed));
-            total.moved = larger_or_nan(total.moved, std::abs(wall.offset + lookahead * speed - broad_.offsets()[w]));
-        }
-        total.speed += settings_.h * settings_.gravity.norm();
-        if (!std::isfinite(total.moved + total.speed))
+    // Throws std::runtime_error when the scene's motion is not finite.
+    detail::Motion motion(Velocities which, double lookahead = 0) {
+        detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), which, lookahead);
+        all.speed += settings_.h * settings_.gravity.norm();
+        if (!std::isfinite(all.moved + all.speed))
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": positions or velocities are no longer finite");
-        return total;
+        return all;
     }
 
-    struct GrainCount {
-        double grains = 0;
-        double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  // radii [m]
-        auto summed() { return std::tie(grains); }
-        auto largest() { return std::tie(minus_least, most); }
-    };
-
     void count_grains() {
-        const GrainCount all = reduce<GrainCount>(comm_, [this](std::size_t k) {
-            GrainCount mine;
-            mine.grains = double(parts_[k].grains.size());
-            for (const auto& g : parts_[k].grains) {
-                mine.minus_least = std::max(mine.minus_least, -g.radius);
-                mine.most = std::max(mine.most, g.radius);
-            }
-            return mine;
-        });
-        if (all.grains == 0) throw std::invalid_argument("the scene has no grains");
+        const detail::GrainCount all = detail::count_grains(parts_, comm_);
         grains_ = static_cast<std::size_t>(all.grains);
-        radii_ = {-all.minus_least, all.most};
+        radii_ = all.radii();
         for (auto& part : parts_) {
             part.problem.h = settings_.h;
             part.problem.least_radius = radii_.least;
@@ -237,47 +184,17 @@ class Simulation {
             return Detected{double(parts_[k].problem.contact_count()), worst[k].ratio};
         });
         report.contacts = all.contacts;
-        if (all.worst_overlap > settings_.largest_overlap) {
-            Overlap deepest;
-            for (const Buffer& o : gathered([&](std::size_t k) {
-                     return Buffer{worst[k].ratio, double(worst[k].i), double(worst[k].j)};
-                 }))
-                if (o[0] > deepest.ratio) deepest = {o[0], static_cast<int>(o[1]), static_cast<int>(o[2])};
-            throw std::runtime_error(refusal(steps_ + 1, deepest, settings_.largest_overlap));
-        }
+        if (all.worst_overlap > settings_.largest_overlap) refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
         agree_on_multiplicities<M>(parts_, comm_, settings_.walls);
     }
 
     // Split masses, free velocities, warm start; counts over the scene.
     void start_iteration(StepReport& report) {
         split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
-        count_scene(report);
-        comm_.each_rank([this](std::size_t k) { apply_impulses(parts_[k].problem); });
-    }
-
-    struct SceneCount {
-        double interface_grains = 0, energy = 0;  // energy: V_free^T M V_free [J]
-        auto summed() { return std::tie(interface_grains, energy); }
-        auto largest() { return std::tie(); }
-    };
-
-    void count_scene(StepReport& report) {
-        SceneCount all = reduce<SceneCount>(comm_, [this](std::size_t k) {
-            const Subdomain<M>& part = parts_[k];
-            SceneCount mine;
-            for (std::size_t g = 0; g < part.grains.size(); ++g) {
-                if (!part.primary(g)) continue;
-                const Grain<M>& grain = part.grains[g];
-                const Body<M>& body = part.problem.bodies[g];
-                mine.interface_grains += part.problem.multiplicity[g] > 1;
-                mine.energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();
-            }
-            return mine;
-        });
-        for (std::size_t w = 0; w < settings_.walls.size(); ++w)
-            all.energy += settings_.walls[w].mass * std::pow(parts_[0].problem.walls[w].speed, 2);
+        const detail::FreeState all = detail::find_free_state(parts_, comm_, settings_.walls);
         report.interface_grains = all.interface_grains;
         report.free_norm = std::sqrt(all.energy);
+        comm_.each_rank([this](std::size_t k) { apply_impulses(parts_[k].problem); });
     }
 
     SolveReport solve_checked(const AnyStepSolver<M>& solve) {
@@ -309,37 +226,22 @@ class Simulation {
     // come from another h.
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
-        const Survey start = survey(Velocities::known, time);
+        const detail::Motion start = motion(Velocities::known, time);
         if (2 * start.moved > broad_.skin()) detect_roughly(2.2 * time * start.speed);
         std::vector<Passage> passages;
-        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+        const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             passages.push_back(find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
                                                      settings_.theta, settings_.largest_overlap));
-            return Buffer{double(passages[k].found())};
+            return Unsettled{.passages = double(passages[k].found())};
         });
-        if (all[0] > 0) refuse_passage(passages);
+        if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
     }
 
-    // What task(k) returns for each rank, of all ranks. Only called once something is wrong.
-    std::vector<Buffer> gathered(auto&& task) const {
-        std::vector<Buffer> mine, all;
-        for (std::size_t k = 0; k < parts_.size(); ++k) mine.push_back(task(k));
-        const std::span<const double> rows = comm_.all_gather(mine);
-        for (std::size_t p = 0; p < rows.size(); p += mine[0].size())
-            all.emplace_back(rows.begin() + static_cast<std::ptrdiff_t>(p),
-                             rows.begin() + static_cast<std::ptrdiff_t>(p + mine[0].size()));
-        return all;
-    }
-
-    // passages[k]: of the k-th hosted rank; on some rank there is one.
-    [[noreturn]] void refuse_passage(const std::vector<Passage>& passages) const {
-        Passage worst;
-        for (const Buffer& p : gathered([&](std::size_t k) {
-                 return Buffer{passages[k].h, double(passages[k].i), double(passages[k].j)};
-             }))
-            worst.note({p[0], static_cast<int>(p[1]), static_cast<int>(p[2])});
-        throw std::runtime_error(refusal(steps_ + 1, worst, settings_.largest_overlap));
-    }
+    struct Unsettled {  // on any rank, above 0: a candidate that the step closes; a passage
+        double missed = 0, passages = 0;
+        auto summed() { return std::tie(); }
+        auto largest() { return std::tie(missed, passages); }
+    };
 
     // False if the velocities found could close a pair that was not among the contacts: the step is then solved again
     // with that pair. The broad phase is renewed first if grains move farther than its skin allows.
@@ -347,20 +249,20 @@ class Simulation {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
-        const Survey after = survey(Velocities::solved, settings_.h);
+        const detail::Motion after = motion(Velocities::solved, settings_.h);
         if (2 * after.moved > broad_.skin()) {
             detect_roughly(2.2 * settings_.h * after.speed);
             return false;
         }
         std::vector<Passage> passages;
-        const std::span<const double> all = reduce(comm_, 0, [&](std::size_t k) {
+        const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             const Unseen unseen = find_unseen<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
                                                  after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
-            return Buffer{double(unseen.missed), double(unseen.passage.found())};
+            return Unsettled{double(unseen.missed), double(unseen.passage.found())};
         });
-        if (all[0] > 0) return false;
-        if (all[1] > 0) refuse_passage(passages);
+        if (any.missed > 0) return false;
+        if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
         return true;
     }
 

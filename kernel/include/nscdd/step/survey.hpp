@@ -1,0 +1,116 @@
+// What a simulation asks of its whole scene: how many grains, how fast and far they move, what they do without
+// contacts.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "nscdd/comm/reduce.hpp"
+#include "nscdd/step/settings.hpp"
+#include "nscdd/subdomain/subdomain.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+struct Radii {                      // of the grains
+    double least = 0, largest = 0;  // over the whole scene [m]
+};
+
+namespace detail {
+
+// Before the first rough detection, when each grain is on one rank alone.
+struct GrainCount {
+    double grains = 0;
+    double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  // radii [m]
+    auto summed() { return std::tie(grains); }
+    auto largest() { return std::tie(minus_least, most); }
+    Radii radii() const { return {-minus_least, most}; }
+};
+
+// Collective. Throws std::invalid_argument where there is no grain.
+template <class M>
+GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+    const GrainCount all = reduce<GrainCount>(comm, [&parts](std::size_t k) {
+        GrainCount mine;
+        mine.grains = double(parts[k].grains.size());
+        for (const auto& g : parts[k].grains) {
+            mine.minus_least = std::max(mine.minus_least, -g.radius);
+            mine.most = std::max(mine.most, g.radius);
+        }
+        return mine;
+    });
+    if (all.grains == 0) throw std::invalid_argument("the scene has no grains");
+    return all;
+}
+
+enum class Velocities { known, solved };  // before the step, or of its problem
+
+// Largest values over grains and walls; NaN where one is NaN.
+struct Motion {
+    double moved = 0;  // from where the candidates were found [m]
+    double speed = 0;  // [m/s]
+    auto summed() { return std::tie(); }
+    auto largest() { return std::tie(moved, speed); }
+
+    void note(double m, double s) {
+        const auto larger = [](double a, double b) { return std::isnan(a) || a >= b ? a : b; };  // unlike std::max
+        moved = larger(moved, m);
+        speed = larger(speed, s);
+    }
+};
+
+// Where all is after `lookahead` [s] at these velocities. offsets: of the walls, when the candidates were found [m].
+// Collective.
+template <class M>
+Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, const std::vector<Wall<M>>& walls,
+                   const std::vector<double>& offsets, Velocities which, double lookahead) {
+    Motion all = reduce<Motion>(comm, [&](std::size_t k) {
+        const Subdomain<M>& part = parts[k];
+        Motion mine;
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            typename M::Vec v = part.grains[g].velocity.template head<M::dim>();
+            if (which == Velocities::solved) v = part.problem.bodies[g].linear();
+            mine.note((part.grains[g].position + lookahead * v - part.rough_position[g]).norm(), v.norm());
+        }
+        return mine;
+    });
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        const double own = which == Velocities::solved ? parts[0].problem.walls[w].speed : walls[w].speed;
+        const double speed = walls[w].velocity.dot(walls[w].normal) + own;
+        all.note(std::abs(walls[w].offset + lookahead * speed - offsets[w]), std::abs(speed));
+    }
+    return all;
+}
+
+struct FreeState {
+    double interface_grains = 0;  // grains with contacts in several subdomains
+    double energy = 0;            // V_free^T M V_free [J]
+    auto summed() { return std::tie(interface_grains, energy); }
+    auto largest() { return std::tie(); }
+};
+
+// Of problems that hold V_free. Collective.
+template <class M>
+FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& comm,
+                          const std::vector<Wall<M>>& walls) {
+    FreeState all = reduce<FreeState>(comm, [&parts](std::size_t k) {
+        const Subdomain<M>& part = parts[k];
+        FreeState mine;
+        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+            if (!part.primary(g)) continue;
+            const Grain<M>& grain = part.grains[g];
+            const Body<M>& body = part.problem.bodies[g];
+            mine.interface_grains += part.problem.multiplicity[g] > 1;
+            mine.energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();
+        }
+        return mine;
+    });
+    for (std::size_t w = 0; w < walls.size(); ++w)
+        all.energy += walls[w].mass * std::pow(parts[0].problem.walls[w].speed, 2);
+    return all;
+}
+
+}  // namespace detail
+
+}  // namespace nscdd
