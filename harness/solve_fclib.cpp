@@ -1,12 +1,14 @@
 #include "solve_fclib.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 
 #include "local_form.hpp"
 #include "number_option.hpp"
+#include "registry/local_solvers.hpp"
+#include "registry/registry.hpp"
 #include "replace_file.hpp"
-#include "suitesparse.hpp"
 
 namespace nscdd {
 
@@ -26,8 +28,15 @@ nlohmann::json to_json(const ErrorMeasures& e) {
             {"worst", e.worst}};
 }
 
-// Whether a solver takes many cheap steps, tested now and then.
-bool iterates(const std::string& solver) { return solver != "newton" && solver != "none"; }
+std::span<const LocalSolverInfo> offered_solvers() {
+    static const std::vector<LocalSolverInfo> infos = infos_of<LocalSolverInfo>(local_solvers);
+    return infos;
+}
+
+// Of a name that the command line has let pass.
+const LocalSolverInfo& offered_solver(const std::string& name) {
+    return *std::ranges::find(offered_solvers(), name, &LocalSolverInfo::name);
+}
 
 struct Solved {
     FclibSolution solution;
@@ -42,26 +51,11 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     const DelassusProblem<dim> problem = to_blocks<dim>(local);
     LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
     Solved solved;
-    const auto measure = [&](const LocalVectors<dim>& now) { return natural_map_error(problem, now); };
+    if (arguments.solver == "none") r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
+    const LocalTask<DelassusProblem<dim>> task{
+        problem, r, {arguments.tolerance, arguments.check_every, arguments.max_sweeps}};
     const std::clock_t began = std::clock();
-    if (arguments.solver == "none") {
-        r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
-        solved.report.residual = measure(r);
-        solved.report.converged = solved.report.residual <= arguments.tolerance;
-    } else if (arguments.solver == "newton") {
-        solved.report = newton_solve<UmfPack>(problem, r, {.tolerance = arguments.tolerance}, measure);
-    } else if (arguments.solver == "spg" || arguments.solver == "apgd") {
-        solved.report = projected_gradient(problem, r,
-                                           {.tolerance = arguments.tolerance,
-                                            .check_every = arguments.check_every,
-                                            .max_iterations = arguments.max_sweeps},
-                                           arguments.solver == "spg" ? Descent::spectral : Descent::nesterov, measure);
-    } else {
-        solved.report = block_nlgs(problem, r,
-                                   {.tolerance = arguments.tolerance,
-                                    .check_every = arguments.check_every,
-                                    .max_iterations = arguments.max_sweeps});
-    }
+    solved.report = make_offered<DelassusProblem<dim>, SolveReport>(local_solvers, arguments.solver, task);
     solved.cpu = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
     solved.measures = error_measures(problem, r);
     solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
@@ -74,12 +68,9 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
 CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
     command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
-    command
-        ->add_option(
-            "--solver", arguments.solver,
-            "nlgs: Gauss-Seidel in the file's order, from zero; newton: slow and accurate; spg, apgd: projected "
-            "gradients; none: judge the file's own /solution")
-        ->check(CLI::IsMember({"nlgs", "newton", "spg", "apgd", "none"}))
+    const auto all = [](const LocalSolverInfo&) { return true; };
+    command->add_option("--solver", arguments.solver, help_of(offered_solvers(), all))
+        ->check(CLI::IsMember(names_of(offered_solvers(), all)))
         ->capture_default_str();
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
         ->check(positive_number())
@@ -94,7 +85,7 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
                             ->capture_default_str();
     command->parse_complete_callback([&arguments, max_sweeps, check_every] {
         for (const auto* option : {max_sweeps, check_every})
-            if (option->count() > 0 && !iterates(arguments.solver))
+            if (option->count() > 0 && !offered_solver(arguments.solver).capped)
                 throw CLI::ValidationError(option->get_name(),
                                            "is of sweeps, which --solver " + arguments.solver + " does not make");
     });
@@ -126,7 +117,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
     const ErrorMeasures& e = solved.measures;
     if (!arguments.json.empty()) {
         nlohmann::json json = provenance;
-        if (iterates(arguments.solver)) json["check_every"] = arguments.check_every;
+        if (offered_solver(arguments.solver).capped) json["check_every"] = arguments.check_every;
         json.update({{"schema", "nscdd.fclib/1"},
                      {"file", arguments.file},
                      {"form", global ? "global" : "local"},
@@ -146,11 +137,8 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         "{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
         arguments.file, local.friction.size(), local.dim, solved.report.iterations,
-        arguments.solver == "newton" ? "Newton steps"
-        : arguments.solver == "nlgs" ? "sweeps"
-                                     : "iterations",
-        e.natural_map, e.eta, e.cone_excess, e.complementarity, e.dissipation, e.worst_contact, e.worst,
-        solved.report.converged ? "" : ": NOT CONVERGED");
+        offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess, e.complementarity,
+        e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "error.hpp"
 
@@ -16,6 +17,11 @@ struct Offered {
 };
 template <class Info, class Make>
 Offered(Info, Make) -> Offered<Info, Make>;
+
+template <class Info>
+std::vector<Info> infos_of(const auto& offered) {
+    return std::apply([](const auto&... entry) { return std::vector<Info>{entry.info...}; }, offered);
+}
 
 template <class Make, class M, class... Arguments>
 concept MakesFor =

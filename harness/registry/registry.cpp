@@ -5,15 +5,6 @@
 
 namespace nscdd {
 
-namespace {
-
-template <class Info>
-std::vector<Info> infos_of(const auto& offered) {
-    return std::apply([](const auto&... entry) { return std::vector<Info>{entry.info...}; }, offered);
-}
-
-}  // namespace
-
 std::span<const SchemeInfo> offered_schemes() {
     static const std::vector<SchemeInfo> infos = infos_of<SchemeInfo>(schemes);
     return infos;

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import unittest
 import unittest.mock
 
@@ -98,6 +99,24 @@ class Program(ProgramTest):
         self.assertEqual(report["window"], 0)
         self.assertTrue(report["converged"])
         self.assertLessEqual(max(report["residual"]), 1e-10)
+
+    def test_schemas_list_what_the_program_offers(self):
+        def offered(command, option):
+            return re.search(option + r" TEXT:\{(.*?)\}", self.succeeds(command, "--help").stdout)[1].split(",")
+
+        def listed(schema, key):
+            return sorted(json.loads((ROOT / f"reports/{schema}.schema.json").read_text())["properties"][key]["enum"])
+
+        self.assertEqual(sorted(offered("solve-fclib", "--solver")), listed("fclib", "solver"))
+        out, found = self.folder / "run.json", set()
+        for scheme in offered("run", "--scheme"):
+            for interface in ((), *(("--interface", name) for name in offered("run", "--interface"))):
+                done = self.run_program("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
+                                        "--scheme", scheme, *interface, "--json", out)
+                self.assertTrue(interface or done.returncode == 0, done.stderr)  # schemes that glue nothing refuse the option
+                if done.returncode == 0:
+                    found.add(json.loads(out.read_text())["interface"])
+        self.assertEqual(sorted(found), listed("run", "interface"))
 
     def test_the_mass_of_all_grains_is_that_of_any_number_of_ranks(self):
         """It is the default mass of walls under pressure; each process sums that of its grains."""
