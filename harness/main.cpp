@@ -7,6 +7,7 @@
 #include "calibrate.hpp"
 #include "compare.hpp"
 #include "export_fclib.hpp"
+#include "launch.hpp"
 #include "pack.hpp"
 #include "run_options.hpp"
 #include "scale.hpp"
@@ -100,9 +101,23 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : 1;
+        const bool asked = nscdd::at_start([&](int rank, int) {
+            if (error.get_exit_code() != 0) throw nscdd::InputError(fmt::format("{}; see --help", error.what()));
+            if (rank == 0) app.exit(error);  // prints the help or the version
+        });
+        return asked ? 0 : 1;
     }
     try {
+        const CLI::App* const command = app.get_subcommands()[0];
+        const bool on_ranks = command == run_command || command == window_command;
+        if (!on_ranks && !nscdd::at_start([&](int, int ranks) {
+                if (ranks > 1)
+                    throw nscdd::InputError(
+                        fmt::format("{} is of one process, and {} were started: start it without "
+                                    "mpirun",
+                                    command->get_name(), ranks));
+            }))
+            return 1;
         const nscdd::Provenance provenance = nscdd::provenance(argc, argv);
         if (*pack_command) return nscdd::pack(pack, provenance);
         if (*run_command) return nscdd::run(run, provenance);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "launch.hpp"
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"

@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <new>
 #include <string>
@@ -99,15 +98,5 @@ class Session {
     bool with_mpi_;
     int rank_ = 0, size_ = 1;
 };
-
-// Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. SLURM_NTASKS says nothing: a
-// batch script has it too, and srun starts MPI programs by PMI or PMIx.
-// A simulated rank is always one of a run of smpirun.
-inline bool launched() {
-    if (simulated) return true;
-    for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
-        if (std::getenv(name)) return true;
-    return false;
-}
 
 }  // namespace nscdd

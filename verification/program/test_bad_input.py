@@ -223,6 +223,33 @@ class OnAllRanks(Refusals):
         self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
         self.refused(["nlgs is sequential"], "run", scene, ranks=2)
 
+    def test_options_that_are_wrong_before_mpi_is_used(self):
+        self.refused(["not expected: --wrong"], "run", self.scene(), "--wrong", ranks=3)
+        self.refused(["--scheme: foo not in"], "run", self.scene(), "--scheme", "foo", ranks=3)
+        self.refused(["A subcommand is required"], ranks=3)
+        right = [NSCDD, "run", self.scene(), "--scheme", "dcs"]  # and one rank alone has a wrong one
+        done = subprocess.run([str(word) for word in (MPIRUN, "-np", 2, *right, ":", "-np", 1, *right, "--wrong")], capture_output=True, text=True,
+                              timeout=60)
+        said = [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
+        self.assertEqual((done.returncode, said), (1, ["nscdd: The following argument was not expected: --wrong; see --help"]))
+
+    def test_help_is_printed_once(self):
+        for asked in (("--help",), ("run", "--help"), ("--version",)):
+            self.assertEqual(self.succeeds(*asked, ranks=3).stdout, self.succeeds(*asked).stdout)
+
+    def test_commands_of_one_process(self):
+        """Each of three ranks would do the work, and write the same file."""
+        scene, out = self.scene(), self.folder / "out"
+        specification = self.write("pack.toml", "dimension = 2\ngrains = 20\ngenerator = 'own'\n")
+        for name, *arguments in (("pack", specification, "-o", out), ("compare", scene, scene, "--json", out),
+                                 ("report", self.folder, "--out", out), ("export-fclib", scene, "-o", out), ("solve-fclib", scene),
+                                 ("calibrate", scene, "-o", out),
+                                 ("scale", scene, "--ranks", 1, "--platform", scene, "--costs", scene, "--json", out)):
+            self.refused([f"{name} is of one process, and 3 were started: start it without mpirun"], name, *arguments, ranks=3)
+        self.assertFalse(out.exists())
+        self.succeeds("pack", specification, "-o", out, "--quiet", ranks=1)
+        self.assertTrue(out.exists())
+
     def test_rows_that_one_rank_reads(self):
         """They are named by their number in the file."""
         places = np.stack((1.1 * np.arange(30) + 1, np.ones(30), np.full(30, 0.5)), -1)
