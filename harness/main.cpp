@@ -113,8 +113,7 @@ disagreement; 3 the run is complete, but steps hit the cap of iterations, or a p
         if (!on_ranks && !nscdd::at_start([&](int, int ranks) {
                 if (ranks > 1)
                     throw nscdd::InputError(
-                        fmt::format("{} is of one process, and {} were started: start it without "
-                                    "mpirun",
+                        fmt::format("{} is of one process, and {} were started: start it without mpirun",
                                     command->get_name(), ranks));
             }))
             return 1;

@@ -225,7 +225,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     result.last_step = head.step;
     if (!request.state.empty()) {
         write_state(simulation, head, files, request.state);
-        if (comm.ranks()[0] == 0) write_xdmf(files, request.state, head, simulation.grain_count());
+        write_on_first(comm, [&] { write_xdmf(files, request.state, head, simulation.grain_count()); });
     }
     const int processes = request.over_mpi ? request.share.parts : 1;
     json.update({{"schema", "nscdd.run/1"},

@@ -114,6 +114,13 @@ class Writing {
     std::vector<std::string> complaints_;
 };
 
+// some() by the process that hosts rank 0. Collective. Throws as Writing::end() does.
+void write_on_first(Communicator& comm, auto&& some) {
+    Writing writing(comm);
+    writing.write(some);
+    writing.end();
+}
+
 // Contacts of the last step in the whole scene. Collective.
 template <class M>
 std::size_t count_contacts(const Simulation<M>& simulation) {
@@ -159,9 +166,7 @@ void write_checkpoint(const Simulation<M>& simulation, const RunRequest& request
     head.steps_left = steps_left;
     FileSet files;
     write_state(simulation, head, files, request.checkpoint, rows_at_once, StateWriter::For::going_on);
-    Writing writing(simulation.comm());
-    writing.write([&] { files.commit(); });
-    writing.end();
+    write_on_first(simulation.comm(), [&] { files.commit(); });
 }
 
 }  // namespace nscdd

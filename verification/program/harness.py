@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
 MPIRUN = os.environ.get("NSCDD_MPIRUN", "mpirun")
@@ -75,6 +76,14 @@ class ProgramTest(unittest.TestCase):
         """ranks = 0: alone, without mpirun. Options are those of subprocess.run."""
         launcher = [MPIRUN, "-np", str(ranks)] if ranks else []
         return subprocess.run([*launcher, NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=timeout, **options)
+
+    def run_on_small_disk(self, *arguments, ranks, kib):
+        """Files of rank 0, which writes, may have so many KiB. Exit code, and the lines that are ours."""
+        command = [NSCDD, *map(str, arguments)]
+        small = ["bash", "-c", f'trap "" XFSZ; ulimit -f {kib}; exec "$@"', "bash", *command]
+        with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
+            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", str(ranks - 1), *command], capture_output=True, text=True, timeout=60)
+        return done.returncode, [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
 
     def succeeds(self, *arguments, ranks=0):
         done = self.run_program(*arguments, ranks=ranks)

@@ -9,7 +9,6 @@ import stat
 import subprocess
 import time
 import unittest
-import unittest.mock
 
 import h5py
 import numpy as np
@@ -177,13 +176,8 @@ class Faults(CheckpointTest):
         done = subprocess.run(self.command("--checkpoint", self.checkpoint, "--every", 10), capture_output=True, text=True, timeout=60,
                               preexec_fn=small_disk, restore_signals=False)
         self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.checkpoint}: cannot write: File too large\n"))
-        command = self.command("--checkpoint", self.checkpoint, "--every", "10", ranks=3)
-        program = command[3:]
-        small = ["bash", "-c", 'trap "" XFSZ; ulimit -f 8; exec "$@"', "bash", *program]
-        with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
-            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", "2", *program], capture_output=True, text=True, timeout=60)
-        lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
-        self.assertEqual((done.returncode, lines), (1, [f"nscdd: {self.checkpoint}: cannot write: File too large"]), done.stderr)
+        arguments = self.command("--checkpoint", self.checkpoint, "--every", "10", ranks=3)[4:]
+        self.assertEqual(self.run_on_small_disk(*arguments, ranks=3, kib=8), (1, [f"nscdd: {self.checkpoint}: cannot write: File too large"]))
         self.assertEqual(self.checkpoint.read_bytes(), before)
         self.assertEqual([path for path in self.folder.iterdir() if path.suffix == ".part"], [])
 

@@ -9,12 +9,11 @@ import stat
 import subprocess
 import threading
 import unittest
-import unittest.mock
 
 import numpy as np
 
 from fclib_files import write_local
-from harness import MPIRUN, NSCDD, SCENE, ProgramTest
+from harness import NSCDD, SCENE, ProgramTest
 
 PACK = "dimension = 2\ngrains = 10\n"
 ENDLESS = SCENE.replace("count = 5", "count = 2147483647")  # a refusal comes before the first step, or never
@@ -192,12 +191,8 @@ class Writing(ProgramTest):
         """All ranks stop, with one line, whichever had the error."""
         self.assertEqual(self.run_pair("--scheme", "dcs", ranks=3).returncode, 0)
         before = {path: path.read_bytes() for path in self.folder.iterdir()}
-        command = [str(part) for part in (NSCDD, "run", self.scene, "--scheme", "dcs", "--json", self.json, "--state", self.state, "--quiet")]
-        small = ["bash", "-c", 'trap "" XFSZ; ulimit -f 4; exec "$@"', "bash", *command]  # 4 KiB
-        with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
-            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", "2", *command], capture_output=True, text=True, timeout=60)
-        lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
-        self.assertEqual((done.returncode, lines), (1, [f"nscdd: {self.state}: cannot write: File too large"]), done.stderr)
+        command = ("run", self.scene, "--scheme", "dcs", "--json", self.json, "--state", self.state, "--quiet")
+        self.assertEqual(self.run_on_small_disk(*command, ranks=3, kib=4), (1, [f"nscdd: {self.state}: cannot write: File too large"]))
         self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, before)
 
     def test_old_results_survive_a_run_that_fails(self):

@@ -242,7 +242,10 @@ class Targets(SeriesTest):
             old = self.write(name, "old")
             done = self.run_program(*self.biaxial(), "--steps", 200, *options, old, preexec_fn=small_disk, restore_signals=False)
             lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
-            self.assertEqual((done.returncode, lines), (1, [f"nscdd: {old}: cannot write: File too large"]))
+            full = (1, [f"nscdd: {old}: cannot write: File too large"])
+            self.assertEqual((done.returncode, lines), full)
+            with self.subTest("all ranks stop, whichever had the error", name=name):
+                self.assertEqual(self.run_on_small_disk(*self.biaxial(), "--scheme", "dcs", "--steps", 200, *options, old, ranks=3, kib=60), full)
             self.assertEqual((old.read_text(), list(self.folder.glob("*.part"))), ("old", []))
 
 
