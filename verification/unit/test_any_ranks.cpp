@@ -2,7 +2,7 @@
 #include <memory>
 #include <set>
 
-#include "any_partition.hpp"
+#include "described_scenes.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -10,22 +10,16 @@ using namespace nscdd::test;
 namespace {
 
 template <class M>
-struct Described {
-    SimulationSettings<M> settings;
-    std::vector<Grain<M>> grains;
-    double edge;  // of its box
-    int steps;
-};
-
-template <class M>
-std::unique_ptr<Run<M>> stepped(const Solver& solver, const Described<M>& scene,
-                                const Partitioner<M>& partitioner = by_grid<M>()) {
-    auto settings = scene.settings;
-    settings.partition = partitioner;
-    auto run = std::make_unique<Run<M>>(solver, settings, scene.grains);
+std::unique_ptr<Run<M>> stepped(const Solver& solver, const Described<M>& scene) {
+    auto run = std::make_unique<Run<M>>(solver, scene.settings, scene.grains);
     run->options = SolveOptions{.tolerance = 1e-8}.accelerated();
     for (int step = 0; step < scene.steps; ++step) run->step();
     return run;
+}
+template <class M>
+std::unique_ptr<Run<M>> stepped(const Solver& solver, Described<M> scene, const Partitioner<M>& partitioner) {
+    scene.settings.partition = partitioner;
+    return stepped(solver, scene);
 }
 
 // Largest difference of velocities.
@@ -44,28 +38,6 @@ Described<M> random_scene(Random& random) {
     Described<M> scene{lattice_settings<M>(side, random() % 2 == 0), shaken_lattice<M>(random, side), 1.05 * side, 5};
     scene.settings.h = uniform(random, 0.02, 0.06);
     scene.settings.rough_every = 1 + static_cast<int>(random() % 4);
-    return scene;
-}
-
-// Grains in clumps that are far from each other, each thrown together.
-template <class M>
-Described<M> clumps(int count) {
-    Described<M> scene{{}, {}, 20.0 * count, 4};
-    Random random(41);
-    scene.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
-    scene.settings.h = 0.05;
-    scene.settings.largest_overlap = 0.5;
-    scene.settings.walls = box_walls<M>(scene.edge);
-    for (int n = 0; n < count; ++n) {
-        auto clump = shaken_lattice<M>(random, 3);
-        for (auto& grain : clump) {
-            grain.id = static_cast<int>(scene.grains.size());
-            const typename M::Vec middle = M::Vec::Constant(1.05 * 1.5);
-            grain.velocity.template head<M::dim>() = 2 * (middle - grain.position);
-            grain.position += M::Vec::Constant(5) + 20.0 * n * M::Vec::UnitX();
-            scene.grains.push_back(grain);
-        }
-    }
     return scene;
 }
 
@@ -109,10 +81,7 @@ TEST_CASE("ranks that sweep by batches and one that sweeps contact by contact gl
 
 TEMPLATE_TEST_CASE("one grain, on any number of ranks", "[any_ranks]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
-    Described<M> scene{{}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(2))}, 4, 60};
-    scene.settings.walls = box_walls<M>(scene.edge);
-    scene.settings.gravity[0] = -1;
-    scene.settings.h = 0.05;
+    const Described<M> scene = one_grain<M>();
     const auto expected = stepped(nlgs_alone, scene)->grains();
     CHECK(std::abs(expected[0].position[0] - 0.5) < 1e-3);  // it fell, and rests on the wall
     for (const int ranks : {1, 2, 3, 4, 7, 8})
@@ -152,21 +121,7 @@ TEMPLATE_TEST_CASE("a wall that all ranks touch stops as it does with the refere
 
 TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
-    const int ranks = 8;
-    Described<M> scene{{}, {}, 32, 1};
-    scene.settings.walls = box_walls<M>(scene.edge);
-    scene.settings.h = 0.1;
-    scene.settings.rough_every = 1;
-    scene.grains.push_back(make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(1)));
-    scene.grains[0].velocity[0] = 100;  // 10 a step, where a subdomain is 4 wide
-    for (int k = 1; k < 12; ++k) {      // others, in all subdomains, aside
-        typename M::Vec x = M::Vec::Constant(8);
-        x[0] = 2.6 * k;
-        scene.grains.push_back(make_grain<M>(k, 0.5, 1.0, x));
-    }
-    GridCells<M::dim> cells;
-    cells.fill(1);
-    cells[0] = ranks;
+    Described<M> scene = crossing_grain<M>();
     const auto owner_of_first = [](const Run<M>& run) {
         for (const auto& part : run.simulation.parts())
             for (std::size_t g = 0; g < part.grains.size(); ++g)
@@ -176,8 +131,8 @@ TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]"
     std::set<int> owners;
     for (scene.steps = 1; scene.steps <= 5; ++scene.steps) {  // there, against the wall
         INFO(scene.steps << " steps");
-        const auto expected = stepped(nlgs_alone, scene);
-        const auto found = stepped({Scheme::dcs, ranks}, scene, by_grid<M>(cells));
+        const auto expected = stepped(nlgs_alone, scene, by_grid<M>());
+        const auto found = stepped({Scheme::dcs, 8}, scene);
         owners.insert(owner_of_first(*found));
         CHECK(difference<M>(found->grains(), expected->grains()) < 1e-5);
         CHECK((found->grains()[0].position - expected->grains()[0].position).norm() < 1e-6);
@@ -197,7 +152,7 @@ TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks]",
         std::size_t several = 0;  // ranks with grains of more than one clump
         for (const auto& part : found->simulation.parts()) {
             std::set<int> of;
-            for (const auto& grain : part.grains) of.insert(static_cast<int>(grain.position[0] / 20));
+            for (const auto& grain : part.grains) of.insert(clump_at<M>(grain.position));
             several += of.size() > 1;
         }
         CHECK(several > 0);
