@@ -1,13 +1,10 @@
 # Sourced by the other scripts: how Open MPI is run, and which Python draws the report.
 # shellcheck shell=bash
 
-# Tests use more ranks than small machines have cores. Open MPI would refuse to start them, would pin several to one
-# core, and would let waiting ranks spin while the rank that they wait for has no core to run on. Where every rank has a
-# core, scripts undo the last two (progress.py, bound()), and nscdd scale does: what they cost is in
-# reports/findings/two-cores.md.
+# Tests use more ranks than small machines have cores, which Open MPI would refuse to start. Allowed, it does the rest by
+# itself: such ranks are not bound, and yield their core while they wait (its parameter mpi_oversubscribe). Where every rank
+# has a core they are bound and spin. What that costs beside other work is in reports/findings/two-cores.md.
 export OMPI_MCA_rmaps_base_oversubscribe=1
-export OMPI_MCA_hwloc_base_binding_policy=none
-export OMPI_MCA_mpi_yield_when_idle=1
 
 # Messages up to 64 KiB go through shared memory at once. Beyond 4 KiB they would wait for their receiver, who sweeps: 16 KiB take 0.7
 # instead of 4.4 us, an iteration of 4,000 spheres on two ranks 46 instead of 49.

@@ -1,6 +1,5 @@
 """What the long scripts share: how times are shown, how a record is written, and how Open MPI is run."""
 import json
-import os
 import shlex
 import subprocess
 from pathlib import Path
@@ -20,12 +19,6 @@ def write_record(path, record):
     part = Path(f"{path}.part")
     part.write_text(json.dumps(record, indent=1) + "\n")
     part.replace(path)
-
-
-def bound(ranks):
-    """Options of mpirun: with a core for every rank each keeps its own, and need not yield it while it waits (environment.sh is for
-    more ranks than cores)."""
-    return ["--bind-to", "core:overload-allowed", "--mca", "mpi_yield_when_idle", "0"] if ranks <= (os.cpu_count() or 1) else []
 
 
 def environment():

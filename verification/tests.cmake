@@ -131,10 +131,11 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("speed against error" "program;full" test_accuracy)
     nscdd_program_test("what acceleration saves" "program;full" test_acceleration)
     nscdd_program_test("iterations at 8 subdomains" "program;full" test_program.Iterations)
-    # they call mpirun, as the tests with ranks do, and jobs side by side now and then fail to start (open-mpi/ompi#8510)
+    # They call mpirun, as the tests with ranks do. Jobs side by side now and then fail to start (open-mpi/ompi#8510), and
+    # their ranks, bound and spinning, share cores.
     set_tests_properties("program: bad input" "program: outputs" "program: pack, run, compare" "program: go on from a state"
                          "program: checkpoints" "program: time series" "program: frames" "program: killed a hundred times"
-                         "program: commands of the manual" PROPERTIES RESOURCE_LOCK mpirun)
+                         "program: commands of the manual" "program: the paper at its smallest" PROPERTIES RESOURCE_LOCK mpirun)
     add_dependencies(sanitized_tests nscdd)
     add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
     add_test(NAME "report on the paper" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest_paper.py)
