@@ -16,35 +16,36 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
 }  // namespace scenes
 
 // prefix: extern, or nothing; M: a name for the model.
-#define COMPILED_MODEL(prefix, M)                                                                                      \
-    prefix template class Simulation<M>;                                                                               \
-    prefix template class Sweeper<M>;                                                                                  \
-    prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,                   \
-                                     std::span<const Wall<M>>, double, double);                                        \
-    prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,         \
-                                            double);                                                                   \
-    prefix template Unseen find_unseen(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double, double,      \
-                                       double);                                                                        \
-    prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>); \
-    prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);    \
-    prefix template Measures<M> measure(const Simulation<M>&);                                                         \
-    prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                            \
-    prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                        \
-    prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                            \
-    prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,           \
-                                            const SolveOptions&, PhaseSeconds&);                                       \
-    prefix template LinearContactsOf<M> linear_contacts(ContactProblem<M>);                                            \
-    prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                  \
-    prefix template class Ccs<M, ClosedForm>;                                                                          \
-    prefix template class Dcs<M, ClosedForm>;                                                                          \
-    prefix template class Ccs<M, Factorised<>>;                                                                        \
-    prefix template class Dcs<M, Factorised<>>;                                                                        \
-    prefix template AnyStepSolver<M> by_nlgs(const SolveOptions&);                                                     \
-    prefix template AnyStepSolver<M> by_newton(const NewtonOptions&);                                                  \
-    prefix template AnyStepSolver<M> by_gradient(const SolveOptions&, Descent);                                        \
-    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                                \
-    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                                \
-    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                              \
+#define COMPILED_MODEL(prefix, M)                                                                                     \
+    prefix template class Simulation<M>;                                                                              \
+    prefix template class Sweeper<M>;                                                                                 \
+    prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,                  \
+                                     std::span<const Wall<M>>, double, double);                                       \
+    prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,        \
+                                            double);                                                                  \
+    prefix template Unseen find_unseen(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double, double,     \
+                                       double);                                                                       \
+    prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>, \
+                                                 Multiplicity);                                                       \
+    prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);   \
+    prefix template Measures<M> measure(const Simulation<M>&);                                                        \
+    prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                           \
+    prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                       \
+    prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                           \
+    prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,          \
+                                            const SolveOptions&, PhaseSeconds&);                                      \
+    prefix template LinearContactsOf<M> linear_contacts(ContactProblem<M>);                                           \
+    prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                 \
+    prefix template class Ccs<M, ClosedForm>;                                                                         \
+    prefix template class Dcs<M, ClosedForm>;                                                                         \
+    prefix template class Ccs<M, Factorised<>>;                                                                       \
+    prefix template class Dcs<M, Factorised<>>;                                                                       \
+    prefix template AnyStepSolver<M> by_nlgs(const SolveOptions&);                                                    \
+    prefix template AnyStepSolver<M> by_newton(const NewtonOptions&);                                                 \
+    prefix template AnyStepSolver<M> by_gradient(const SolveOptions&, Descent);                                       \
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                               \
+    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                               \
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                             \
     prefix template AnyStepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&);
 
 // Of problems with a stored W.

@@ -85,6 +85,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.provenance = provenance;
     request.scheme = arguments.scheme;
     request.interface = arguments.interface;
+    request.multiplicity = arguments.multiplicity;
     request.over_mpi = over_mpi;
     request.progress = !arguments.quiet;
     request.json = arguments.json;
@@ -198,11 +199,11 @@ RunFunction choose_model(const Scene& scene) {
 static std::string what_is_solved(const RunRequest& request) {
     const StepSettings& step = request.scene.step;
     const SolverSettings& solver = request.scene.solver;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
-                       request.partition, fmt::join(request.grid, "x"), request.imbalance, request.subdomains,
-                       request.start_step, step.count, solver.method, solver.tolerance, solver.velocity_error,
-                       solver.energy_made, solver.check_every, solver.max_iterations, solver.sweeps,
-                       solver.window.value_or(-1), read_file(request.scene.file));
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
+                       request.multiplicity, request.partition, fmt::join(request.grid, "x"), request.imbalance,
+                       request.subdomains, request.start_step, step.count, solver.method, solver.tolerance,
+                       solver.velocity_error, solver.energy_made, solver.check_every, solver.max_iterations,
+                       solver.sweeps, solver.window.value_or(-1), read_file(request.scene.file));
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {

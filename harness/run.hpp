@@ -46,9 +46,10 @@ struct RunRequest {
     std::string scheme = "nlgs";  // of offered_schemes()
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
-    std::string partition = "bisection";  // of offered_partitions()
-    std::vector<int> grid;                // cells per axis; empty: chosen
-    double imbalance = 1.1;               // of a partition that is kept (Partitioner)
+    std::string partition = "bisection";   // of offered_partitions()
+    std::vector<int> grid;                 // cells per axis; empty: chosen
+    double imbalance = 1.1;                // of a partition that is kept (Partitioner)
+    std::string multiplicity = "minimal";  // or predicted
     bool over_mpi = false;
     bool progress = true;
     std::string json, state, checkpoint;  // files to write, may be empty
@@ -94,7 +95,7 @@ RunFunction choose_law(const std::string& law);
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, partition, grid, json, state, checkpoint, every,
-                                      transport = "auto", frames;
+                                      transport = "auto", frames, multiplicity = "minimal";
     std::vector<std::string> series;
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1,
         frame_every = 0;

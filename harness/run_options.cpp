@@ -22,6 +22,12 @@ void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(con
                     "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
         ->check(CLI::IsMember({"closed-form", "factorised"}));
     command
+        .add_option("--multiplicity", run.multiplicity,
+                    "Copies of a grain that share its mass and are glued: minimal, those with a contact; predicted, "
+                    "those with a candidate of the last rough detection, as in the paper")
+        ->check(CLI::IsMember({"minimal", "predicted"}))
+        ->capture_default_str();
+    command
         .add_option("--partition", run.partition,
                     "How space is dealt to subdomains: " + help_of(offered_partitions(), every) +
                         " (default: bisection, with --grid grid)")

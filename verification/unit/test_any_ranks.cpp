@@ -159,3 +159,70 @@ TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks]",
         CHECK(difference<M>(found->grains(), expected) < 1e-5);
     }
 }
+
+TEMPLATE_TEST_CASE("the predicted interface contains the minimal one, and gives the same answer", "[any_ranks]",
+                   EVERY_MODEL) {
+    using M = TestType;
+    const Scheme scheme = GENERATE(Scheme::ccs, Scheme::dcs);
+    const bool driven = GENERATE(false, true), accelerated = GENERATE(false, true);
+    CAPTURE(scheme == Scheme::ccs, driven, accelerated);
+    const int side = M::dim == 2 ? 7 : 4;
+    SimulationSettings<M> settings = lattice_settings<M>(side, driven);
+    const auto step_of = [&](const Solver& solver, Multiplicity multiplicity) {
+        Random random(18);
+        settings.multiplicity = multiplicity;
+        auto run = std::make_unique<Run<M>>(solver, settings, shaken_lattice<M>(random, side));
+        if (accelerated) run->options = run->options.accelerated();
+        run->step();
+        return run;
+    };
+    const auto alone = step_of(nlgs_alone, Multiplicity::minimal),
+               minimal = step_of({scheme, 8}, Multiplicity::minimal),
+               predicted = step_of({scheme, 8}, Multiplicity::predicted);
+    const auto expected = alone->grains(), found = predicted->grains();
+    for (std::size_t g = 0; g < found.size(); ++g) CHECK((found[g].velocity - expected[g].velocity).norm() < 1e-6);
+    const auto fewer = gather_grains(minimal->simulation), more = gather_grains(predicted->simulation);
+    int foreseen_only = 0;
+    for (std::size_t g = 0; g < more.size(); ++g) {
+        CHECK(more[g].multiplicity >= fewer[g].multiplicity);
+        foreseen_only += more[g].multiplicity > fewer[g].multiplicity;
+    }
+    CHECK(foreseen_only > 0);
+}
+
+TEMPLATE_TEST_CASE("ranks without contacts, and more ranks than grains", "[any_ranks]", SmoothDisks, FrictionSpheres) {
+    using M = TestType;
+    const bool driven = GENERATE(false, true);
+    CAPTURE(driven);
+    SimulationSettings<M> settings;
+    settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    settings.h = 0.05;
+    settings.walls = box_walls<M>(12, driven);
+    std::vector<Grain<M>> grains;  // two and two, that collide far from each other; nothing in between
+    for (int k = 0; k < 4; ++k) {
+        typename M::Vec x = M::Vec::Constant(6);
+        x[0] = k < 2 ? 1 + 1.02 * k : 11 - 1.02 * (k - 2);
+        grains.push_back(make_grain<M>(k, 0.5, 1.0, x));
+        grains.back().velocity[0] = k == 0 ? 1 : k == 2 ? -1 : 0;
+        grains.back().velocity[1] = 0.1 * k;
+    }
+    std::vector<Grain<M>> expected;
+    for (const Solver& solver :
+         {nlgs_alone, Solver{Scheme::dcs, 3}, {Scheme::ccs, 3}, {Scheme::dcs, 9}, {Scheme::ccs, 9}}) {
+        INFO(solver.name());
+        Run<M> run(solver, settings, grains);
+        for (int step = 0; step < 3; ++step) run.step();
+        if (solver.ranks == 1) {
+            expected = run.grains();
+            CHECK(expected[1].velocity[0] > 0.3);  // they did collide
+            CHECK(expected[3].velocity[0] < -0.3);
+            continue;
+        }
+        int idle = 0;
+        for (const auto& part : run.simulation.parts()) idle += part.problem.contact_count() == 0;
+        CHECK(idle > 0);
+        const auto found = run.grains();
+        REQUIRE(found.size() == 4);
+        for (std::size_t k = 0; k < 4; ++k) CHECK((found[k].velocity - expected[k].velocity).norm() < 1e-9);
+    }
+}

@@ -1,7 +1,8 @@
 // Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
 //
-// A copy counts only where the fine detection found a contact of it: the "future optimization" of section 3.2. Copies
-// without contact take no part in the iteration and are given the answer when it is over.
+// By Multiplicity::minimal a copy counts only where the fine detection found a contact of it: the "future optimization"
+// of section 3.2. Other copies take no part in the iteration and are given the answer when it is over. By
+// Multiplicity::predicted, the paper's own, every copy that the rough detection foresaw counts.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +14,12 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
-// Marks the copies of a subdomain that have a contact there, and writes the marks into the messages of channel link l
+// Marks the active copies of a subdomain, and writes the marks into the messages of channel link l
 // of the k-th hosted rank.
 template <class M>
-void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k) {
-    std::vector<char> touched(part.grains.size(), 0);
+void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Multiplicity which) {
+    // Rough detection left here the grains with a candidate, and those that nobody else has.
+    std::vector<char> touched(part.grains.size(), which == Multiplicity::predicted);
     for (const auto& c : part.problem.contacts)
         touched[static_cast<std::size_t>(c.i)] = touched[static_cast<std::size_t>(c.j)] = 1;
     for (const auto& c : part.problem.wall_contacts) touched[static_cast<std::size_t>(c.i)] = 1;
@@ -91,9 +93,10 @@ int first_active(const Subdomain<M>& part, std::size_t grain) {
 
 // Every holder of a grain or driven wall learns which copies are active; puts the contacts into the order of the sweep.
 template <class M>
-void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls) {
+void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
+                             Multiplicity which) {
     const auto channel = comm.open(links_between(parts, 1));
-    comm.each_rank([&](std::size_t k) { detail::mark_own_activity(parts[k], *channel, k); });
+    comm.each_rank([&](std::size_t k) { detail::mark_own_activity(parts[k], *channel, k, which); });
     channel->start();
     channel->finish();
     comm.each_rank([&](std::size_t k) {
@@ -105,8 +108,11 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
         part.wall_active.assign(driven ? walls.size() : 0, 0);
         part.wall_touched = part.wall_active;
         part.problem.wall_multiplicity.assign(walls.size(), 1);
-        for (const auto& c : part.problem.wall_contacts)
-            if (walls[static_cast<std::size_t>(c.j)].driven) part.wall_active[static_cast<std::size_t>(c.j)] = 1;
+        const auto mark = [&](const auto& touching) {
+            for (const auto& c : touching)
+                if (walls[static_cast<std::size_t>(c.j)].driven) part.wall_active[static_cast<std::size_t>(c.j)] = 1;
+        };
+        which == Multiplicity::predicted ? mark(part.wall_pairs) : mark(part.problem.wall_contacts);
     }
     if (!driven) return;
     const std::span<const double> touching = reduce(comm, walls.size(), [&parts](std::size_t k) {

@@ -13,6 +13,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/partition/grid.hpp"
+#include "nscdd/subdomain/topology.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
@@ -26,7 +27,8 @@ struct SimulationSettings {
     double theta = 0.5;                        // of the Moreau-Jean scheme, 0.5 to 1 in use
     int rough_every = 10;                      // steps between rough detections; sooner when grains have moved too far
     Partitioner<M> partition = by_grid<M>();   // how space is dealt to subdomains; a regular grid as in the paper
-    double largest_overlap = 0.1;              // of a radius; more is an error
+    Multiplicity multiplicity = Multiplicity::minimal;  // which copies of a grain share its mass
+    double largest_overlap = 0.1;                       // of a radius; more is an error
 };
 
 // The last rough detection. It decides which candidates there are, who owns them, in which order they are swept, and

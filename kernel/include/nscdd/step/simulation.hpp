@@ -185,7 +185,7 @@ class Simulation {
         });
         report.contacts = all.contacts;
         if (all.worst_overlap > settings_.largest_overlap) refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
-        agree_on_multiplicities<M>(parts_, comm_, settings_.walls);
+        agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
     // Split masses, free velocities, warm start; counts over the scene.

@@ -7,6 +7,12 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Which copies of a grain, and of a driven wall, are active in a step: share its mass and are glued.
+enum class Multiplicity {
+    minimal,    // those with a contact in the step
+    predicted,  // those with a candidate of the last rough detection, as in the paper
+};
+
 struct Topology {
     int rank = 0;  // of this subdomain
 
@@ -16,9 +22,9 @@ struct Topology {
     std::vector<std::vector<int>> linked;       // per peer: the grains shared, by ascending id
 
     // Set in each step, once contacts are known (multiplicity.hpp).
-    std::vector<char> active;    // per entry of sharers: 1 if that copy has a contact in this step
+    std::vector<char> active;    // per entry of sharers: 1 if that copy is active in this step
     std::vector<int> interface;  // grains with this and another active copy, by ascending id
-    // Per wall, 1 for driven walls that have a contact here in this step, and anywhere. Empty where no wall is driven.
+    // Per wall, 1 for driven walls whose copy here is active in this step, and any copy. Empty where no wall is driven.
     std::vector<char> wall_active, wall_touched;
     // Contacts of interface grains, at the front of the problem's lists: they are swept first.
     std::size_t interface_contacts = 0, interface_wall_contacts = 0;
