@@ -6,7 +6,6 @@ import importlib.machinery
 import importlib.util
 import io
 import json
-import math
 import re
 import shlex
 import sys
@@ -19,84 +18,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scripts"))
+import paper_rows  # noqa: E402  (of scripts/paper)
+from fabricated_paper import COUNTS, paper, run, window, write_network  # noqa: E402
 from nscdd_report import network, paper_figures, paper_tables, style  # noqa: E402
 from nscdd_report.paper_data import INERTIAL, Paper  # noqa: E402
 from nscdd_report.paper_verdicts import AGREES, DIFFERS, UNTOLD, verdicts  # noqa: E402
-
-GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000}
-SPLITTINGS = {"isotropic": ("grid 3x1x1", "grid 2x2x1", "grid 2x2x2"), "biaxial": ("grid 2x1", "grid 4x2", "grid 8x6"),
-              "triaxial": ("grid 2x1x1", "grid 2x2x2", "grid 4x4x3")}
-COUNTS = {"grains": 90, "candidates": 190, "contacts": 170, "boundary_predicted": 17, "boundary": 15, "wrong": 2, "not_boundary": 2}
-
-
-def subdomains(splitting):
-    return math.prod(map(int, splitting.split()[1].split("x")))
-
-
-def run(scene, scheme, partition, n, method="paper", variation=""):
-    """Iterations grow by 1 % to 8 % with the subdomains, and acceleration makes a fifth of them. Triaxial ones are more."""
-    each = int(((1200 if scene == "triaxial" else 1000) + 100 * (n > 1) * n**0.5 / 10) * (1 if method == "paper" else 0.2))
-    return {"scene": scene, "variation": variation, "grains": GRAINS[scene], "dimension": 2 if scene == "biaxial" else 3, "method": method,
-            "scheme": scheme, "partition": partition, "subdomains": n, "steps": 2, "h": 0.01, "tolerance": 1e-4, "iterations": [each, each],
-            "contacts": [2e5, 2.2e5], "unknowns_mean": 6.3e5, "interface_grains": 100.0 * (n - 1), "residual_max": 9e-5, "unconverged_steps": 0,
-            "command": f"nscdd run FABRICATED {scene} {scheme} {partition}"}
-
-
-def window(scene, scheme, partition, n, method="paper", platform="node48", slower=1, latency=1):
-    """An iteration of NLGS takes 1000 us; CCS loses 20 us for each subdomain in 3D, 2 us in 2D, DCS little."""
-    lost = 0 if n == 1 else (2e-6 if scene == "biaxial" else 20e-6) * n if scheme == "ccs" else (10e-6 if platform == "node48" else 2e-6) * latency
-    seconds = 1e-3 * slower / n + lost * slower
-    share = {"ccs": {3: 0.3, 4: 0.35, 8: 0.58}, "dcs": {3: 0.14, 4: 0.09, 8: 0.18}}.get(scheme, {}).get(n, min(0.9, lost / seconds))
-    return {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "platform": platform, "after_step": 9,
-            "slower": slower, "latency": latency, "bandwidth": 1, "noise": 0, "seconds_per_iteration": seconds, "mpi_share": share,
-            "wait_share": max(0, share - 0.05), "transfer_share": min(share, 0.05), "command": f"nscdd window FABRICATED {scene} {scheme} {partition}"}
-
-
-def paper(**changed):
-    """A record in which every statement that can be told agrees."""
-    runs, windows, measured = [], [], []
-    for scene, splittings in SPLITTINGS.items():
-        runs.append(run(scene, "nlgs", "none", 1))
-        windows += [window(scene, "nlgs", "none", 1, platform=platform) for platform in ("node48", "cluster")]
-        for splitting in splittings:
-            n = subdomains(splitting)
-            for scheme in ("ccs", "dcs"):
-                runs.append(run(scene, scheme, splitting, n))
-                windows += [window(scene, scheme, splitting, n, latency=latency) for latency in ((1, 2, 0.5) if n == 48 else (1, 2))]
-                windows += [window(scene, scheme, splitting, n, slower=3)] * (scene == "isotropic")
-        for method in ("paper", "auto"):
-            for partition in ("bisection", "metis"):
-                runs += [run(scene, "dcs", partition, n, method) for n in (8, 128)]
-                windows += [window(scene, "dcs", partition, n, method, "cluster") for n in (8, 128)]
-        measured += [{"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": ranks, "seconds": 100.0 / ranks,
-                      "steps": 10, "seconds_all": [99.0 / ranks, 101.0 / ranks], "mpi_share": 0.04 * (ranks - 1), "iterations_total": 2000,
-                      "command": "mpirun FABRICATED"} for scheme, partition, ranks in (("nlgs", "none", 1), ("dcs", "grid 2x1", 2))]
-    runs.append(run("triaxial", "nlgs", "none", 1, variation="h = 0.1") | {"h": 0.1})
-    return {"schema": "nscdd.paper/1", "command": "scripts/paper FABRICATED", "commit": "fabricated", "date": "2000-01-01T00:00:00Z", "quick": False,
-            "machine": {"cpu": "Fabricated CPU", "cores": 2, "os": "Fabricated OS", "compiler": "g++ 0", "lanes": 1},
-            "platform": {"name": "node48", "file": "FABRICATED.xml", "costs_2d": "FABRICATED-2d.json", "costs_3d": "FABRICATED-3d.json"},
-            "packings": [{"scene": "triaxial", "grains": 64000, "source": "FABRICATED", "solid_fraction": 0.6, "solid_fraction_core": 0.63,
-                          "coordination": 5.9, "rattlers": 0.02, "largest_overlap": 1e-4, "command": "nscdd pack FABRICATED"}],
-            "runs": runs, "windows": windows, "measured": measured,
-            "agreement": [{"scene": "triaxial", "method": "paper", "scheme": "dcs", "partition": "grid 2x2x2", "subdomains": 8,
-                           "rows": [{"quantity": "velocities", "value": 0.01, "bound": 0.03, "ok": True}]}]} | changed
-
-
-def write_network(path):
-    """Four touching disks in a square, cut by a grid 2x1 at its middle. Since the rough detection the upper left one has moved away from
-    the upper right one: it was foreseen on both sides, and is on one."""
-    x = np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]])
-    moved = x + [[0, 0], [0, 0], [-0.1, 0], [0, 0]]
-    with h5py.File(path, "w") as file:
-        file["x"], file["radius"], file["box"] = moved, np.full(4, 0.5), np.full(2, 2.0)
-        file["subdomain"], file["multiplicity"] = np.array([0, 1, 0, 1], np.int32), np.array([2, 1, 1, 1], np.int32)
-        file["contacts/i"], file["contacts/j"] = np.array([0, 1, 0], np.int32), np.array([1, 3, 2], np.int32)
-        file["contacts/normal"], file["contacts/gap"] = np.array([[-1.0, 0], [0, -1], [0, -1]]), np.zeros(3)
-        file["contacts/subdomain"] = np.array([1, 1, 0], np.int32)
-        file["rough/kind"] = [b"grid"]
-        file["rough/partition"] = np.array([2, 1, 0.5, 0.5, 1.5, 1.5])
-        file["rough/x"], file["rough/skin"], file["rough/steps_since"] = x, [0.05], [3]
-        file["rough/offset"], file["walls/normal"] = [-0.2], [[0.0, 1.0]]  # a floor, beyond the skin
 
 
 class Case(unittest.TestCase):
@@ -131,7 +58,7 @@ class Page(Case):
         page = self.page()
         for title in ("Share of time in MPI (Table 1 of the paper)", "Real ranks", "Multiplicities before and after the fine detection (Fig. 1 of",
                       "Biaxial test: speed-up and iterations (Fig. 3", "Triaxial test: speed-up and iterations (Fig. 4",
-                      "Biaxial test: partitions, methods", "Triaxial test, every simulated point", "Whole runs", "Packings", "Variations",
+                      "Minimal and predicted interface", "One draw or another", "Biaxial test: partitions, methods", "Triaxial test, every simulated point", "Whole runs", "Packings", "Variations",
                       "Agreement of one step"):
             self.assertRegex(page, r"<figcaption><b>(Table|Fig\.) 1\.\d+\. " + re.escape(title))
         self.assertIn(f"Not in these results: Fig. 2 of the paper, the state {'paper/isotropic-dcs-grid-2x2x2.h5'}", page)
@@ -145,8 +72,8 @@ class Page(Case):
         self.assertIn('<td class="faint">31.3</td><td class="faint">14.0</td><td class="strong">30.0</td><td>25.0</td><td>5.0</td>'
                       '<td class="strong">14.0</td><td>9.0</td><td>5.0</td>', page)
         summary = json.loads((self.out / "summary.json").read_text())["statements"]
-        self.assertEqual([one["verdict"] for one in summary].count(AGREES), 15)
-        self.assertEqual([one["verdict"] for one in summary].count(UNTOLD), 5)
+        self.assertEqual([one["verdict"] for one in summary].count(AGREES), 16)
+        self.assertEqual([one["verdict"] for one in summary].count(UNTOLD), 4)
 
     def test_axes_say_what_is_simulated_counted_and_measured(self):
         figure, _ = paper_figures.draw_scene(Paper(paper()), "biaxial", False)
@@ -190,7 +117,7 @@ class Page(Case):
 
     def test_steps_not_converged_fail_the_page_but_in_variations(self):
         record = paper()
-        record["runs"][-1]["unconverged_steps"] = 1
+        next(run for run in record["runs"] if run["variation"])["unconverged_steps"] = 1
         self.assertEqual(self.report(record)[0], 0)
         record["runs"][0]["unconverged_steps"] = 1
         self.assertIn("not converged in 1 of 2 steps", self.report(record)[1])
@@ -272,6 +199,38 @@ class Verdicts(unittest.TestCase):
                 self.assertTrue(found.why and found.rule and found.finding)
         self.assertEqual(self.one("minimal interface", paper(), COUNTS | {"not_boundary": 0}).verdict, DIFFERS)
 
+    def test_predicted_interface_agrees_if_steps_keep_their_bounds_and_more_is_sent(self):
+        words = "Gluing predicted grains"
+        self.assertEqual(self.one(words, paper()).verdict, AGREES)
+        record = paper()
+        record["agreement"][1]["rows"][0]["ok"] = False
+        self.assertEqual(self.one(words, record).verdict, DIFFERS)
+        record = paper()
+        next(run for run in record["runs"] if run.get("multiplicity") == "predicted")["bytes_per_iteration"] = 1
+        self.assertEqual(self.one(words, record).verdict, DIFFERS)
+
+    def test_what_chance_makes_is_no_difference(self):
+        record = paper()
+        for entry in record["runs"]:
+            if entry["scene"] == "biaxial" and entry["subdomains"] == 48:
+                entry["iterations"] = [1180, 1180]  # 18 % above NLGS
+        self.assertEqual(self.one("nearly constant", record).verdict, DIFFERS)
+        next(run for run in record["runs"] if run.get("perturbed") == 3 and run["scheme"] == "dcs")["iterations"] = [1200, 1200]
+        self.assertEqual(self.one("nearly constant", record).verdict, AGREES)
+
+    def test_records_made_before_say_that_it_was_not_run(self):
+        record = paper()
+        record["runs"] = [run for run in record["runs"] if not run.get("perturbed") and run.get("multiplicity") != "predicted"]
+        for words in ("nearly constant", "Gluing predicted grains"):
+            found = self.one(words, record)
+            self.assertEqual(found.verdict, UNTOLD)
+            self.assertIn("not run", found.why)
+
+    def test_predicted_runs_are_in_no_other_curve(self):
+        data, wide = Paper(paper()), Paper(paper(), "predicted")
+        self.assertAlmostEqual(data.curve("triaxial", "paper", "dcs", "grid")[8].seconds, 135e-6)
+        self.assertEqual([(n, point.seconds) for n, point in wide.curve("triaxial", "paper", "dcs", "grid").items()], [(8, 150e-6)])
+
     def test_a_hundred_processors_are_judged_by_the_nearest_number(self):
         record = paper()
         record["runs"].append(run("triaxial", "dcs", "bisection", 64))
@@ -326,6 +285,17 @@ class Verdicts(unittest.TestCase):
         cells = re.findall("<td[^>]*>(.*?)</td>", paper_tables.variations(Paper(paper())))
         self.assertEqual((cells[1], cells[10]), ("h = 0.1", "1"))
 
+    def test_variation_of_few_steps_is_compared_with_as_many_or_with_its_own_start(self):
+        record = paper()
+        record["runs"][0] |= {"iterations": [100, 300]}  # isotropic, NLGS
+        few = run("isotropic", "nlgs", "none", 1, variation="h = 0.1", steps=1, contacts=[1])
+        data = Paper(record)
+        self.assertEqual(data.unvaried(few), 100)
+        end = few | {"variation": "h = 0.1, from the end"}
+        self.assertIsNone(data.unvaried(end))
+        record["runs"].append(end | {"variation": "as it is, from the end", "iterations": [50]})
+        self.assertEqual(data.unvaried(end), 50)
+
 
 class Network(Case):
     def test_wrong_predictions_are_found(self):
@@ -349,19 +319,36 @@ class Network(Case):
 class Script(unittest.TestCase):
     """What scripts/paper writes down."""
 
-    def test_commands_of_bands_have_the_factors_that_were_run(self):
-        folder = Path(__file__).resolve().parent.parent / "scripts"
-        sys.path.insert(0, str(folder))
-        loader = importlib.machinery.SourceFileLoader("paper_script", str(folder / "paper"))
+    @staticmethod
+    def script():
+        loader = importlib.machinery.SourceFileLoader("paper_script", str(Path(paper_rows.__file__).parent / "paper"))
         script = importlib.util.module_from_spec(importlib.util.spec_from_loader("paper_script", loader))
         loader.exec_module(script)
+        return script
+
+    def test_rows_replace_the_same_rows_of_an_earlier_record(self):
+        earlier = paper(commits=["fabricated"])
+        again = run("biaxial", "nlgs", "none", 1) | {"iterations": [1, 1], "commit": "new", "multiplicity": "minimal", "perturbed": 0}
+        later = paper(runs=[again, again | {"perturbed": 9}], windows=[], measured=[], agreement=[], packings=[], command="scripts/paper --only chance")
+        merged = paper_rows.merge(earlier, later)
+        self.assertEqual([entry["iterations"] for entry in merged["runs"] if Paper.key(entry) == Paper.key(again) and not entry.get("perturbed")], [[1, 1]])
+        self.assertEqual(len(merged["runs"]), len(earlier["runs"]) + 1)
+        self.assertEqual(merged["windows"], earlier["windows"])
+        self.assertEqual(merged["commits"], ["new"])
+        self.assertEqual(merged["command"], "scripts/paper FABRICATED; scripts/paper --only chance")
+        with self.assertRaisesRegex(ValueError, "quick"):
+            paper_rows.merge(earlier, later | {"quick": True})
+
+    def test_commands_of_bands_have_the_factors_that_were_run(self):
+        script = self.script()
         told = {"seconds_per_iteration": 1e-3, "per_iteration": {"wait": {"mean": 1e-4}, "transfer": {"mean": 1e-4}}, "commit": "fabricated",
                 "command": "nscdd_simulated window FABRICATED.toml"}
         with tempfile.TemporaryDirectory() as name:
             path = Path(name, "window.json")
             path.write_text(json.dumps(told))
-            rows = [script.window_row(path, "biaxial", "paper", "dcs", "grid 4x12", 48, "node48", 1, *band) for band in ((1, 1, 0), (2, 1, 0), (1, 0.5, 0))]
-        plain, latency, bandwidth = (row["command"] for row in rows)
+            rows = [paper_rows.window_row(path, {"subdomains": 48, "platform": "node48", "latency": latency, "bandwidth": bandwidth})
+                    for latency, bandwidth in ((1, 1), (2, 1), (1, 0.5))]
+        plain, latency, bandwidth = (made["command"] for made in rows)
         self.assertNotIn("--cfg", plain)
         self.assertIn("--cfg=smpi/lat-factor:0:2", latency)
         self.assertIn("--cfg=smpi/bw-factor:0:0.5", bandwidth)

@@ -45,18 +45,26 @@ class Point:
 
 
 class Paper:
-    """What is in one record, by key."""
+    """What is in one record, by key; of runs and windows by NSCDD those with this interface: minimal, or predicted by the rough detection."""
 
-    def __init__(self, record):
-        self.record = record
-        self.counted = {self.key(run): run for run in record["runs"] if not run["variation"]}
-        self.windows = {}
-        for window in record["windows"]:
+    def __init__(self, record, multiplicity="minimal"):
+        self.record, self.multiplicity = record, multiplicity
+        self.counted, self.perturbed, self.windows = {}, {}, {}
+        for run in filter(self.has, record["runs"]):
+            if run.get("perturbed"):
+                self.perturbed.setdefault(self.key(run), {})[run["perturbed"]] = run
+            elif not run["variation"]:
+                self.counted[self.key(run)] = run
+        for window in filter(self.has, record["windows"]):
             if window["subdomains"] == 1:  # sequential, whatever it is called
                 window = window | {"scheme": "nlgs"}
             place = (*self.key(window), window["platform"], window["slower"])
             band = (window["latency"], window["bandwidth"], window["noise"])
             self.windows.setdefault(place, {}).setdefault(band, []).append(window)
+
+    def has(self, entry):
+        """Whether an entry has this interface; sequential ones have none."""
+        return entry["subdomains"] == 1 or entry.get("multiplicity", "minimal") == self.multiplicity
 
     @staticmethod
     def key(entry):
@@ -128,6 +136,21 @@ class Paper:
     def iteration(self, scheme, n, slower):
         """Its seconds."""
         return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), "seconds_per_iteration")
+
+    def chance(self):
+        """Most over least iterations of one splitting from starts that differ by 1e-9 of a radius, where that is largest; None if not run."""
+        spreads = [max(map(total, runs.values())) / min(map(total, runs.values())) for runs in self.perturbed.values() if len(runs) > 1]
+        return max(spreads, default=None)
+
+    def unvaried(self, run):
+        """Mean iterations of the same steps of the scene as it is, from the same start where the variation names one; None if not run."""
+        start = run["variation"].partition(", ")[2]
+        if start:
+            same = [other for other in self.record["runs"] if other["variation"] == f"as it is, {start}" and self.key(other) == self.key(run)]
+            base = same[0] if same else None
+        else:
+            base = self.counted.get(self.key(run))
+        return mean(base["iterations"][:run["steps"]]) if base else None
 
     def under_way(self, scene):
         """Whether its runs start from a state, not from the packing."""

@@ -1,11 +1,11 @@
 """Figs. 3 and 4 of the paper, and the same axes for what the paper does not have: other partitions, acceleration, a cluster."""
 import numpy as np
 
-from .paper_data import FAMILIES, total
+from .paper_data import FAMILIES, Paper, total
 from .style import NLGS, SCHEMES, SUBDOMAINS, apart, ideal, plt, subdomain_ticks
 
 PLATFORMS = {"node48": "node of 48 cores", "cluster": "cluster of 128 nodes of 8"}
-METHODS = {"paper": ("paper's method", "-"), "auto": ("accelerated", "--")}
+METHODS = {"paper": ("paper's method", "-"), "auto": ("accelerated", "--"), "predicted": ("paper's method, predicted interface", ":")}
 COLOUR = dict(zip(FAMILIES, (SUBDOMAINS[0], SUBDOMAINS[1], SUBDOMAINS[2])))
 MARK = {"grid": {"marker": "o", "markersize": 3.5}, "bisection": {"marker": "s", "markersize": 7, "markerfacecolor": "none"},
         "metis": {"marker": "^", "markersize": 4.5}}
@@ -116,15 +116,17 @@ def draw_scene(paper, scene, mean):
 
 def beyond(paper, scene, platform):
     """{(partition family, method): {n: point}} of DCS, all over plain sequential NLGS."""
-    curves = {(of, method): paper.curve(scene, method, "dcs", of, platform) for of in FAMILIES for method in METHODS}
+    curves = {(of, method): paper.curve(scene, method, "dcs", of, platform) for of in FAMILIES for method in ("paper", "auto")}
+    curves["grid", "predicted"] = Paper(paper.record, "predicted").curve(scene, "paper", "dcs", "grid", platform)
     return {key: curve for key, curve in curves.items() if curve}
 
 
 def draw_beyond(paper, scene):
-    """Speed-up on each platform, and iterations: a colour for each partition, dashes for the accelerated method; None if there is
+    """Speed-up on each platform, and iterations: a colour for each partition, dashes for the accelerated method, dots for the predicted interface; None if there is
     nothing but the grid by the paper's method, which is in the figures before."""
     platforms = {platform: curves for platform in PLATFORMS if (curves := beyond(paper, scene, platform))}
-    counts = {(of, method): chosen_counts(paper.runs(scene, method, "dcs", of)) for of in FAMILIES for method in METHODS}
+    counts = {(of, method): chosen_counts(paper.runs(scene, method, "dcs", of)) for of in FAMILIES for method in ("paper", "auto")}
+    counts["grid", "predicted"] = chosen_counts(Paper(paper.record, "predicted").runs(scene, "paper", "dcs", "grid"))
     counts = {key: runs for key, runs in counts.items() if runs}
     if not any(key != ("grid", "paper") for curves in (*platforms.values(), counts) for key in curves) and "cluster" not in platforms:
         return None

@@ -98,21 +98,58 @@ def packings(paper):
 
 
 def variations(paper):
-    """Each variation beside the run of the scene as it is, of the same method, scheme and splitting."""
+    """Each variation beside the same steps of the scene as it is, by the same method, scheme and splitting."""
     rows = []
     for run in paper.record["runs"]:
         if not run["variation"]:
             continue
-        base = paper.counted.get(paper.key(run))
-        each = mean(run["iterations"])
+        base, each = paper.unvaried(run), mean(run["iterations"])
         rows.append([escape(run["scene"]), tables.symbols(run["variation"]), escape(run["scheme"].upper()), escape(run["method"]),
                      splitting(run["partition"]),
                      str(run["subdomains"]), number(run["h"]), number(run["tolerance"]), str(run["steps"]), count(each),
-                     number(each / mean(base["iterations"])) if base and total(base) else NONE, count(mean(run["contacts"])),
+                     number(each / base) if base else NONE, count(mean(run["contacts"])),
                      (f"{run['unconverged_steps']}", "bad" if run["unconverged_steps"] else "")])
     head = [[(text, 1) for text in ("scene", "variation", "scheme", "method", "partition", "subdomains", "h [s]", "tolerance", "steps",
                                     "iterations a step", "over the scene as it is", "contacts, mean", "steps not converged")]]
     return tables.table(head, rows, "Variations") if rows else None
+
+
+def interface(paper, predicted):
+    """Runs that glue what the rough detection predicts beside those on the minimal interface; None without both of one splitting."""
+    rows = []
+    for key, wide in sorted(predicted.counted.items(), key=lambda item: (SCENES.index(item[0][0]), item[0][4])):
+        narrow = paper.counted.get(key)
+        if wide["scheme"] == "nlgs" or not narrow:
+            continue
+        points = [view.point(*key, "node48") for view in (paper, predicted)]
+
+        def pair(values, text=count):
+            return [or_none(value, text) for value in values]
+        rows.append([escape(key[0]), splitting(key[3]), *pair(run["interface_grains"] for run in (narrow, wide)),
+                     *pair(total(run) for run in (narrow, wide)), (number(total(wide) / total(narrow)), "strong"),
+                     *pair((run.get("bytes_per_iteration") for run in (narrow, wide))),
+                     *pair((point and 1e6 * point.seconds for point in points), number),
+                     *((number(point.speed_up), "strong") if point and point.speed_up else NONE for point in points)])
+    head = [[("", 2), ("shared grains, mean", 2), ("iterations, counted", 3), ("bytes an iteration", 2), ("\u00b5s an iteration, SIMULATED", 2),
+             ("speed-up, SIMULATED", 2)],
+            [("scene", 1), ("partition", 1), *[(text, 1) for text in ("minimal", "predicted")],
+             *[(text, 1) for text in ("minimal", "predicted", "predicted over minimal")], *[(text, 1) for text in ("minimal", "predicted")] * 3]]
+    return tables.table(head, rows, "Minimal and predicted interface") if rows else None
+
+
+def chance(paper):
+    """Iterations from perturbed starts; None without any."""
+    rows = []
+    nlgs = paper.perturbed.get(("biaxial", "paper", "nlgs", "none", 1), {})
+    for key, runs in sorted(paper.perturbed.items(), key=lambda item: (item[0][2] != "nlgs", item[0][4], item[0][3])):
+        totals = [total(run) for run in runs.values()]
+        ratios = [total(run) / total(nlgs[seed]) for seed, run in runs.items() if seed in nlgs and total(nlgs[seed])]
+        rows.append([escape(key[0]), escape(key[2].upper()), splitting(key[3]), str(key[4]), str(len(totals)), count(min(totals)), count(mean(totals)),
+                     count(max(totals)), (number(max(totals) / min(totals)), "strong"), number(mean(ratios)) if ratios else NONE,
+                     f"{number(min(ratios))} \u2013 {number(max(ratios))}" if ratios else NONE])
+    head = [[("", 5), ("iterations, total", 4), ("over NLGS from the same start", 2)],
+            [(text, 1) for text in ("scene", "scheme", "partition", "subdomains", "starts", "least", "mean", "most", "most over least", "mean", "least, most")]]
+    return tables.table(head, rows, "Iterations from perturbed starts") if rows else None
 
 
 def all_runs(paper):
@@ -139,8 +176,8 @@ def all_runs(paper):
 
 
 def agreement(paper):
-    entries = [([escape(entry["scene"]), escape(entry["scheme"].upper()), escape(entry["method"]), splitting(entry["partition"]),
-                 str(entry["subdomains"])], entry["rows"], True) for entry in paper.record["agreement"]]
+    entries = [([escape(entry["scene"]), escape(entry["scheme"].upper()), escape(entry["method"]), splitting(entry["partition"])
+                 + (", predicted interface" if entry.get("multiplicity") == "predicted" else ""), str(entry["subdomains"])], entry["rows"], True) for entry in paper.record["agreement"]]
     return tables.bounded(("scene", "scheme", "method", "partition", "subdomains"), entries, "Agreement of one step with NLGS") if entries else None
 
 

@@ -74,6 +74,21 @@ def real_ranks(paper):
     yield table_block(html, "Real ranks", caption, source(paper, paper.record["measured"]), ("measured",), wide=True, anchor="paper-measured")
 
 
+def glued(paper):
+    """What gluing the predicted interface costs beside the minimal one."""
+    html = paper_tables.interface(paper, Paper(paper.record, "predicted"))
+    if not html:
+        return missing("runs that glue the interface which the rough detection predicts, as the paper does (scripts/paper --only interface); all "
+                       "others glue the minimal one")
+    runs = [run for run in paper.record["runs"] if run.get("multiplicity") == "predicted"]
+    windows = [window for window in paper.record["windows"] if window.get("multiplicity") == "predicted"]
+    caption = ("DCS by the paper's method. Minimal: a grain has a copy in each subdomain where the fine detection finds a contact of it, as in all other runs "
+               "of this page. Predicted: where the rough detection finds a candidate, as in the paper (its section 3.1); masses are split by that number, and "
+               "copies without a contact are glued too. " + platform(paper))
+    return table_block(html, "Minimal and predicted interface", caption, source(paper, [*runs, *windows]), ("counted", "simulated"), wide=True,
+                       anchor="paper-interface")
+
+
 def multiplicities(paper, results, out):
     """Figs. 1 and 2; their counts, or None, are the first thing yielded."""
     path, spheres = results.folder / NETWORK, results.folder / SPHERES
@@ -94,6 +109,7 @@ def multiplicities(paper, results, out):
                    f"{found['not_boundary']} are not on the minimal interface. In parentheses: disks in (a), in (b). Dashed: the grid.")
         yield figure_block(save(network.draw(drawn), out, "paper-fig1"), "Multiplicities before and after the fine detection (Fig. 1 of the paper)",
                            caption, source(paper, []), ("counted",), wide=True, anchor="paper-fig-1")
+    yield glued(paper)
     if not state:
         yield missing(f"Fig. 2 of the paper, the state {SPHERES}")
         return
@@ -157,8 +173,9 @@ def beyond(paper, out):
 
 def rest(paper):
     record = paper.record
-    plain = [run for run in record["runs"] if not run["variation"]]
+    plain = list(paper.counted.values())
     varied = [run for run in record["runs"] if run["variation"]]
+    perturbed = [run for run in record["runs"] if run.get("perturbed")]
     nlgs = [run for run in plain if run["scheme"] == "nlgs" and run["method"] == "paper"]
     started = [scene for scene in SCENES if paper.under_way(scene)]
     start = (f"The {' and the '.join(started)} test start{'s' * (len(started) == 1)} from {STARTS[started[0]]}; what they count is not what they would "
@@ -172,6 +189,10 @@ def rest(paper):
             (paper_tables.all_runs(paper), plain, "Whole runs", ("counted",), "paper-runs",
              start + "Iterations of all steps, and over those of sequential NLGS by the same method. Unknowns: impulse components of all contacts.",
              "whole runs (scripts/paper)"),
+            (paper_tables.chance(paper), perturbed, "One draw or another: perturbed starts", ("counted",), "paper-chance",
+             start + "Whole runs of the biaxial test, each start with every coordinate off by up to 10\u207b\u2079 of a radius: rigid grains amplify it, so each is "
+             "another draw of the same test. Counts of two splittings that differ by less than the most over the least of one of them tell nothing.",
+             "runs from perturbed starts, which tell what of a count is chance (scripts/paper --only chance)"),
             (paper_tables.agreement(paper), record["agreement"], "Agreement of one step with NLGS", ("computed",), "paper-agreement",
              "One step of each, from the last state of sequential NLGS, by <code>nscdd compare</code>, with the bound that it must keep.",
              "comparisons with NLGS (scripts/paper)"),
@@ -180,8 +201,10 @@ def rest(paper):
              "before one common shrink of the radii, after which there is none.",
              "packings (scripts/paper)"),
             (paper_tables.variations(paper), varied, "Variations", ("counted",), "paper-variations",
-             start + "Whole runs with one thing changed, from the same start. Iterations a step are compared with the same scheme and splitting on the "
-             "scene as it is.",
+             start + "Runs with one thing changed, from the same start unless named. Iterations a step are compared with the same steps of the same scheme and "
+             "splitting on the scene as it is. The paper does not say, of all three: friction, walls, h, tolerance and of what, and the state at the start; of the "
+             "compaction: pressure (it and h are one parameter, h (p/\u03c1)<sup>1/2</sup>/d, as grains are rigid) and the solid fraction at the start; of the two "
+             "compressions: the speed of the top, which makes the inertial number.",
              "variations of the scenes (scripts/paper)")):
         if not html:
             yield missing(lacks)
