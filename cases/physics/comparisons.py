@@ -77,7 +77,7 @@ def peak(series):
 
 def rows_of_spheres(work):
     """The critical state of spheres with friction."""
-    keys = ("sphere angle", "sphere fraction", "sphere dilation", "sphere peak", "sphere contacts")
+    keys = ("sphere angle", "sphere fraction", "sphere dilation", "sphere peak", "sphere contacts", "sphere fabric")
     if not (told := work.told("triaxial")):
         return [row(EXPECTED[key], None, note="no run") for key in (*keys, "sphere rate")]
     (run, series, frames), rows = told, granular.last(told[1])
@@ -92,7 +92,10 @@ def rows_of_spheres(work):
               (*granular.slope(series, rows), window),
               (highest - critical - 10 * rate, math.hypot(error, 10 * rate_error),
                f"peak {highest:.1f} degrees at strain {where:.3f} where the rate of dilation is {rate:.2f}; critical {critical:.1f} degrees"),
-              (*granular.mean_and_error(series["coordination"][rows]), f"{window}; rattlers {100 * series['rattlers'][rows].mean():.1f} %"))
+              (*granular.mean_and_error(series["coordination"][rows]), f"{window}; rattlers {100 * series['rattlers'][rows].mean():.1f} %"),
+              (*granular.mean_and_error(3 * series["fabric"][rows] / series["q/p"][rows]),
+               f"{window}; 3 (F_axial - F_lateral) / (q/p), F the mean of n n: what forces alike in all directions would make; anisotropy a of "
+               f"1 + a (3 cos^2 - 1): {2.5 * series['fabric'][rows].mean():.3f}"))
     made = [row(EXPECTED[key], value, spread, note, command) for key, (value, spread, note) in zip(keys, values)]
     slow = work.told("triaxial-slow")
     if not slow:
@@ -148,7 +151,7 @@ def rows_of_disks(work):
 def rows_of_forces(work, curves):
     rows = []
     for key, name, first in (("disk", "biaxial", 2 / 3), ("free", "isotropic", 1 / 2), ("sphere", "triaxial", 2 / 3)):
-        expected = [k for k in (f"{key} decay", f"{key} power") if k in EXPECTED] + (["weak deviator"] if key == "disk" else [])
+        expected = [k for k in (f"{key} decay", f"{key} tail", f"{key} power") if k in EXPECTED] + (["weak deviator"] if key == "disk" else [])
         told = work.told(name)
         if not told:
             rows += [row(EXPECTED[k], None, note="no run") for k in expected]
@@ -158,15 +161,19 @@ def rows_of_forces(work, curves):
         parts = list(granular.forces(frames, run["dimension"], begin))
         f = np.concatenate([part["f"] for part in parts])
         share = {k: granular.mean_and_error([part[k] for part in parts]) for k in ("weak", "weak pressure", "weak deviator")}
-        beta = granular.mean_and_error([granular.decay(part["f"]) for part in parts])[1]
+        line = granular.tail(f)
         alpha = granular.mean_and_error([granular.power(part["f"]) for part in parts])[1]
         edges = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 8, 36)[1:]])
         counts = np.histogram(f, edges)[0]
         curves.setdefault("forces", {})[name] = {
             "f": few((edges[1:] + edges[:-1]) / 2), "P": few(counts / np.diff(edges) / len(f), 4), "counts": counts.tolist(),
-            "decay": round_to(granular.decay(f)), "above the mean": round_to((f > 1).mean())}
+            "decay": round_to(line["beta"]) if math.isfinite(line["beta"]) else None, "above the mean": round_to((f > 1).mean()),
+            "at the mean": round_to(line["start"]) if math.isfinite(line["start"]) else None}
         n = f"{len(f)} forces of {len(parts)} frames"
-        values = {"decay": (granular.decay(f), beta, f"{n}; from twice the mean force on {granular.decay(f, 2.0):.2f}"),
+        fit = f"{n}; line by least squares through ln P(f) from 1 to {line.get('end', 1):.1f} mean forces"
+        values = {"decay": (line["beta"], line["error"], f"{fit}; most likely exponential from the mean on: {granular.decay(f):.2f}, from twice the mean "
+                            f"on: {granular.decay(f, 2.0):.2f}"),
+                  "tail": (line["R2"], None, fit),
                   "power": (granular.power(f), alpha, f"{n}; between 0.02 and 1 mean force"),
                   "deviator": (*share["weak deviator"], f"{100 * share['weak'][0]:.0f} % of the contacts are weak and carry "
                                f"{100 * share['weak pressure'][0]:.0f} % of the pressure")}

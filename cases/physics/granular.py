@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
+from scipy.stats import linregress
 
 MARGIN = 2.0  # the core of a sample begins so many mean diameters from its walls
 GAP = 1e-3  # mean diameters: what is nearer is a contact of a packing, for the shrink that takes overlaps away opens all by up to 7e-4
@@ -149,6 +150,19 @@ def decay(f, above=1.0):
     """beta of P(f) ~ exp(-beta f) above a force, the most likely: 1 / mean excess."""
     tail = f[f > above]
     return float(1 / (tail - above).mean()) if len(tail) else math.nan
+
+
+def tail(f, above=1.0, width=0.2, least=30):
+    """ln P(f) above a force, in bins of this width up to the first with fewer forces, and the straight line by least squares:
+    beta of exp(-beta f), its standard error, R^2, and P of the line at that force. NaN with fewer than four bins."""
+    edges = np.arange(above, f.max(initial=above) + width, width)
+    counts = np.histogram(f, edges)[0]
+    counts = counts[:np.argmax(counts < least) if (counts < least).any() else len(counts)]
+    if len(counts) < 4:
+        return {"beta": math.nan, "error": math.nan, "R2": math.nan, "start": math.nan}
+    line = linregress(width * (np.arange(len(counts)) + 0.5), np.log(counts / (width * len(f))))
+    return {"beta": float(-line.slope), "error": float(line.stderr), "R2": float(line.rvalue**2), "start": float(math.exp(line.intercept)),
+            "end": float(above + width * len(counts))}
 
 
 def power(f, low=0.02, high=1.0, bins=12):

@@ -1,6 +1,6 @@
 """Published numbers that results are compared with, and the judge. What is allowed is the published number or range with its error, and a
 margin of ours for other samples and loadings, which the rule states. Numbers of Agnolin and of Lovoll, and that P(f) is uniform and then
-exponential (Mueth), were checked in the abstracts; the others are quoted from the papers without having been looked up for this file."""
+exponential (Mueth), and the sentence of Srivastava, were checked in the abstracts; the others are quoted from the papers without having been looked up for this file."""
 import math
 
 from granular import lade_duncan
@@ -20,6 +20,7 @@ SOURCES = {
     "lovoll": "Lovoll, Maloy, Flekkoy 1999, Phys. Rev. E 60, 5872, doi:10.1103/PhysRevE.60.5872",
     "schofield": "Schofield, Wroth 1968, Critical State Soil Mechanics, McGraw-Hill",
     "silbert": "Silbert, Ertas, Grest, Halsey, Levine 2002, Phys. Rev. E 65, 031304, doi:10.1103/PhysRevE.65.031304",
+    "srivastava": "Srivastava and others 2019, Evolution of internal granular structure at the flow-arrest transition, arXiv:1903.00599",
     "tighe": "Tighe, Socolar, Schaeffer, Mitchener, Huber 2005, Phys. Rev. E 72, 031306, doi:10.1103/PhysRevE.72.031306",
     "own": "no publication: the same law from the same start",
 }
@@ -91,8 +92,15 @@ EXPECTED = {
                             "0.81 within 0.01", source("dacruz"), "less friction packs denser, and sizes spread otherwise"),
     "disk dilation": expect("rate of dilation of disks at the critical state", "1", [0, 0], (-0.05, 0.05), "0 within 0.05", source("schofield"),
                             "more strain is needed"),
+    "sphere fabric": expect("share of the stress ratio that the anisotropy of the contacts makes, spheres at the critical state, friction 0.3", "1",
+                            "contacts and forces contribute nearly equally: 0.5", (0.4, 0.6), "0.5 within 0.1, what nearly may mean",
+                            source("srivastava"), "theirs are spheres that a given shear stress arrests, of other frictions, read in the abstract alone"),
     "disk decay": expect("decay of P(f) above the mean force, disks in biaxial compression", "1", "1.4", (1.3, 1.5), "1.4 within 0.1",
                          source("radjai96"), "the tail is not one exponential"),
+    **{f"{key} tail": expect(f"R\u00b2 of a straight line through ln P(f) above the mean force, {what}", "1", "exponential: 1", (0.99, 1),
+                             "at least 0.99", source(*sources), "P(f) falls faster far from the mean than near it: it is not one exponential")
+       for key, what, sources in (("disk", "disks in biaxial compression", ("radjai96",)), ("free", "jammed spheres without friction", ("mueth",)),
+                                  ("sphere", "spheres at the critical state", ("radjai96", "mueth", "lovoll")))},
     "free decay": expect("decay of P(f) above the mean force, jammed spheres without friction", "1", [1.4, 1.6], (1.3, 1.7),
                          "1.5, twice its error 0.1 allowed", source("mueth"), "theirs are forces on walls, of grains with friction"),
     "sphere decay": expect("decay of P(f) above the mean force, spheres at the critical state", "1", [1.4, 1.8], (1.4, 1.8),

@@ -85,7 +85,8 @@ def draw_forces(record):
         axis.plot(f[some], density[some], marker, color=colour, markersize=3.5, markerfacecolor="none", label=label)
         if told["decay"] is not None:
             x = np.array([1, f[some].max()]) if some.any() else np.array([1, 2])
-            axis.plot(x, told["above the mean"] * told["decay"] * np.exp(-told["decay"] * (x - 1)), color=colour, linewidth=1,
+            start = told.get("at the mean") or told["above the mean"] * told["decay"]
+            axis.plot(x, start * np.exp(-told["decay"] * (x - 1)), color=colour, linewidth=1,
                       label=f"exp(-{told['decay']:.2f} f)")
     axis.set(yscale="log", xlabel="normal force over its mean, f", ylabel="P(f)")
     axis.axvline(1, color=INK, linewidth=0.6, linestyle=":")
@@ -145,12 +146,12 @@ CAPTIONS = {
                       "elastic strain: the strength is there from the first steps. The solid fraction is that two diameters and more "
                       "away from the walls."),
     "physics-fabric": ("Fabric and energy", "Left: anisotropy of the contacts, the difference of the components of the mean of n \u2297 n along the "
-                       "axis and across. No published number is beside it: those that are at hand are of other measures (amplitudes of harmonics, "
-                       "with forces or for strong contacts alone), loadings or frictions. Right: of the work that the walls have done, "
+                       "axis and across. The table compares what it makes of the stress ratio; no published number of the anisotropy itself, at this "
+                       "friction and loading, could be read in its source. Right: of the work that the walls have done, "
                        "spheres with friction 0.3, what friction and impact "
                        "have dissipated."),
-    "physics-forces": ("Forces", "Density of the normal forces between grains over their mean, of many frames, and the exponential that is most "
-                       "likely above the mean. Bins with less than five forces are left out."),
+    "physics-forces": ("Forces", "Density of the normal forces between grains over their mean, of many frames, and the exponential that fits best above "
+                       "the mean. Bins with less than five forces are left out."),
 }
 
 
