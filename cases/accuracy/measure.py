@@ -230,16 +230,21 @@ def curve_row(scene, solver, arguments, row):
     return {"scene": scene, "solver": solver, "arguments": arguments, **{key: row.get(key) for key in keys}}
 
 
+def siconos_commands(problem, tolerance, solved):
+    """What solves an exported problem, and what measures the answer."""
+    return ([Path("scripts/siconos_nsgs"), problem, "--tolerance", tolerance, "--max-iterations", Budget.sweeps, "-o", solved],
+            [NSCDD, "solve-fclib", solved, "--solver", "none", "--json", solved.with_suffix(".json")])
+
+
 def siconos(problem, tolerance, solved):
     """Iterations, CPU time, and our measures of the answer; None when out of time."""
-    done = call([ROOT / "scripts/siconos_nsgs", problem, "--tolerance", tolerance, "--max-iterations", Budget.sweeps, "-o", solved],
-                needed=False)
+    solve, judge = siconos_commands(problem, tolerance, solved)
+    done = call(solve, needed=False)
     if done is None or done.returncode:
         return None
     answer = json.loads(done.stdout.splitlines()[-1])
-    out = solved.with_suffix(".json")
-    call([NSCDD, "solve-fclib", solved, "--solver", "none", "--json", out])
-    measures = read(out)["measures"]
+    call(judge)
+    measures = read(solved.with_suffix(".json"))["measures"]
     return {"iterations": answer["iterations"], "sweeps": answer["iterations"], "cpu": answer["solver_cpu"], "eta": measures["eta"],
             "reached": answer["residual"], "converged": answer["residual"] <= tolerance, "error": measures["natural_map"]}
 

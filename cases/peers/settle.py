@@ -83,7 +83,8 @@ def user_seconds(command):
 
 def shown(command):
     """As typed in the repository, whatever machine this is."""
-    return shlex.join([Path(command[0]).name, *(os.path.relpath(a, ROOT) if isinstance(a, Path) else str(a) for a in command[1:])])
+    script = str(command[0]).startswith("scripts/")
+    return shlex.join([str(command[0]) if script else Path(command[0]).name, *(os.path.relpath(a, ROOT) if isinstance(a, Path) else str(a) for a in command[1:])])
 
 
 def by_nscdd(program, folder, edge, h, arguments):

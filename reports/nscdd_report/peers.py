@@ -5,7 +5,7 @@ from html import escape
 
 from . import tables
 from .accuracy import SICONOS, at_level
-from .page import figure_block, origin, table_block
+from .page import command_list, figure_block, origin, table_block
 from .style import CCS, DCS, NLGS, plt, save
 
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
@@ -179,6 +179,14 @@ def draw_all(record, folder):
         save(draw(record["settle"]), folder, "peers")
 
 
+def commands(rows):
+    """The commands of rows, folded; says how many rows lack theirs."""
+    found = [command for row in rows for command in row.get("commands", [row["command"]] if "command" in row else [])]
+    without = sum(not row.get("commands") and "command" not in row and row.get("cpu") is not None for row in rows)
+    return ((f'<div class="from">Rows from {command_list(found)}</div>' if found else "")
+            + (f'<div class="from">{without} rows of this record do not have their command: they were made before rows had it.</div>' if without else ""))
+
+
 def section(results, out):
     return [part for record in results.peers for part in parts_of(record, out)]
 
@@ -198,10 +206,10 @@ def parts_of(record, out):
         yield table_block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured,
                           wide=True)
     if bed["ours"]:
-        yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", source, measured, wide=True)
+        yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", source + commands([*bed["ours"], *bed["lammps"]]), measured, wide=True)
     if record["siconos"]:
         caption = ("One step of reduced scenes of the paper from impulses zero: CPU time of the solvers' calls at equal \u03b7, by our measure for "
                    "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>.")
-        yield table_block(siconos_table(record), "Siconos against ours", caption, source, measured, wide=True)
+        yield table_block(siconos_table(record), "Siconos against ours", caption, source + commands(record["siconos"]), measured, wide=True)
     caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
     yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', wide=True)
