@@ -55,7 +55,8 @@ class Paper:
                 self.perturbed.setdefault(self.key(run), {})[run["perturbed"]] = run
             elif not run["variation"]:
                 self.counted[self.key(run)] = run
-        for window in filter(self.has, record["windows"]):
+        self.own_windows = list(filter(self.has, record["windows"]))
+        for window in self.own_windows:
             if window["subdomains"] == 1:  # sequential, whatever it is called
                 window = window | {"scheme": "nlgs"}
             place = (*self.key(window), window["platform"], window["slower"])
@@ -154,7 +155,7 @@ class Paper:
 
     def under_way(self, scene):
         """Whether its runs start from a state, not from the packing."""
-        return any("--from" in run["command"].split() or run.get("start") for run in self.record["runs"] if run["scene"] == scene)
+        return any("--from" in run["command"].split() or run.get("start") for run in self.counted.values() if run["scene"] == scene)
 
     def measured(self, scene=None):
         """Measured runs with their speed-up over measured sequential NLGS by the paper's method: (row, speed-up or None)."""

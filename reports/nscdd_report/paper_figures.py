@@ -9,6 +9,7 @@ METHODS = {"paper": ("paper's method", "-"), "auto": ("accelerated", "--"), "pre
 COLOUR = dict(zip(FAMILIES, (SUBDOMAINS[0], SUBDOMAINS[1], SUBDOMAINS[2])))
 MARK = {"grid": {"marker": "o", "markersize": 3.5}, "bisection": {"marker": "s", "markersize": 7, "markerfacecolor": "none"},
         "metis": {"marker": "^", "markersize": 4.5}}
+PREDICTED = {"marker": "x", "markersize": 7}
 
 
 def chosen_counts(runs):
@@ -138,7 +139,8 @@ def draw_beyond(paper, scene):
         for (of, method), curve in curves.items():
             n, points = zip(*sorted(curve.items()))
             axis.fill_between(n, [p.low for p in points], [p.high for p in points], color=COLOUR[of], alpha=0.15, linewidth=0)
-            handles[f"{of}, {METHODS[method][0]}"], = axis.plot(n, [p.speed_up for p in points], METHODS[method][1], color=COLOUR[of], **MARK[of])
+            handles[f"{of}, {METHODS[method][0]}"], = axis.plot(n, [p.speed_up for p in points], METHODS[method][1], color=COLOUR[of],
+                                                               **(PREDICTED if method == "predicted" else MARK[of]))
         axis.set_yscale("log", base=2)
         axis.yaxis.set_major_formatter(lambda y, _: f"{y:g}")
         ticks(axis, [1, *numbers])
@@ -147,7 +149,7 @@ def draw_beyond(paper, scene):
     axis = axes[0][-1]
     for (of, method), runs in counts.items():
         handles[f"{of}, {METHODS[method][0]}"], = axis.plot(list(runs), [iterations(run, True) for run in runs.values()], METHODS[method][1],
-                                                           color=COLOUR[of], **MARK[of])
+                                                           color=COLOUR[of], **(PREDICTED if method == "predicted" else MARK[of]))
     if counts:
         ticks(axis, {n for runs in counts.values() for n in runs})
         axis.set(xlabel="subdomains", ylabel="mean iterations, counted", ylim=(0, 1.1 * np.max([axis.dataLim.y1, 1e-9])))

@@ -133,7 +133,7 @@ def interface(paper, predicted):
     head = [[("", 2), ("shared grains, mean", 2), ("iterations, counted", 3), ("bytes an iteration", 2), ("\u00b5s an iteration, SIMULATED", 2),
              ("speed-up, SIMULATED", 2)],
             [("scene", 1), ("partition", 1), *[(text, 1) for text in ("minimal", "predicted")],
-             *[(text, 1) for text in ("minimal", "predicted", "predicted over minimal")], *[(text, 1) for text in ("minimal", "predicted")] * 3]]
+             *[(text, 1) for text in ("minimal", "predicted", "ratio")], *[(text, 1) for text in ("minimal", "predicted")] * 3]]
     return tables.table(head, rows, "Minimal and predicted interface") if rows else None
 
 

@@ -212,4 +212,4 @@ def parts_of(record, out):
                    "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>.")
         yield table_block(siconos_table(record), "Siconos against ours", caption, source + commands(record["siconos"]), measured, wide=True)
     caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
-    yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', wide=True)
+    yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)

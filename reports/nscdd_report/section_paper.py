@@ -43,7 +43,7 @@ def communication(paper):
     if not html:
         yield missing("Table 1 of the paper, simulated iterations of the isotropic compaction (scripts/paper)")
         return
-    windows = [w for w in paper.record["windows"] if w["scene"] == "isotropic" and w["method"] == "paper" and w["platform"] == "node48"]
+    windows = [w for w in paper.own_windows if w["scene"] == "isotropic" and w["method"] == "paper" and w["platform"] == "node48"]
     caption = ("Share of an iteration spent in MPI, in per cent: in all, waiting for other ranks, and transferring; mean over the ranks, isotropic "
                "compaction by the paper's method and splitting. The paper's numbers, in grey, are of whole runs of 500 steps of 55\u202f000 spheres; of "
                "the machine of its section 5 it says \u201c48 cores AMD processor\u201d. Three times slower is our guess at its cores: the paper was given in "
@@ -61,7 +61,9 @@ def communication(paper):
                "Only what the sweep does not hide counts as time in MPI.</li>"
                "<li>Messages go by persistent requests, set up once and started in every iteration.</li>"
                "<li>The simulated node has no contention: that cores share the bandwidth of their memory is left out.</li></ul>"
-               "<p>These results do not tell how much each of them saves.</p>")
+               + ('<p>What the first makes, <a href="#paper-interface">runs on the predicted interface</a> tell. These results do not tell how much each of '
+                  "the others saves.</p>" if paper_tables.interface(paper, Paper(paper.record, "predicted")) else
+                  "<p>These results do not tell how much each of them saves.</p>"))
 
 
 def real_ranks(paper):
@@ -127,7 +129,7 @@ def scalability(paper, out):
             continue
         runs = [run for run in paper.counted.values() if run["scene"] == scene]
         size = f"{count(runs[0]['grains'])} {grains}, {runs[0]['steps']} steps. " if runs else ""
-        windows = [w for w in paper.record["windows"] if w["scene"] == scene]
+        windows = [w for w in paper.own_windows if w["scene"] == scene]
         kinds = tuple(kind for kind, there in zip(("simulated", "counted", "measured"), drawn) if there)
         start = f"The runs start from {STARTS[scene]}. " if paper.under_way(scene) else ""
         caption = (f"{size}{start}The paper's method and grid. (a) Speed-up on the simulated node of 48 cores at equal error: T<sub>NLGS</sub> "
@@ -147,7 +149,7 @@ def points(paper):
                        "the same method. Speed-up: at equal error over sequential NLGS by the paper's method, so that methods can be compared; "
                        "efficiency: that over the number of processes. " + platform(paper))
             html = f"<details><summary>{html.count('<tr>') - 2} points of the {scene} test</summary>{html}</details>"
-            windows = [w for w in paper.record["windows"] if w["scene"] == scene]
+            windows = [w for w in paper.own_windows if w["scene"] == scene]
             yield table_block(html, f"{scene.capitalize()} test, every simulated point", caption, source(paper, windows), ("simulated", "counted"),
                               wide=True, anchor=f"paper-points-{scene}")
 
@@ -164,7 +166,7 @@ def beyond(paper, out):
         windows = [w for w in paper.record["windows"] if w["scene"] == scene and w["scheme"] != "ccs"]
         simulated = [w for w in windows if w["subdomains"] > 1]
         caption = ("DCS. Speed-up at equal error over sequential NLGS by the paper's method, whatever the method; bands as before. Solid: the "
-                   "paper's method, dashed: accelerated. " + platform(paper))
+                   "paper's method, dashed: accelerated, crosses: the paper's method and its predicted interface. " + platform(paper))
         yield figure_block(save(figure, out, f"paper-{scene}-beyond"), f"{scene.capitalize()} test: partitions, methods and machines", caption,
                            source(paper, windows), ("simulated", "counted") if simulated else ("counted",), wide=True,
                            anchor="paper-beyond" if first else f"paper-beyond-{scene}")
