@@ -80,6 +80,7 @@ class Job {
                 {"from", run.from},
                 {"scheme", run.scheme},
                 {"interface", run.interface},
+                {"multiplicity", run.multiplicity},
                 {"partition", run.chosen_partition()},
                 {"method", run.method},
                 {"steps", run.steps},
@@ -157,6 +158,7 @@ class Job {
         add("--packing", run.packing);
         add("--from", run.from);
         if (scheme != "nlgs") add("--interface", run.interface);
+        add("--multiplicity", run.multiplicity);
         add("--partition", scheme == "nlgs" ? "" : run.chosen_partition());
         add("--method", run.method);
         add("--skip", std::to_string(arguments_.skip));

@@ -14,21 +14,30 @@ from harness import NSCDD, ProgramTest, load_script
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = str(pathlib.Path(NSCDD).resolve())
 script = load_script("paper")
+rows = load_script("paper_rows.py")
 jobs = load_script("jobs.py")
 
 
 class Plan(unittest.TestCase):
     def test_full_size_is_that_of_the_paper(self):
         plan = script.Plan(pathlib.Path("results/paper"), False)
-        splittings = {(scene, scheme, n): partition for _, scene, variation, method, scheme, partition, n in plan.runs
-                      if method == "paper" and scene == "isotropic" and not variation}
+        runs = [what for _, what, _ in plan.runs if what["method"] == "paper" and not what["variation"]]
+        splittings = {(what["scene"], what["scheme"], what["subdomains"]): what["partition"] for what in runs}
         for scheme in ("ccs", "dcs"):
             self.assertEqual([splittings["isotropic", scheme, n] for n in (3, 4, 8)], ["grid 3x1x1", "grid 2x2x1", "grid 2x2x2"])
         for scene in ("biaxial", "triaxial"):
-            self.assertIn(48, {n for _, name, _, _, scheme, _, n in plan.runs if (name, scheme) == (scene, "dcs")})
+            for multiplicity in ("minimal", "predicted"):
+                self.assertIn(48, {what["subdomains"] for what in runs
+                                   if (what["scene"], what["scheme"], what["multiplicity"]) == (scene, "dcs", multiplicity)})
+
+    def test_no_row_is_asked_for_twice(self):
+        plan = script.Plan(pathlib.Path("results/paper"), False)
+        for kind, asked in (("runs", plan.runs), ("windows", plan.windows), ("agreement", plan.compared)):
+            identities = [tuple(row[1].get(name) for name in rows.IDENTITY[kind]) for row in asked]
+            self.assertEqual(len(identities), len(set(identities)), kind)
 
     def test_a_grid_has_as_many_cells_as_subdomains(self):
-        for _, scene, _, _, partition, n, _ in script.table_of_runs():
+        for _, scene, _, _, partition, n, *_ in script.table_of_runs():
             if partition.startswith("grid "):
                 cells = [int(c) for c in partition[5:].split("x")]
                 self.assertEqual(len(cells), 2 if scene == "biaxial" else 3)
@@ -38,10 +47,10 @@ class Plan(unittest.TestCase):
                 self.assertEqual(product, n)
 
     def test_factors_of_a_platform_are_multiplied(self):
-        words = script.factors(str(ROOT / "cases/platforms/node48.xml"), 2, 1)
+        words = rows.factors(str(ROOT / "cases/platforms/node48.xml"), 2, 1)
         self.assertEqual(len(words), 1)
         self.assertTrue(words[0].startswith("--cfg=smpi/lat-factor:"))
-        self.assertEqual(script.factors(str(ROOT / "cases/platforms/node48.xml"), 1, 1), [])
+        self.assertEqual(rows.factors(str(ROOT / "cases/platforms/node48.xml"), 1, 1), [])
 
 
 class Order(ProgramTest):
@@ -100,7 +109,27 @@ class Quick(ProgramTest):
 
     def test_an_item_that_is_not_known_is_named(self):
         done = self.run_script("--only", "table2")
-        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, variations\n"))
+        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, variations, "
+                         "interface, chance, choices\n"))
+
+    def test_rows_are_added_to_an_earlier_record(self):
+        done = self.run_script("--only", "interface")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        first = json.loads((self.folder / "paper.json").read_text())
+        grains = {row["multiplicity"]: row["interface_grains"] for row in first["runs"] if (row["scene"], row["subdomains"]) == ("triaxial", 8)}
+        self.assertGreater(grains["predicted"], grains["minimal"])
+        self.assertEqual({row["multiplicity"] for row in first["windows"]}, {"minimal", "predicted"})
+        earlier = self.folder / "earlier.json"
+        shutil.move(self.folder / "paper.json", earlier)
+        shutil.rmtree(self.folder / "paper")
+        done = self.run_script("--only", "chance", "--onto", str(earlier))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        record = json.loads((self.folder / "paper.json").read_text())
+        jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
+        self.assertEqual([len(record[kind]) for kind in ("windows", "agreement")], [len(first[kind]) for kind in ("windows", "agreement")])
+        self.assertEqual({row["perturbed"] for row in record["runs"]}, {0, 1, 2})
+        self.assertEqual(len(record["runs"]), len(first["runs"]) + 8)
+        self.assertTrue(all("scripts/perturbed.py" in row["start"][-1] for row in record["runs"] if row["perturbed"]))
 
 
 if __name__ == "__main__":

@@ -53,6 +53,16 @@ class Measures(unittest.TestCase):
         for power in (-0.3, 0.0, 0.5):
             self.assertAlmostEqual(granular.power(random.power(1 + power, 200_000)), power, delta=0.03)
 
+    def test_the_line_through_a_tail_tells_an_exponential_from_what_falls_faster(self):
+        random = np.random.default_rng(1)
+        least = published.EXPECTED["disk tail"]["allowed"][0]
+        line = granular.tail(random.exponential(1 / 1.4, 100_000))
+        self.assertAlmostEqual(line["beta"], 1.4, delta=0.05)
+        self.assertAlmostEqual(line["start"], 1.4 * math.exp(-1.4), delta=0.03)
+        self.assertGreater(line["R2"], least)
+        self.assertLess(granular.tail(np.abs(random.normal(0, math.sqrt(math.pi / 2), 100_000)))["R2"], least)
+        self.assertTrue(math.isnan(granular.tail(random.exponential(1, 100))["R2"]))
+
     def test_solid_fraction_of_lattices(self):
         for dimension, exact in ((2, math.pi / 4), (3, math.pi / 6)):
             x = np.stack(np.meshgrid(*[np.arange(12) + 0.5] * dimension), axis=-1).reshape(-1, dimension)
