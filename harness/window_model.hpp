@@ -70,6 +70,8 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t r = 0; r < repeats.size(); ++r) order.emplace_back(comm.reduce({Buffer{repeats[r][0]}}, 0)[0], r);
     std::ranges::sort(order);
+    if (order[(order.size() - 1) / 2].first <= 0)
+        throw InputError("the iterations of a window take less than the clock can tell, choose a longer window");
     const Buffer& median = repeats[order[(order.size() - 1) / 2].second];
     const std::span<const double> rows = comm.all_gather(std::vector<Buffer>{median});
     nlohmann::json json = {{"contacts", contacts},
