@@ -211,8 +211,8 @@ struct Batch : BatchLayout<M> {
     //
     // A sweep computes W anew rather than read it: two reciprocals for each contact would be 16 bytes more, 88 instead
     // of 72 in 3D with friction, and a sweep of more contacts than the caches hold waits for memory. Masses and levers
-    // are there anyway, as apply() needs them, and W takes 12 of the 124 arithmetic instructions that GCC 12 makes of a
-    // batch with AVX-512, and one division.
+    // are there anyway, as apply() needs them, and W takes 12 of about 120 arithmetic instructions that GCC 12 makes of
+    // a batch with AVX-512, and its one division.
     EIGEN_ALWAYS_INLINE void delassus(Packet share_i, Packet share_j, Packet& normal, Packet& tangential) const {
         const Packet mi = share_i * mass_i, mj = share_j * mass_j;
         normal = mi + mj;
