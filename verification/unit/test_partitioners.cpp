@@ -145,7 +145,7 @@ TEMPLATE_TEST_CASE("bisection and METIS divide a pile evenly when one grain is f
     using M = TestType;
     Random random(33);
     auto grains = pile<M>(random);
-    const double far = 1e4 * edge, skin = 0.1, largest = 0.15;
+    const double far = 100 * edge, skin = 0.1, largest = 0.15;
     grains.push_back(grains.front());
     grains.back().id = static_cast<int>(grains.size()) - 1;
     grains.back().position = M::Vec::Constant(far);
