@@ -22,6 +22,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateArguments& arguments) {
                      "How many subdomains the scene is divided into, for the sizes that one rank would have; as many "
                      "cores are busy as this machine has and there are subdomains")
         ->delimiter(',')
+        ->allow_extra_args(false)  // what follows is the scene
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     command->add_option("--seconds", arguments.seconds, "Of a measurement, the median of five of which counts")

@@ -97,7 +97,11 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
                       std::vector<MeasuredCost>& costs) {
     using Pass = typename Sweeper<M>::Pass;
     Subdomain<M>& told = parts[parts.size() / 2];
-    const auto load = [&options](Subdomain<M>& part) {
+    std::vector<ContactProblem<M>> start;  // sweeps change velocities of walls, and of bodies where not batched
+    for (const Subdomain<M>& part : parts) start.push_back(part.problem);
+    const auto load = [&](std::size_t k) {
+        Subdomain<M>& part = parts[k];
+        part.problem = start[k];
         part.sweeper.load(part.problem, options.relaxation, {part.interface_contacts, part.interface_wall_contacts});
     };
     const auto note = [&](Work kind, double seconds) {
@@ -114,13 +118,11 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
         for (std::size_t k = 0; k < parts.size(); ++k) restart(k);
         return seconds_among(parts.size(), request, begin, sweep);
     };
-    const double swept = seconds_of_sweep([&](std::size_t k) { load(parts[k]); },
-                                          [&](std::size_t k) {
-                                              Subdomain<M>& part = parts[k];
-                                              part.sweeper.begin(part.problem);
-                                              for (const Pass pass : {Pass::first, Pass::rest})
-                                                  part.sweeper.pass(part.problem, pass);
-                                          });
+    const double swept = seconds_of_sweep(load, [&](std::size_t k) {
+        Subdomain<M>& part = parts[k];
+        part.sweeper.begin(part.problem);
+        for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
+    });
     const SweepCosts<M> sweep(parts, told, swept, request.least_seconds);
     note(Work::sweep, sweep.contact(swept));
     if (sweep.any_driven()) note(Work::driven, sweep.batch());
@@ -134,7 +136,7 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
     std::vector<Anderson> anderson(parts.size(), Anderson(window));
     const double accelerated = seconds_of_sweep(
         [&](std::size_t k) {
-            load(parts[k]);
+            load(k);
             anderson[k] = Anderson(window);
             parts[k].sweeper.accelerate(parts[k].problem, window);
         },

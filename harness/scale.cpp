@@ -306,6 +306,7 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     command->add_option("--ranks", arguments.ranks, "Numbers of ranks, such as 1,2,4,8; 1 is sequential NLGS")
         ->required()
         ->delimiter(',')
+        ->allow_extra_args(false)  // what follows is the scene
         ->check(CLI::PositiveNumber);
     command->add_option("--platform", arguments.platform, "Machine: XML of SimGrid, with a .hosts beside it")
         ->required();

@@ -1,5 +1,5 @@
-// Half the time of a round trip between rank 0 and the last, and the bandwidth of large messages, on real ranks or on
-// those of a simulated machine:
+// Half the time of a round trip between rank 0 and the last, the bandwidth of large messages, and the time of a look at
+// the clock, on real ranks or on those of a simulated machine:
 //
 //   mpirun -np 2 build/bin/ping_pong
 //   smpirun -np 9 -platform cases/platforms/cluster.xml -hostfile cases/platforms/cluster.hosts
@@ -30,6 +30,14 @@ double half_round_trip(int rank, int last, int bytes, int rounds) {
     return best;
 }
 
+double clock_read() {
+    constexpr int reads = 100000;
+    const double began = MPI_Wtime();
+    double last = began;
+    for (int read = 0; read < reads; ++read) last = MPI_Wtime();
+    return (last - began) / reads;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -41,6 +49,7 @@ int main(int argc, char** argv) {
         const double seconds = half_round_trip(rank, size - 1, bytes, bytes < (1 << 15) ? 1000 : 100);
         if (rank == 0) std::printf("%d B: %.4f us, %.4f GB/s\n", bytes, 1e6 * seconds, 1e-9 * bytes / seconds);
     }
+    if (rank == 0) std::printf("clock read: %.4f us\n", 1e6 * clock_read());
     MPI_Finalize();
     return 0;
 }
