@@ -27,6 +27,15 @@ template <class Make, class M, class... Arguments>
 concept MakesFor =
     requires(const Make& make, const Arguments&... arguments) { make.template operator()<M>(arguments...); };
 
+// What M is, for a message.
+template <class M>
+std::string kind_of() {
+    if constexpr (requires { M::Law::name; })
+        return std::string("scenes of the contact law ") + M::Law::name;
+    else
+        return "this problem";
+}
+
 // What the entry of this name makes for M of these arguments. Throws InputError where its `make` asks for another
 // contact law.
 template <class M, class Made, class... Arguments>
@@ -37,7 +46,7 @@ Made make_offered(const auto& offered, const std::string& name, const Arguments&
         if constexpr (MakesFor<Make, M, Arguments...>)
             made = entry.make.template operator()<M>(arguments...);
         else
-            throw InputError(name + " does not solve scenes of the contact law " + M::Law::name);
+            throw InputError(name + " does not solve " + kind_of<M>());
         return true;
     };
     if (!std::apply([&](const auto&... entry) { return (try_one(entry) || ...); }, offered))
