@@ -338,6 +338,11 @@ class Script(unittest.TestCase):
         self.assertEqual(merged["command"], "scripts/paper FABRICATED; scripts/paper --only chance")
         with self.assertRaisesRegex(ValueError, "quick"):
             paper_rows.merge(earlier, later | {"quick": True})
+        elsewhere = later | {"machine": later["machine"] | {"cpu": "another"}}
+        self.assertEqual(paper_rows.merge(earlier, elsewhere | {"measured": []})["machine"], earlier["machine"])
+        for refused in (elsewhere | {"measured": earlier["measured"]}, later | {"machine": later["machine"] | {"compiler": "another"}}):
+            with self.assertRaises(ValueError):
+                paper_rows.merge(earlier, refused)
 
     def test_commands_of_bands_have_the_factors_that_were_run(self):
         script = self.script()

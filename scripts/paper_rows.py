@@ -130,11 +130,16 @@ def commits_of(rows):
 
 
 def merge(earlier, record):
-    """The earlier record with the rows of this one: those of the same identity are replaced, others added. Raises ValueError."""
-    for key in ("schema", "quick", "machine"):
-        if earlier[key] != record[key]:
-            raise ValueError(f"{key} was {earlier[key]}, and is {record[key]}")
-    merged = record | {"command": f"{earlier['command']}; {record['command']}"}
+    """The earlier record with the rows of this one: those of the same identity are replaced, others added. Raises ValueError where
+    rows could not stand side by side. Counts depend on the compiler and the lanes of a vector, measured times on the whole machine:
+    `machine` stays that of the measured times."""
+    measured = ["cpu", "cores", "os"] if record["measured"] else []
+    for told, what, keys in (("", lambda r: r, ["schema", "quick"]), ("machine's ", lambda r: r["machine"], ["compiler", "lanes", *measured])):
+        for key in keys:
+            was, now = what(earlier)[key], what(record)[key]
+            if was != now:
+                raise ValueError(f"{told}{key} was {was}, and is {now}")
+    merged = record | {"command": f"{earlier['command']}; {record['command']}", "machine": earlier["machine"]}
     for kind, names in IDENTITY.items():
         def identity(row):
             return tuple(row.get(name, USUAL.get(name)) for name in names)
