@@ -31,6 +31,9 @@ def provenance(paper):
     elif len(record.get("commits", ())) > 1:
         yield (f'<div class="verdict open"><b>Rows of {len(record["commits"])} commits:</b> {escape(commits([record]))}. Each caption names those '
                "of its rows, the record that of each row.</div>")
+    if len(record.get("counted_on", ())) > 1:
+        yield (f"<p>Counted and simulated rows were made on {escape(' and '.join(record['counted_on']))}, by one compiler and with vectors of one width. "
+               "Captions name the machine of the measured times.</p>")
 
 
 def platform(paper):
