@@ -93,32 +93,28 @@ class SweepCosts {
 // Sweeps and tests one subdomain on each core, repeatedly, so that its data come from the cache that they would come
 // from in a run.
 template <class M>
-void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& request, const SolveOptions& options,
+void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& request,
                       std::vector<MeasuredCost>& costs) {
     using Pass = typename Sweeper<M>::Pass;
     Subdomain<M>& told = parts[parts.size() / 2];
-    std::vector<ContactProblem<M>> start;  // sweeps change velocities of walls, and of bodies where not batched
-    for (const Subdomain<M>& part : parts) start.push_back(part.problem);
-    const auto load = [&](std::size_t k) {
-        Subdomain<M>& part = parts[k];
-        part.problem = start[k];
-        part.sweeper.load(part.problem, options.relaxation, {part.interface_contacts, part.interface_wall_contacts});
-    };
+    const std::vector<Subdomain<M>> start(parts.begin(), parts.end());
+    const auto restart = [&](std::size_t k) { parts[k] = start[k]; };
     const auto note = [&](Work kind, double seconds) {
         costs.push_back({kind, double(told.sweeper.bytes()), 1e9 * seconds});
     };
     // Sweeps begin anew from the iteration that the step has come to, as long as in a window: a subdomain swept alone
-    // for longer comes to rest, and whether its contacts stick is then foreseen by the processor.
+    // for longer comes to rest, and whether its contacts stick is then foreseen by the processor. The sweeper keeps the
+    // layout of the step's beginning: loaded now, it would put open contacts together, and sweep disks 12 % faster.
     constexpr int warm = 10;
-    const auto seconds_of_sweep = [&](auto&& restart, auto&& sweep) {
+    const auto seconds_of_sweep = [&](auto&& begin_anew, auto&& sweep) {
         const auto begin = [&] {
-            restart(parts.size() / 2);
+            begin_anew(parts.size() / 2);
             for (int s = 0; s < warm; ++s) sweep(parts.size() / 2);
         };
-        for (std::size_t k = 0; k < parts.size(); ++k) restart(k);
+        for (std::size_t k = 0; k < parts.size(); ++k) begin_anew(k);
         return seconds_among(parts.size(), request, begin, sweep);
     };
-    const double swept = seconds_of_sweep(load, [&](std::size_t k) {
+    const double swept = seconds_of_sweep(restart, [&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.sweeper.begin(part.problem);
         for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
@@ -136,7 +132,7 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
     std::vector<Anderson> anderson(parts.size(), Anderson(window));
     const double accelerated = seconds_of_sweep(
         [&](std::size_t k) {
-            load(k);
+            restart(k);
             anderson[k] = Anderson(window);
             parts[k].sweeper.accelerate(parts[k].problem, window);
         },
@@ -190,10 +186,9 @@ nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationReques
         by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
         for (const Subdomain<M>& part : parts) contacts += double(part.problem.contact_count()) / double(parts.size());
         if (parts[parts.size() / 2].problem.contact_count() == 0) throw StepAbandoned{};  // the one that is measured
-        for (auto& part : parts) part.sweeper.load(part.problem);
         calibrate_gluing<Dcs<M, ClosedForm>>(parts, comm, request.least_seconds, Work::glue, costs);
         calibrate_gluing<Dcs<M, Cholmod>>(parts, comm, request.least_seconds, Work::factorised, costs);
-        calibrate_sweeps(parts, request, options, costs);
+        calibrate_sweeps(parts, request, costs);
         throw StepAbandoned{};
     };
     try {
