@@ -66,7 +66,7 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
                        measured["contacts"].get<double>(), told);
     }
     for (std::size_t k = 0; k < work_names.size(); ++k) {
-        if (costs.units[k].empty() && k != static_cast<std::size_t>(Work::driven))
+        if (costs.units[k].empty() && !may_lack(k))
             throw InputError(fmt::format(
                 "--subdomains: no grain is shared by two, so that the cost of {} is not measured", work_names[k]));
         std::ranges::sort(costs.units[k], {}, &CostPoint::bytes);

@@ -33,7 +33,9 @@ Costs read_costs(const std::string& path) {
         costs.model = json.at("model");
         for (std::size_t k = 0; k < work_names.size(); ++k) {
             double last = 0;
-            for (const nlohmann::json& point : json.at("ns").at(work_names[k])) {
+            const nlohmann::json& ns = json.at("ns");
+            if (may_lack(k) && !ns.contains(work_names[k])) continue;
+            for (const nlohmann::json& point : ns.at(work_names[k])) {
                 const CostPoint p{point.at("bytes"), point.at("ns")};
                 if (!(p.bytes > last && std::isfinite(p.bytes) && p.ns >= 0 && std::isfinite(p.ns)))
                     refuse(fmt::format("ns.{}: bytes must ascend from above 0, and ns must not be negative",
@@ -41,8 +43,7 @@ Costs read_costs(const std::string& path) {
                 costs.units[k].push_back(p);
                 last = p.bytes;
             }
-            if (costs.units[k].empty() && k != static_cast<std::size_t>(Work::driven))
-                refuse(fmt::format("ns.{} is empty", work_names[k]));
+            if (costs.units[k].empty() && !may_lack(k)) refuse(fmt::format("ns.{} is empty", work_names[k]));
         }
     } catch (const nlohmann::json::exception& error) {
         refuse(json.is_discarded() ? "is no JSON" : error.what());
@@ -53,6 +54,7 @@ Costs read_costs(const std::string& path) {
 void to_json(nlohmann::json& json, const Costs& costs) {
     json["model"] = costs.model;
     for (std::size_t k = 0; k < work_names.size(); ++k) {
+        if (costs.units[k].empty() && may_lack(k)) continue;
         json["ns"][work_names[k]] = nlohmann::json::array();
         for (const CostPoint& p : costs.units[k])
             json["ns"][work_names[k]].push_back({{"bytes", p.bytes}, {"ns", p.ns}});

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Factors on the simulated machine's latency and bandwidth, and its noise.
+// Factors on the simulated machine's latency and bandwidth, of links and of MPI's calls, and its noise.
 struct Band {
     double latency = 1, bandwidth = 1, noise = 0;
 };
@@ -214,7 +214,8 @@ class Job {
                         factors("smpi/bw-factor", band.bandwidth), arguments_.simulator},
                        p,
                        {"--costs", arguments_.costs, "--slower", fmt::format("{}", arguments_.slower), "--noise",
-                        fmt::format("{}", band.noise)});
+                        fmt::format("{}", band.noise), "--latency", fmt::format("{}", band.latency), "--bandwidth",
+                        fmt::format("{}", band.bandwidth)});
         window.update({{"latency", band.latency}, {"bandwidth", band.bandwidth}, {"noise", band.noise}});
         p["windows"].push_back(window);
         judge();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include "costs.hpp"
@@ -26,11 +27,29 @@ void spend([[maybe_unused]] double seconds) {
 #endif
 }
 
+// A number that the platform's file gives for this host, not negative; 0 where it gives none. Throws InputError.
+double property_of_host([[maybe_unused]] const char* name) {
+#ifdef NSCDD_SIMULATED
+    const char* text = sg_host_get_property_value(sg_host_self(), name);
+    if (!text) return 0;
+    char* end = nullptr;
+    const double value = std::strtod(text, &end);
+    if (end == text || *end || !(value >= 0) || !std::isfinite(value))
+        throw InputError(
+            fmt::format("{}: {} is '{}', which is no number from 0", sg_host_get_name(sg_host_self()), name, text));
+    return value;
+#else
+    return 0;
+#endif
+}
+
 // Counts the work of this rank, and on a simulated machine takes the time that it costs.
 class Meter {
   public:
     Meter(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
         if (simulated) costs_ = read_costs(arguments.costs);
+        call_ = arguments.latency * property_of_host("call");
+        call_byte_ = property_of_host("call-byte") / arguments.bandwidth;
         std::seed_seq seed{arguments.seed, static_cast<unsigned>(rank)};
         random_.seed(seed);
     }
@@ -39,13 +58,15 @@ class Meter {
         if (!simulated || count == 0) return;
         // lognormal, of mean 1: work never takes less than no time
         const double factor = noise_ > 0 ? std::exp(noise_ * normal_(random_) - noise_ * noise_ / 2) : 1;
-        spend(slower_ * factor * costs_.seconds(kind, count, bytes));
+        spend(slower_ * factor *
+              (kind == Work::message ? count * (call_ + bytes * call_byte_) : costs_.seconds(kind, count, bytes)));
     }
     const WorkDone& done() const { return done_; }
     const Costs& costs() const { return costs_; }
 
   private:
     double slower_, noise_;
+    double call_ = 0, call_byte_ = 0;  // what MPI's calls take for a message, and for each of its bytes [s]
     Costs costs_;
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_;
@@ -83,6 +104,12 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
             ->add_option("--noise", arguments.noise,
                          "Standard deviation of the time of every piece of work over its mean, lognormal")
             ->check(between(0, 10, true))
+            ->capture_default_str();
+        command->add_option("--latency", arguments.latency, "Factor on what MPI's calls take for a message")
+            ->check(positive_number())
+            ->capture_default_str();
+        command->add_option("--bandwidth", arguments.bandwidth, "Divisor of what MPI's calls take for a byte")
+            ->check(positive_number())
             ->capture_default_str();
         command->add_option("--seed", arguments.seed, "Of the noise")->capture_default_str();
     }
@@ -122,10 +149,9 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
         nlohmann::json& json = result.json;
         json["simulated"] = simulated;
         if (simulated)
-            json["injected"] = {{"costs", arguments.costs},
-                                {"slower", arguments.slower},
-                                {"noise", arguments.noise},
-                                {"seed", arguments.seed}};
+            json["injected"] = {{"costs", arguments.costs},         {"slower", arguments.slower},
+                                {"noise", arguments.noise},         {"latency", arguments.latency},
+                                {"bandwidth", arguments.bandwidth}, {"seed", arguments.seed}};
         if (!arguments.run.json.empty()) write_json(arguments.run.json, json);
         if (!arguments.run.quiet)
             fmt::print("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme,

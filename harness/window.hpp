@@ -12,8 +12,9 @@ struct WindowArguments {
     RunArguments run;
     int skip = 20, iterations = 100;
     // Of a simulated machine:
-    std::string costs;             // file
-    double slower = 1, noise = 0;  // factor on the time of work; standard deviation over the mean of every charge
+    std::string costs;                  // file
+    double slower = 1, noise = 0;       // factor on the time of work; standard deviation over the mean of every charge
+    double latency = 1, bandwidth = 1;  // factor on the time of MPI's calls for a message, divisor of it for a byte
     unsigned seed = 1;
 };
 

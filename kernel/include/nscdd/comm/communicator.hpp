@@ -78,14 +78,16 @@ enum class Work {
     residual,     // contacts tested
     pack,         // copies of grains put into messages
     glue,         // copies of grains made to agree, in closed form
-    factorised    // copies of grains made to agree, by a factorised operator
+    factorised,   // copies of grains made to agree, by a factorised operator
+    message       // messages that a process sends or receives in an iteration: what MPI's calls do for them
 };
 // Names of the kinds of Work, in their order, as files have them.
-constexpr std::array<const char*, 7> work_names{"sweep", "accelerated", "driven",    "residual",
-                                                "pack",  "glue",        "factorised"};
+constexpr std::array<const char*, 8> work_names{"sweep", "accelerated", "driven",     "residual",
+                                                "pack",  "glue",        "factorised", "message"};
 
 // Called for work on a rank: `count` units of a kind, on data of `bytes` that the rank goes through repeatedly; their
-// size says which cache holds them. A simulated machine advances its clock by the time of this work.
+// size says which cache holds them; of messages it is the size of one. A simulated machine advances its clock by the
+// time of this work.
 using Charged = std::function<void(Work kind, double count, double bytes)>;
 
 // Calls are coarse (one per superstep), so that a virtual call costs nothing and a solver is compiled once for all

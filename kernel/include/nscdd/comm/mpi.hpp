@@ -35,8 +35,8 @@ namespace nscdd::inline NSCDD_ABI {
 class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
-    // if given, is called at every charge(). `size`: ranks in all, the same on every process; 0: one a process. Throws
-    // std::invalid_argument for fewer ranks than processes.
+    // if given, is called at every charge(), and for the messages of channels and reductions. `size`: ranks in all, the
+    // same on every process; 0: one a process. Throws std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
@@ -207,6 +207,8 @@ class Mpi final : public Communicator {
                                     comm.comm_.handle, &requests_.emplace_back(MPI_REQUEST_NULL)),
                       "open");
             statuses_.resize(requests_.size());
+            for (const auto& message : layout_.incoming) doubles_in_ += message.doubles.size();
+            for (const auto& message : layout_.outgoing) doubles_out_ += message.doubles.size();
         }
         ~Messages() override {
             int finalised = 0;
@@ -219,6 +221,7 @@ class Mpi final : public Communicator {
 
         void start() override {
             const double entry = comm_.now();
+            comm_.charge_calls(layout_.outgoing.size(), doubles_out_);
             for (const auto& message : layout_.outgoing) message.doubles.back() = entry;
             if (!requests_.empty()) check(MPI_Startall(narrow(requests_.size()), requests_.data()), "start");
             comm_.traffic_.messages += messages_;
@@ -245,6 +248,7 @@ class Mpi final : public Communicator {
                                            " is shorter than expected");
                 latest = std::max(latest, message.back());
             }
+            comm_.charge_calls(layout_.incoming.size(), doubles_in_);
             comm_.spent(entry, latest);
         }
 
@@ -253,8 +257,8 @@ class Mpi final : public Communicator {
         detail::MessageLayout layout_;
         std::vector<MPI_Request> requests_;  // of incoming messages, then of outgoing ones
         std::vector<MPI_Status> statuses_;
-        double messages_ = 0;
-        std::size_t doubles_ = 0;
+        double messages_ = 0;  // of ranks to each other, without stamps, as doubles_
+        std::size_t doubles_ = 0, doubles_in_ = 0, doubles_out_ = 0;
     };
 
     // The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
@@ -303,12 +307,17 @@ class Mpi final : public Communicator {
                         [this](std::span<const double> row) {
                             if (counted_) comm_.count(row.size());
                         });
+            charge_calls(sending_);
         }
         // Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
         void finish_round() {
             check(MPI_Waitall(narrow(sending_.size()), sending_.data(), MPI_STATUSES_IGNORE), "reduce");
+            charge_calls(receiving_);
             rows_.finish_round();
             start_round();
+        }
+        void charge_calls(const std::vector<MPI_Request>& requests) const {
+            if (counted_) comm_.charge_calls(requests.size(), requests.size() * (rows_.row(0).size() + 1));
         }
 
         Mpi& comm_;
@@ -374,6 +383,12 @@ class Mpi final : public Communicator {
     void count(std::size_t doubles) {
         traffic_.messages += 1;
         traffic_.bytes += static_cast<double>(doubles * sizeof(double));
+    }
+
+    // What calls take for messages, on a simulated machine, which lets messages pass without them.
+    void charge_calls(std::size_t messages, std::size_t doubles) const {
+        if (charged_ && messages > 0)
+            charged_(Work::message, double(messages), double(doubles * sizeof(double)) / double(messages));
     }
 
     void spent(double entry, double latest) {
