@@ -20,7 +20,7 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template class Simulation<M>;                                                                              \
     prefix template class Sweeper<M>;                                                                                 \
     prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,                  \
-                                     std::span<const Wall<M>>, double, double);                                       \
+                                     std::span<const Wall<M>>, double, double, bool);                                 \
     prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,        \
                                             double);                                                                  \
     prefix template Unseen find_unseen(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double, double,     \

@@ -171,9 +171,11 @@ TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[pa
     for (const int ranks : {1, 2, 5, 16}) {
         INFO("ranks: " << ranks);
         InProcess comm(ranks);
-        auto parts = dealt_in_turn<M>(grains, ranks);
-        repartition<M>(parts, comm, grid_of<M>(ranks, edge), walls, skin, 1.0);
-        CHECK(of_all(parts, candidates<M>) == expected);
+        for (const bool anywhere : {false, true}) {
+            auto parts = dealt_in_turn<M>(grains, ranks);
+            repartition<M>(parts, comm, grid_of<M>(ranks, edge), walls, skin, 1.0, anywhere);
+            CHECK(of_all(parts, candidates<M>) == expected);
+        }
     }
 }
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "nscdd/comm/route_by_square.hpp"
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/detect/rough.hpp"
@@ -155,11 +156,12 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 }  // namespace detail
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
-// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m]. Throws
+// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
+// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws
 // std::runtime_error, the same on every rank, when there are too many candidates (TooManyPairs).
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
-                 std::span<const Wall<M>> walls, double skin, double largest_radius) {
+                 std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
     using Wire = detail::Wire<M>;
     std::vector<Outbox> grains(parts.size()), impulses(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -177,8 +179,8 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             Wire::put(p, impulses[k][partition.owner(midpoint)]);
         });
     }
-    const std::vector<Buffer> received = comm.route(grains);
-    const std::vector<Buffer> carried = comm.route(impulses);
+    const auto route = [&](const auto& out) { return anywhere ? route_by_square(comm, out) : comm.route(out); };
+    const std::vector<Buffer> received = route(grains), carried = route(impulses);
 
     std::vector<std::vector<detail::Use>> uses(parts.size());
     std::vector<Buffer> refused(parts.size(),

@@ -66,7 +66,7 @@ class BroadPhase {
         offsets_ = last.offsets;
         if (partition_) {
             imbalance_when_made_ = last.imbalance;
-            repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
+            repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         } else {
             detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box());
         }
@@ -76,7 +76,7 @@ class BroadPhase {
                 out[0][rank].push_back(m.id);
                 detail::Wire<M>::put(m.to, out[0][rank]);
             });
-        const std::vector<Buffer> positions = comm.route(out);  // id, x
+        const std::vector<Buffer> positions = route_by_square(comm, out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::unordered_map<int, const double*> by_id;
             for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
@@ -116,9 +116,9 @@ class BroadPhase {
             first || allowed <= 1 || measure_imbalance(parts, comm) > std::max(allowed, 1.1 * imbalance_when_made_);
         for (int times = !renew ? 0 : first && allowed > 1 ? 2 : 1; times > 0; --times) {
             partition_ = settings.partition.make({parts, comm, box, partition_ ? partition_->numbers() : Buffer{}});
-            if (times > 1) repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
+            if (times > 1) repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         }
-        repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest);
+        repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, renew);
         if (renew && allowed > 1) imbalance_when_made_ = measure_imbalance(parts, comm);
     }
 
