@@ -307,17 +307,17 @@ class Mpi final : public Communicator {
                         [this](std::span<const double> row) {
                             if (counted_) comm_.count(row.size());
                         });
-            charge_calls(sending_);
+            charge_calls(sending_, rows_.outgoing());
         }
         // Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
         void finish_round() {
             check(MPI_Waitall(narrow(sending_.size()), sending_.data(), MPI_STATUSES_IGNORE), "reduce");
-            charge_calls(receiving_);
+            charge_calls(receiving_, rows_.incoming());
             rows_.finish_round();
             start_round();
         }
-        void charge_calls(const std::vector<MPI_Request>& requests) const {
-            if (counted_) comm_.charge_calls(requests.size(), requests.size() * (rows_.row(0).size() + 1));
+        void charge_calls(const std::vector<MPI_Request>& requests, std::size_t doubles) const {
+            if (counted_) comm_.charge_calls(requests.size(), doubles);
         }
 
         Mpi& comm_;

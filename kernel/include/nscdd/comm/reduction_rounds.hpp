@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -93,27 +94,48 @@ class ReducedRows {
     }
     bool under_way() const { return rounds_.has(step_); }  // whether a round is still to be done
 
-    // receive(process, row) and send(process, row) of the round, rows from one process to another by ascending source,
-    // then target, on both sides; sent(row) also of rows within this process.
+    // receive(process, rows) and send(process, rows) of the round, at most one of each for another process: what its
+    // ranks and those of this process send each other, by source, then target. sent(row) for each row that is sent,
+    // also within this process.
     void trade(auto&& receive, auto&& send, auto&& sent) {
-        incoming_.clear();
+        awaited_.clear();
+        for (auto* messages : {&incoming_, &outgoing_})
+            for (auto& [process, rows] : *messages) rows.clear();
         for (std::size_t k = 0; k < rows_.size(); ++k)
             rounds_.visit_sources(step_, hosted_.ranks()[k], [&](int source, std::size_t slot) {
                 if (hosted_.hosts(source))
                     std::ranges::copy(rows_[hosted_.index(source)], groups_[k][slot].begin());
                 else
-                    incoming_.push_back({source, &groups_[k][slot]});
+                    awaited_.push_back({source, k, &groups_[k][slot]});
             });
-        std::ranges::sort(incoming_);  // by source, then hosted rank
-        for (const auto& [source, row] : incoming_) receive(hosted_.process_of(source), *row);
+        std::ranges::sort(awaited_, {}, [](const Awaited& a) { return std::pair(a.source, a.k); });
+        for (const Awaited& a : awaited_) {
+            Buffer& rows = incoming_[hosted_.process_of(a.source)];
+            rows.resize(rows.size() + a.row->size());
+        }
         for (std::size_t k = 0; k < rows_.size(); ++k)
             rounds_.visit_targets(step_, hosted_.ranks()[k], [&](int target) {
                 sent(row(k));
-                if (!hosted_.hosts(target)) send(hosted_.process_of(target), rows_[k]);
+                if (hosted_.hosts(target)) return;
+                Buffer& rows = outgoing_[hosted_.process_of(target)];
+                rows.insert(rows.end(), rows_[k].begin(), rows_[k].end());
             });
+        for (auto& [process, rows] : incoming_)
+            if (!rows.empty()) receive(process, rows);
+        for (auto& [process, rows] : outgoing_)
+            if (!rows.empty()) send(process, rows);
     }
     // Combines what has come in this round, and goes on to the next one.
     void finish_round() {
+        for (std::size_t a = 0; a < awaited_.size();) {
+            const int process = hosted_.process_of(awaited_[a].source);
+            const double* from = incoming_[process].data();
+            for (; a < awaited_.size() && hosted_.process_of(awaited_[a].source) == process; ++a) {
+                Buffer& row = *awaited_[a].row;
+                std::copy_n(from, row.size(), row.begin());
+                from += row.size();
+            }
+        }
         for (std::size_t k = 0; k < rows_.size(); ++k) {
             const int rank = hosted_.ranks()[k];
             std::ranges::copy(rows_[k], groups_[k][rounds_.slot(step_, rank)].begin());
@@ -123,16 +145,32 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
+    // Doubles that other processes send in this round, and that this one sends them.
+    std::size_t incoming() const { return doubles_of(incoming_); }
+    std::size_t outgoing() const { return doubles_of(outgoing_); }
+
     // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
     std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
     double stamp() const { return rows_[0].back(); }  // the largest so far
 
   private:
+    static std::size_t doubles_of(const std::map<int, Buffer>& messages) {
+        std::size_t sum = 0;
+        for (const auto& [process, rows] : messages) sum += rows.size();
+        return sum;
+    }
+
     const HostedRanks& hosted_;
     ReductionRounds rounds_;
     std::vector<Buffer> rows_;                                        // of the hosted ranks
     std::vector<std::array<Buffer, ReductionRounds::slots>> groups_;  // rows of their groups
-    std::vector<std::pair<int, Buffer*>> incoming_;                   // by source
+    struct Awaited {                                                  // a row from another process
+        int source;
+        std::size_t k;  // of the hosted rank that it is for
+        Buffer* row;
+    };
+    std::vector<Awaited> awaited_;               // by source, then k
+    std::map<int, Buffer> incoming_, outgoing_;  // of the round, by process; what is empty is not sent
     std::size_t added_ = 0;
     int step_ = 1 << 30;  // beyond the last round: none is under way
 };
