@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
+#include <sstream>
+#include <vector>
 
 #include "costs.hpp"
 #include "nscdd/comm/mpi.hpp"
@@ -27,20 +29,30 @@ void spend([[maybe_unused]] double seconds) {
 #endif
 }
 
-// A number that the platform's file gives for this host, not negative; 0 where it gives none. Throws InputError.
-double property_of_host([[maybe_unused]] const char* name) {
+// What MPI's calls take for a message of at least so many bytes, and for each of them [s].
+struct CallCost {
+    double from, message, byte;
+};
+
+// What the platform's file says of this host: its property call, FROM:SECONDS:SECONDS A BYTE;... as SimGrid's own
+// smpi/os, FROM ascending. Nothing where it says nothing. Throws InputError.
+std::vector<CallCost> calls_of_host([[maybe_unused]] double latency, [[maybe_unused]] double bandwidth) {
+    std::vector<CallCost> costs;
 #ifdef NSCDD_SIMULATED
-    const char* text = sg_host_get_property_value(sg_host_self(), name);
-    if (!text) return 0;
-    char* end = nullptr;
-    const double value = std::strtod(text, &end);
-    if (end == text || *end || !(value >= 0) || !std::isfinite(value))
-        throw InputError(
-            fmt::format("{}: {} is '{}', which is no number from 0", sg_host_get_name(sg_host_self()), name, text));
-    return value;
-#else
-    return 0;
+    const char* text = sg_host_get_property_value(sg_host_self(), "call");
+    std::istringstream in(text ? text : "");
+    char after = ';', first = 0, second = 0;
+    for (CallCost cost{}; after == ';' && in >> cost.from >> first >> cost.message >> second >> cost.byte;) {
+        if (first != ':' || second != ':' || !(cost.message >= 0 && cost.byte >= 0)) break;
+        costs.push_back({cost.from, latency * cost.message, cost.byte / bandwidth});
+        if (!(in >> after)) after = 0;
+    }
+    if (text &&
+        (costs.empty() || after != 0 || costs[0].from != 0 || !std::ranges::is_sorted(costs, {}, &CallCost::from)))
+        throw InputError(fmt::format("{}: call is '{}', not 0:SECONDS:SECONDS;FROM:SECONDS:SECONDS;...",
+                                     sg_host_get_name(sg_host_self()), text));
 #endif
+    return costs;
 }
 
 // Counts the work of this rank, and on a simulated machine takes the time that it costs.
@@ -48,8 +60,7 @@ class Meter {
   public:
     Meter(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
         if (simulated) costs_ = read_costs(arguments.costs);
-        call_ = arguments.latency * property_of_host("call");
-        call_byte_ = property_of_host("call-byte") / arguments.bandwidth;
+        calls_ = calls_of_host(arguments.latency, arguments.bandwidth);
         std::seed_seq seed{arguments.seed, static_cast<unsigned>(rank)};
         random_.seed(seed);
     }
@@ -58,15 +69,22 @@ class Meter {
         if (!simulated || count == 0) return;
         // lognormal, of mean 1: work never takes less than no time
         const double factor = noise_ > 0 ? std::exp(noise_ * normal_(random_) - noise_ * noise_ / 2) : 1;
-        spend(slower_ * factor *
-              (kind == Work::message ? count * (call_ + bytes * call_byte_) : costs_.seconds(kind, count, bytes)));
+        spend(slower_ * factor * (kind == Work::message ? calls(bytes) : costs_.seconds(kind, count, bytes)));
     }
     const WorkDone& done() const { return done_; }
     const Costs& costs() const { return costs_; }
 
   private:
+    // What calls take for a message of this size [s].
+    double calls(double bytes) const {
+        double seconds = 0;
+        for (const CallCost& cost : calls_)
+            if (bytes >= cost.from) seconds = cost.message + bytes * cost.byte;
+        return seconds;
+    }
+
     double slower_, noise_;
-    double call_ = 0, call_byte_ = 0;  // what MPI's calls take for a message, and for each of its bytes [s]
+    std::vector<CallCost> calls_;
     Costs costs_;
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_;

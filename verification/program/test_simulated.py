@@ -50,8 +50,8 @@ class Simulated(ProgramTest):
         return json.loads(out.read_text())
 
     def test_ping_pong_of_the_platforms_is_what_their_links_promise(self):
-        for platform, ranks, microseconds, gigabytes in (("two-cores", 2, 0.01, 55), ("node48", 2, 0.5, 33), ("node48", 48, 0.5, 33), ("cluster", 8, 0.5, 33),
-                                                         ("cluster", 9, 1, 12), ("cluster", 1024, 1, 12)):
+        for platform, ranks, microseconds, gigabytes in (("two-cores", 2, 0.01, 55), ("node48", 2, 0.7, 33), ("node48", 48, 0.7, 33), ("cluster", 8, 0.7, 33),
+                                                         ("cluster", 9, 1.2, 12), ("cluster", 1024, 1.2, 12)):
             with self.subTest(platform=platform, ranks=ranks):
                 done = self.simulate(ranks, "ping_pong_simulated", platform=platform)
                 self.assertEqual(done.returncode, 0, done.stderr)
@@ -80,14 +80,14 @@ class Simulated(ProgramTest):
     def test_latency_bandwidth_and_noise_count(self):
         def seconds(*arguments, method="auto", **options):
             return self.window(4, "--method", method, *arguments, **options)["seconds_per_iteration"]
-        given, longer = seconds(), ["--cfg=smpi/lat-factor:0:4"]  # 1.5 us more a link, of which other messages' calls hide a part
+        given, longer = seconds(), ["--cfg=smpi/lat-factor:0:4"]  # 2.1 us more a link, of which other messages' calls hide a part
         self.assertGreater(seconds(options=longer), given + 1e-6)  # the one round of a reduction, and copies at the same time
         self.assertLess(seconds(method="paper", options=longer), seconds(method="paper") + 1e-6)  # messages are under way meanwhile
         self.assertLess(seconds(options=["--cfg=smpi/lat-factor:0:0.5"]), given + 1e-12)
         self.assertGreater(seconds(options=["--cfg=smpi/bw-factor:0:0.001"]), given)
         messages = self.window(4, "--method", "auto")["work_per_iteration"]["message"]
         self.assertGreaterEqual(messages["least"], 6)  # to one neighbour at least, and the one round of a reduction; and back
-        calls = 0.25e-6 * messages["least"]  # each on a rank of its own, while all wait for the slowest
+        calls = 0.16e-6 * messages["least"]  # each on a rank of its own, while all wait for the slowest
         self.assertGreater(seconds("--latency", 2), given + 0.9 * calls)
         self.assertGreater(seconds("--latency", 2, method="paper"), seconds(method="paper") + 0.9 * calls)  # not hidden
         self.assertGreater(seconds("--bandwidth", 0.5), given)

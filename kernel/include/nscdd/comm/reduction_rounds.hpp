@@ -145,19 +145,18 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
-    // Doubles that other processes send in this round, and that this one sends them.
-    std::size_t incoming() const { return doubles_of(incoming_); }
-    std::size_t outgoing() const { return doubles_of(outgoing_); }
+    // visit(doubles) for each message from another process in this round, and for each to another.
+    void visit_incoming(auto&& visit) const { visit_doubles(incoming_, visit); }
+    void visit_outgoing(auto&& visit) const { visit_doubles(outgoing_, visit); }
 
     // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
     std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
     double stamp() const { return rows_[0].back(); }  // the largest so far
 
   private:
-    static std::size_t doubles_of(const std::map<int, Buffer>& messages) {
-        std::size_t sum = 0;
-        for (const auto& [process, rows] : messages) sum += rows.size();
-        return sum;
+    static void visit_doubles(const std::map<int, Buffer>& messages, auto&& visit) {
+        for (const auto& [process, rows] : messages)
+            if (!rows.empty()) visit(rows.size());
     }
 
     const HostedRanks& hosted_;
