@@ -87,9 +87,9 @@ class Simulated(ProgramTest):
         self.assertGreater(seconds(options=["--cfg=smpi/bw-factor:0:0.001"]), given)
         messages = self.window(4, "--method", "auto")["work_per_iteration"]["message"]
         self.assertGreaterEqual(messages["least"], 6)  # to one neighbour at least, and the one round of a reduction; and back
-        calls = 0.16e-6 * messages["least"]  # each on a rank of its own, while all wait for the slowest
-        self.assertGreater(seconds("--latency", 2), given + 0.9 * calls)
-        self.assertGreater(seconds("--latency", 2, method="paper"), seconds(method="paper") + 0.9 * calls)  # not hidden
+        calls = 0.16e-6 * messages["least"]  # at least; some are made while a rank would wait
+        self.assertGreater(seconds("--latency", 2), given + 0.7 * calls)
+        self.assertGreater(seconds("--latency", 2, method="paper"), seconds(method="paper") + 0.7 * calls)  # not hidden
         self.assertGreater(seconds("--bandwidth", 0.5), given)
         noisy = seconds("--noise", 0.2, "--seed", 7)
         self.assertGreater(noisy, given)  # all wait for the slowest
