@@ -145,8 +145,9 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
-    // visit(doubles) for each message from another process in this round, and for each to another.
+    // visit(doubles) for each message from another process in this round.
     void visit_incoming(auto&& visit) const { visit_doubles(incoming_, visit); }
+    // visit(doubles) for each message to another process in this round.
     void visit_outgoing(auto&& visit) const { visit_doubles(outgoing_, visit); }
 
     // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
