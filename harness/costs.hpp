@@ -27,7 +27,7 @@ struct Costs {
 // Whether a file may be without costs of this kind: not all scenes have driven walls, and messages cost what the
 // platform says.
 constexpr bool may_lack(std::size_t kind) {
-    return kind == static_cast<std::size_t>(Work::driven) || kind == static_cast<std::size_t>(Work::message);
+    return kind == static_cast<std::size_t>(Work::driven) || kind >= static_cast<std::size_t>(Work::message);
 }
 
 // Throws InputError.

@@ -224,9 +224,9 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         !session.together([&] { session.require_same("scenes or options", what_is_solved(request)); }))
         return 1;
     if (!session.together([&] {
-            const auto once = [&files, over_mpi](RunRequest& one) {
+            const auto once = [&files, &arguments, over_mpi](RunRequest& one) {
                 if (over_mpi) {
-                    Mpi comm(MPI_COMM_WORLD, {}, one.subdomains);
+                    Mpi comm(MPI_COMM_WORLD, {}, one.subdomains, within_node(arguments.within_node));
                     return choose_model(one.scene)(one, comm, files);
                 }
                 InProcess comm(one.subdomains, one.threads);

@@ -95,7 +95,7 @@ RunFunction choose_law(const std::string& law);
 // The subcommand: reads, runs, writes. Returns the exit code.
 struct RunArguments {
     std::string scene, packing, from, scheme = "nlgs", interface, partition, grid, json, state, checkpoint, every,
-                                      transport = "auto", frames, multiplicity = "minimal";
+                                      transport = "auto", within_node = "memory", frames, multiplicity = "minimal";
     std::vector<std::string> series;
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1,
         frame_every = 0;

@@ -38,6 +38,15 @@ void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(con
         ->check(CLI::IsMember({"auto", "paper"}));
 }
 
+void add_within_node_option(CLI::App& command, RunArguments& run) {
+    command
+        .add_option("--within-node", run.within_node,
+                    "How processes of one node send each other messages of the iteration: memory that they share, or "
+                    "messages of MPI")
+        ->check(CLI::IsMember({"memory", "messages"}))
+        ->capture_default_str();
+}
+
 CLI::App* add_run(CLI::App& app, RunArguments& run) {
     CLI::App* command =
         app.add_subcommand("run", "Step a scene by sequential NLGS or Newton, or by NSCDD in-process or under mpirun");
@@ -61,6 +70,7 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
                      "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
                      "(default: 1.1)")
         ->check(between(1, 1e6, true));
+    add_within_node_option(*command, run);
     command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
         ->capture_default_str();

@@ -15,6 +15,9 @@ void add_source_options(CLI::App& command, RunArguments& run, const std::string&
 // --scheme, one of those that `wanted` says, --interface, --partition, --method.
 void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&));
 
+// --within-node, read by within_node() of session.hpp.
+void add_within_node_option(CLI::App& command, RunArguments& run);
+
 CLI::App* add_run(CLI::App& app, RunArguments& arguments);
 
 }  // namespace nscdd

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "error.hpp"
+#include "nscdd/comm/mpi_node.hpp"
 
 namespace nscdd {
 
@@ -21,6 +22,12 @@ inline constexpr bool simulated = true;
 #else
 inline constexpr bool simulated = false;
 #endif
+
+// What --within-node asks for: memory that processes share is modelled on simulated machines.
+inline WithinNode within_node(const std::string& asked) {
+    if (asked == "messages") return WithinNode::messages;
+    return simulated ? WithinNode::modelled : WithinNode::memory;
+}
 
 // MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
 // than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).

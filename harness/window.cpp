@@ -29,17 +29,18 @@ void spend([[maybe_unused]] double seconds) {
 #endif
 }
 
-// What MPI's calls take for a message of at least so many bytes, and for each of them [s].
+// What sending or receiving takes for a message of at least so many bytes, and for each of them [s].
 struct CallCost {
     double from, message, byte;
 };
 
-// What the platform's file says of this host: its property call, FROM:SECONDS:SECONDS A BYTE;... as SimGrid's own
-// smpi/os, FROM ascending. Nothing where it says nothing. Throws InputError.
-std::vector<CallCost> calls_of_host([[maybe_unused]] double latency, [[maybe_unused]] double bandwidth) {
+// What the platform's file says of this host in a property: FROM:SECONDS:SECONDS A BYTE;... as SimGrid's own smpi/os,
+// FROM ascending. Nothing where it says nothing. Throws InputError.
+std::vector<CallCost> calls_of_host([[maybe_unused]] const char* property, [[maybe_unused]] double latency,
+                                    [[maybe_unused]] double bandwidth) {
     std::vector<CallCost> costs;
 #ifdef NSCDD_SIMULATED
-    const char* text = sg_host_get_property_value(sg_host_self(), "call");
+    const char* text = sg_host_get_property_value(sg_host_self(), property);
     std::istringstream in(text ? text : "");
     char after = ';', first = 0, second = 0;
     for (CallCost cost{}; after == ';' && in >> cost.from >> first >> cost.message >> second >> cost.byte;) {
@@ -49,8 +50,8 @@ std::vector<CallCost> calls_of_host([[maybe_unused]] double latency, [[maybe_unu
     }
     if (text &&
         (costs.empty() || after != 0 || costs[0].from != 0 || !std::ranges::is_sorted(costs, {}, &CallCost::from)))
-        throw InputError(fmt::format("{}: call is '{}', not 0:SECONDS:SECONDS;FROM:SECONDS:SECONDS;...",
-                                     sg_host_get_name(sg_host_self()), text));
+        throw InputError(fmt::format("{}: {} is '{}', not 0:SECONDS:SECONDS;FROM:SECONDS:SECONDS;...",
+                                     sg_host_get_name(sg_host_self()), property, text));
 #endif
     return costs;
 }
@@ -60,7 +61,8 @@ class Meter {
   public:
     Meter(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
         if (simulated) costs_ = read_costs(arguments.costs);
-        calls_ = calls_of_host(arguments.latency, arguments.bandwidth);
+        calls_ = calls_of_host("call", arguments.latency, arguments.bandwidth);
+        shared_ = calls_of_host("shared", arguments.latency, arguments.bandwidth);
         std::seed_seq seed{arguments.seed, static_cast<unsigned>(rank)};
         random_.seed(seed);
     }
@@ -69,22 +71,22 @@ class Meter {
         if (!simulated || count == 0) return;
         // lognormal, of mean 1: work never takes less than no time
         const double factor = noise_ > 0 ? std::exp(noise_ * normal_(random_) - noise_ * noise_ / 2) : 1;
-        spend(slower_ * factor * (kind == Work::message ? calls(bytes) : costs_.seconds(kind, count, bytes)));
+        spend(slower_ * factor * seconds(kind, count, bytes));
     }
     const WorkDone& done() const { return done_; }
     const Costs& costs() const { return costs_; }
 
   private:
-    // What calls take for a message of this size [s].
-    double calls(double bytes) const {
+    double seconds(Work kind, double count, double bytes) const {
+        if (kind != Work::message && kind != Work::shared_message) return costs_.seconds(kind, count, bytes);
         double seconds = 0;
-        for (const CallCost& cost : calls_)
-            if (bytes >= cost.from) seconds = cost.message + bytes * cost.byte;
+        for (const CallCost& cost : kind == Work::message ? calls_ : shared_)
+            if (bytes >= cost.from) seconds = count * (cost.message + bytes * cost.byte);
         return seconds;
     }
 
     double slower_, noise_;
-    std::vector<CallCost> calls_;
+    std::vector<CallCost> calls_, shared_;  // of messages of MPI, and of those through memory
     Costs costs_;
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_;
@@ -107,6 +109,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     command->add_option("--iterations", arguments.iterations, "Iterations of the window")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
+    add_within_node_option(*command, run);
     command->add_option("--repeat", run.repeat, "Times that the window is measured; the median is told")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
@@ -153,7 +156,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
         return 1;
     request.window->done = [&meter] { return meter->done(); };
     if (!session.together([&] {
-            Mpi comm(MPI_COMM_WORLD, std::ref(*meter));
+            Mpi comm(MPI_COMM_WORLD, std::ref(*meter), 0, within_node(arguments.run.within_node));
             FileSet none;
             result = choose_model(request.scene)(request, comm, none);
             const std::string model = result.json["model"];

@@ -1,4 +1,4 @@
-nscdd_test(test_basics "quick;sanitized;threads" unit/test_communicator.cpp unit/test_sweeper.cpp)
+nscdd_test(test_basics "quick;sanitized;threads" unit/test_communicator.cpp unit/test_mailbox.cpp unit/test_sweeper.cpp)
 nscdd_test(test_law "quick" unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_schemes "quick;threads" agreement/test_schemes.cpp)
 nscdd_test(test_decomposition "sanitized" unit/test_partition.cpp unit/test_partitioners.cpp unit/test_any_ranks.cpp
@@ -56,7 +56,7 @@ if(MPI_CXX_FOUND)
         nscdd_mpi_runs("test_mpi_bitwise, hard scenes" test_mpi_bitwise mpi "1;3;4;7;8" [any_ranks])  # 2 ranks run all
     endif()
     add_executable(ping_pong mpi/ping_pong.cpp)
-    target_link_libraries(ping_pong PRIVATE nscdd_flags MPI::MPI_CXX)
+    target_link_libraries(ping_pong PRIVATE nscdd::kernel nscdd_flags MPI::MPI_CXX)
     if(TARGET nscdd_files)
         add_executable(lone_error mpi/lone_error.cpp)
         target_link_libraries(lone_error PRIVATE nscdd_files nscdd_flags MPI::MPI_CXX)
@@ -70,7 +70,7 @@ if(TARGET Simgrid::smpi)
     add_library(ping_pong_simulated MODULE mpi/ping_pong.cpp)
     set_target_properties(ping_pong_simulated PROPERTIES PREFIX "" SUFFIX ""
                           LIBRARY_OUTPUT_DIRECTORY "${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
-    target_link_libraries(ping_pong_simulated PRIVATE nscdd_flags Simgrid::smpi)
+    target_link_libraries(ping_pong_simulated PRIVATE nscdd::kernel nscdd_flags Simgrid::smpi)
 endif()
 
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)

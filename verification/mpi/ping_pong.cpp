@@ -1,6 +1,6 @@
 // Half the time of a round trip between rank 0 and the last, the bandwidth of large messages, the time of a look at the
-// clock, and the time that MPI's calls take for a message that is under way while both ranks compute, on real ranks or
-// on those of a simulated machine:
+// clock, and the time that MPI's calls take for a message that is under way while both ranks compute; then the same of
+// messages through memory that the ranks share, if they do. On real ranks or on those of a simulated machine:
 //
 //   mpirun -np 2 build/bin/ping_pong
 //   smpirun -np 9 -platform cases/platforms/cluster.xml -hostfile cases/platforms/cluster.hosts
@@ -12,6 +12,8 @@
 #include <cstdio>
 #include <map>
 #include <vector>
+
+#include "nscdd/comm/mpi.hpp"
 
 namespace {
 
@@ -65,18 +67,54 @@ double call(int rank, int last, int bytes, double look) {
     return inside[samples / 2] - look;  // two looks at the clock and two messages
 }
 
+// Through memory [s], a message from each to the other by nscdd::Channel, without its four looks at the clock; medians.
+struct Shared {
+    double exchange;  // of messages that both send at once and wait for
+    double copy;      // for each message sent or received, when it has long been there
+};
+Shared shared(nscdd::Mpi& comm, int bytes, double look) {
+    constexpr int rounds = 1000, samples = 25;
+    const int rank = comm.ranks()[0], last = comm.size() - 1;
+    const auto doubles = static_cast<std::size_t>(bytes) / sizeof(double);
+    std::vector<nscdd::Links> links(1);
+    if (rank == 0 || rank == last) links[0].push_back({last - rank, doubles, doubles});
+    const auto channel = comm.open(links);
+    std::array<double, samples> exchange{}, copy{};
+    for (std::size_t s = 0; !links[0].empty() && s < samples; ++s) {
+        const double began = MPI_Wtime();
+        for (int round = 0; round < rounds; ++round) channel->start(), channel->finish();
+        exchange[s] = (MPI_Wtime() - began) / rounds - 4 * look;
+        for (int round = 0; round < rounds / 5; ++round) {
+            const double before = MPI_Wtime();
+            channel->start();
+            const double started = MPI_Wtime();
+            double now = started;
+            while (now < started + 20e-6) now = MPI_Wtime();
+            channel->finish();
+            copy[s] += ((MPI_Wtime() - now + started - before) - 6 * look) / (2 * (rounds / 5));
+        }
+    }
+    for (auto* samples_of : {&exchange, &copy}) std::sort(samples_of->begin(), samples_of->end());
+    return {exchange[samples / 2], copy[samples / 2]};
+}
+
 // What a platform's file of SimGrid says of such a machine (cases/platforms/two-cores.xml), as pairs of name and value.
-// The link is what the calls of both sides leave of a trip, if anything. Above 64 KiB its latency is 2 us in all. Up to
-// 256 B Open MPI sends a message within the call that is told of it.
-void tell_platform(const std::map<int, double>& trip, const std::map<int, double>& calls, double look) {
+// The link is what the copies of both sides leave of an exchange through memory, if anything. Up to 256 B Open MPI
+// sends a message within the call that is told of it.
+void tell_platform(const std::map<int, double>& calls, const std::map<int, Shared>& shared, double look) {
     constexpr int small = 8, middle = 1 << 10, large = 1 << 14;
-    const double latency = std::max(trip.at(small) - 2 * calls.at(small), 1e-8),
-                 copied = (calls.at(large) - calls.at(middle)) / (large - middle),
-                 passed = (trip.at(large) - trip.at(small)) / (large - small),
-                 sent = std::max(passed - 2 * copied, 0.01 * passed);
-    std::printf("platform: latency %.3gus bandwidth %.3gGBps large %.3g call 0:%.3g:0;257:%.3g:%.3g clock %.3g\n",
-                1e6 * latency, 1e-9 / sent, 2e-6 / latency, calls.at(small), calls.at(middle) - middle * copied, copied,
-                look);
+    const auto slope = [](double at_large, double at_small, int bytes) { return (at_large - at_small) / bytes; };
+    const auto copy = [&shared](int bytes) { return shared.at(bytes).copy; };
+    const double call = slope(calls.at(large), calls.at(middle), large - middle),
+                 few = slope(copy(middle), copy(small), middle - small),
+                 many = slope(copy(large), copy(middle), large - middle),
+                 latency = std::max(shared.at(small).exchange - 2 * copy(small), 1e-8),
+                 passed = slope(shared.at(large).exchange, shared.at(middle).exchange, large - middle),
+                 sent = std::max(passed - 2 * many, 0.01 * passed);
+    std::printf("platform: latency %.3gus bandwidth %.3gGBps call 0:%.3g:0;257:%.3g:%.3g", 1e6 * latency, 1e-9 / sent,
+                calls.at(small), calls.at(middle) - middle * call, call);
+    std::printf(" shared 0:%.3g:%.3g;%d:%.3g:%.3g clock %.3g\n", copy(small), few, middle + 1,
+                std::max(copy(middle) - middle * many, 0.0), many, look);
 }
 
 }  // namespace
@@ -87,6 +125,7 @@ int main(int argc, char** argv) {
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     std::map<int, double> trip, calls;  // by bytes
+    std::map<int, Shared> through_memory;
     for (const int bytes : {8, 1 << 10, 1 << 14, 1 << 20}) {
         trip[bytes] = half_round_trip(rank, size - 1, bytes, bytes < (1 << 15) ? 1000 : 100);
         if (rank == 0) std::printf("%d B: %.4f us, %.4f GB/s\n", bytes, 1e6 * trip[bytes], 1e-9 * bytes / trip[bytes]);
@@ -98,7 +137,16 @@ int main(int argc, char** argv) {
             calls[bytes] = call(rank, size - 1, bytes, look);
             if (rank == 0) std::printf("calls for a message of %d B: %.4f us\n", bytes, 1e6 * calls[bytes]);
         }
-        if (rank == 0) tell_platform(trip, calls, look);
+    }
+    if (look > 0 && size > 1) {
+        nscdd::Mpi comm;
+        for (const int bytes : {8, 1 << 10, 1 << 14, 1 << 17}) {
+            through_memory[bytes] = shared(comm, bytes, look);
+            if (rank == 0)
+                std::printf("through memory, %d B: exchange %.4f us, copy %.4f us\n", bytes,
+                            1e6 * through_memory[bytes].exchange, 1e6 * through_memory[bytes].copy);
+        }
+        if (rank == 0) tell_platform(calls, through_memory, look);
     }
     MPI_Finalize();
     return 0;

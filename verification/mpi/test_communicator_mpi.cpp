@@ -1,10 +1,13 @@
 // The communicator contract over MPI, on any number of ranks:  mpirun -np 4 test_communicator_mpi
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <limits>
+#include <memory>
 #include <new>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -16,9 +19,11 @@
 #include "nscdd/comm/mpi.hpp"
 
 using nscdd::Buffer;
+using nscdd::Channel;
 using nscdd::InProcess;
 using nscdd::Links;
 using nscdd::Mpi;
+using nscdd::WithinNode;
 
 static long allocations = 0;  // by C++; those inside MPI are its own affair
 
@@ -71,8 +76,14 @@ Waited waited(Mpi& comm, int late, Call call) {
 
 TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
     const int processes = Mpi().size();
-    for (const int size : {0, processes + 1, 2 * processes, 3 * processes + 1}) {
-        Mpi comm(MPI_COMM_WORLD, {}, size);
+    for (const auto& [size, within] : {std::pair{0, WithinNode::memory},
+                                       {0, WithinNode::messages},
+                                       {0, WithinNode::modelled},
+                                       {processes + 1, WithinNode::memory},
+                                       {2 * processes, WithinNode::memory},
+                                       {3 * processes + 1, WithinNode::memory},
+                                       {3 * processes + 1, WithinNode::messages}}) {
+        Mpi comm(MPI_COMM_WORLD, {}, size, within);
         CHECK(comm.size() == (size == 0 ? processes : size));
         CHECK(total(double(comm.ranks().size())) == comm.size());
         InProcess reference(comm.size());
@@ -93,6 +104,54 @@ TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
     }
     if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
     MPI_Barrier(MPI_COMM_WORLD);
+}
+
+TEST_CASE(
+    "messages of any size and several channels under way at once arrive, whether they fit into shared memory or not") {
+    Mpi comm;
+    const int rank = comm.ranks()[0], size = comm.size();
+    const auto doubles = [](int channel, int from, int to) {
+        return std::array<std::size_t, 4>{7, 4'000, 60'000, 1}[static_cast<std::size_t>(channel + from + to) % 4];
+    };
+    for (int opened = 0; opened < 6; ++opened) {  // what was in use is used again
+        std::vector<std::unique_ptr<nscdd::Channel>> channels;
+        for (int c = 0; c < 3; ++c) {
+            Links links;
+            for (int peer = 0; peer < size; ++peer)
+                if (peer != rank) links.push_back({peer, doubles(c, rank, peer), doubles(c, peer, rank)});
+            channels.push_back(comm.open({links}));
+        }
+        for (int round = 0; round < 3; ++round) {
+            for (int c = 0; c < 3; ++c)
+                for (std::size_t l = 0; l < static_cast<std::size_t>(size - 1); ++l) {
+                    const std::span<double> out = channels[static_cast<std::size_t>(c)]->send(0, l);
+                    std::iota(out.begin(), out.end(), rank + 1000.0 * c + 1e6 * round + 1e7 * opened);
+                }
+            for (const auto& channel : channels) channel->start();
+            for (int c = 2; c >= 0; --c) {
+                Channel& channel = *channels[static_cast<std::size_t>(c)];
+                channel.finish();
+                std::size_t wrong = 0, l = 0;
+                for (int peer = 0; peer < size; ++peer) {
+                    if (peer == rank) continue;
+                    const std::span<const double> in = channel.recv(0, l++);
+                    CHECK(in.size() == doubles(c, peer, rank));
+                    for (std::size_t k = 0; k < in.size(); ++k)
+                        wrong += in[k] != peer + 1000.0 * c + 1e6 * round + 1e7 * opened + static_cast<double>(k);
+                }
+                CHECK(wrong == 0);
+            }
+        }
+    }
+}
+
+TEST_CASE("a row of a reduction may be longer than those that go through shared memory") {
+    Mpi comm;
+    for (const std::size_t n : {3, 63, 64, 1000, 5}) {
+        comm.start_reduce({Buffer(n, 1 + comm.ranks()[0])}, n);
+        const std::span<const double> sum = comm.finish_reduce();
+        CHECK(std::ranges::count(sum, comm.size() * (comm.size() + 1) / 2) == static_cast<long>(n));
+    }
 }
 
 TEST_CASE("a communicator of MPI works beside others and on a part of the ranks") {
@@ -173,14 +232,17 @@ TEST_CASE("wrong shapes and disagreeing sizes are errors") {
             shorter[0].push_back({peer, 2, 3});
             longer[0].push_back({peer, 3, 2});
         }
-    const auto use = [&](const std::vector<Links>& links) {
-        const auto channel = comm.open(links);
+    const auto use = [](Mpi& with, const std::vector<Links>& links) {
+        const auto channel = with.open(links);
         channel->start();
         channel->finish();
     };
     if (size > 1) {
-        CHECK_THROWS_AS(use(shorter), std::logic_error);
-        CHECK_THROWS_AS(use(longer), std::runtime_error);
+        CHECK_THROWS_AS(use(comm, shorter), std::logic_error);
+        CHECK_THROWS_AS(use(comm, longer), std::logic_error);
+        Mpi by_messages(MPI_COMM_WORLD, {}, 0, WithinNode::messages);
+        CHECK_THROWS_AS(use(by_messages, shorter), std::logic_error);
+        CHECK_THROWS_AS(use(by_messages, longer), std::runtime_error);
     }
     MPI_Barrier(MPI_COMM_WORLD);
 }

@@ -44,7 +44,7 @@ class Bundle(unittest.TestCase):
         (self.root / "costs.json").write_text(json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb",
                                                           "ns": {kind: [{"bytes": 1000, "ns": 10}] for kind in kinds}}))
         platform = (self.root / "cases/platforms/node.xml.in").read_text()
-        (self.root / "node.xml").write_text(platform.replace("@clock@", "0").replace("@call@", "0:1e-7:0").replace("@latency@", "1us").replace("@bandwidth@", "5GBps").replace("@large@", "2"))
+        (self.root / "node.xml").write_text(platform.replace("@clock@", "0").replace("@call@", "0:1e-7:0").replace("@latency@", "1us").replace("@bandwidth@", "5GBps").replace("@shared@", "0:1e-8:0"))
         (self.root / "node.hosts").write_text("node\nnode\n")
         self.run_there("nscdd", "scale", *scene, "--ranks", 2, "--platform", "node.xml", "--costs", "costs.json", "--simulator", "lib/nscdd_simulated",
                        "--iterations", 20, "--measure", "--json", "scale.json")

@@ -72,18 +72,19 @@ struct CommSeconds {
 
 // Kinds of work, each with the unit in which it is counted.
 enum class Work {
-    sweep,        // contacts swept
-    accelerated,  // contacts swept from a combination of iterates
-    driven,       // batches with driven walls: the cost beyond their contacts, as each waits for the one before
-    residual,     // contacts tested
-    pack,         // copies of grains put into messages
-    glue,         // copies of grains made to agree, in closed form
-    factorised,   // copies of grains made to agree, by a factorised operator
-    message       // messages that a process sends or receives in an iteration: what MPI's calls do for them
+    sweep,          // contacts swept
+    accelerated,    // contacts swept from a combination of iterates
+    driven,         // batches with driven walls: the cost beyond their contacts, as each waits for the one before
+    residual,       // contacts tested
+    pack,           // copies of grains put into messages
+    glue,           // copies of grains made to agree, in closed form
+    factorised,     // copies of grains made to agree, by a factorised operator
+    message,        // messages that a process sends or receives in an iteration: what MPI's calls do for them
+    shared_message  // those through memory that processes share: what copying them takes
 };
 // Names of the kinds of Work, in their order, as files have them.
-constexpr std::array<const char*, 8> work_names{"sweep", "accelerated", "driven",     "residual",
-                                                "pack",  "glue",        "factorised", "message"};
+constexpr std::array<const char*, 9> work_names{"sweep", "accelerated", "driven",  "residual",      "pack",
+                                                "glue",  "factorised",  "message", "shared_message"};
 
 // Called for work on a rank: `count` units of a kind, on data of `bytes` that the rank goes through repeatedly; their
 // size says which cache holds them; of messages it is the size of one. A simulated machine advances its clock by the

@@ -1,5 +1,5 @@
-// Over MPI, each process hosting one rank or several. The only header that includes mpi.h; nothing else includes this
-// one.
+// Over MPI, each process hosting one rank or several. No other header but mpi_node.hpp includes mpi.h, and none
+// includes this one.
 #pragma once
 
 #include <mpi.h>
@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "nscdd/comm/mpi_node.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -36,10 +37,13 @@ class Mpi final : public Communicator {
   public:
     // Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
     // if given, is called at every charge(), and for the messages of channels and reductions. `size`: ranks in all, the
-    // same on every process; 0: one a process. Throws std::invalid_argument for fewer ranks than processes.
-    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0)
+    // same on every process; 0: one a process. `within`: how messages go between processes of a node. Throws
+    // std::invalid_argument for fewer ranks than processes.
+    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0,
+                 WithinNode within = WithinNode::memory)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
+          node_(comm_.handle, within),
           charged_(std::move(charged)) {
         synchronise_clock();
     }
@@ -47,8 +51,8 @@ class Mpi final : public Communicator {
     int size() const override { return hosted_.size(); }
     std::span<const int> ranks() const override { return hosted_.ranks(); }
 
-    // Throws std::logic_error for a peer that is no rank. finish() throws std::logic_error when a message is shorter
-    // than expected, std::runtime_error when it is longer.
+    // Throws std::logic_error for a peer that is no rank, and for a message through memory of another length than
+    // expected. Of other messages finish() throws std::logic_error when one is shorter, std::runtime_error when longer.
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
         check_count(links.size(), "open");
         for (std::size_t k = 0; k < links.size(); ++k)
@@ -170,7 +174,9 @@ class Mpi final : public Communicator {
         spent(entry, reduction_.rows().stamp());
         return reduction_.rows().row(0);
     }
+    // Looking into a mailbox takes less time than looking at the clock, and is not counted.
     void advance() override {
+        if (!reduction_.awaits_mpi()) return reduction_.go_on(false);
         const double entry = now();
         reduction_.go_on(false);
         spent(entry, entry);
@@ -199,32 +205,43 @@ class Mpi final : public Communicator {
             for (std::size_t k = 0; k < links.size(); ++k)
                 for (const Link& link : links[k])
                     if (link.peer != comm.hosted_.ranks()[k]) messages_ += 1, doubles_ += link.send;
+            mailboxes_ = comm.node_.open(sizes(layout_.outgoing), sizes(layout_.incoming));
             requests_.assign(layout_.incoming.size() + layout_.outgoing.size(), MPI_REQUEST_NULL);
             statuses_.resize(requests_.size());
         }
 
         void start() override {
             const double entry = comm_.now();
-            for (const auto& message : layout_.outgoing) comm_.charge_call(message.doubles.size());
-            for (const auto& message : layout_.outgoing) message.doubles.back() = entry;
+            charge_calls(layout_.outgoing, mailboxes_.outgoing_shared);
             MPI_Request* request = requests_.data();
-            for (const auto& [process, message] : layout_.incoming)
+            for (std::size_t m = 0; m < layout_.incoming.size(); ++m, ++request) {
+                if (mailboxes_.incoming[m]) continue;
+                const auto& [process, message] = layout_.incoming[m];
                 check(MPI_Irecv(message.data(), narrow(message.size()), MPI_DOUBLE, process, tag_, comm_.comm_.handle,
-                                request++),
+                                request),
                       "start");
-            for (const auto& [process, message] : layout_.outgoing)
-                check(MPI_Isend(message.data(), narrow(message.size()), MPI_DOUBLE, process, tag_, comm_.comm_.handle,
-                                request++),
-                      "start");
+            }
+            for (std::size_t m = 0; m < layout_.outgoing.size(); ++m, ++request) {
+                const auto& [process, message] = layout_.outgoing[m];
+                message.back() = entry;
+                if (Mailbox& mailbox = mailboxes_.outgoing[m])
+                    mailbox.put(message);
+                else
+                    check(MPI_Isend(message.data(), narrow(message.size()), MPI_DOUBLE, process, tag_,
+                                    comm_.comm_.handle, request),
+                          "start");
+            }
             comm_.traffic_.messages += messages_;
             comm_.traffic_.bytes += static_cast<double>(doubles_ * sizeof(double));
             comm_.spent(entry, entry);
         }
+        // Messages of MPI first, since they go on while something of MPI waits.
         void finish() override {
             const double entry = comm_.now();
             // Waits for all requests even after an error: those under way still use our memory.
             int code = MPI_SUCCESS;
             for (std::size_t k = 0; k < requests_.size(); ++k) {
+                if (requests_[k] == MPI_REQUEST_NULL) continue;
                 const int failed = MPI_Wait(&requests_[k], &statuses_[k]);
                 if (code == MPI_SUCCESS) code = failed;
             }
@@ -232,23 +249,41 @@ class Mpi final : public Communicator {
             double latest = entry;
             for (std::size_t m = 0; m < layout_.incoming.size(); ++m) {
                 const auto& [process, message] = layout_.incoming[m];
-                int n = 0;
-                check(MPI_Get_count(&statuses_[m], MPI_DOUBLE, &n), "finish");
-                if (n != narrow(message.size()))
-                    throw std::logic_error("finish: the message of process " + std::to_string(process) +
-                                           " to process " + std::to_string(comm_.hosted_.process()) +
-                                           " is shorter than expected");
+                if (Mailbox& mailbox = mailboxes_.incoming[m])
+                    mailbox.take(message);
+                else
+                    check_length(statuses_[m], process, message.size());
                 latest = std::max(latest, message.back());
             }
-            for (const auto& message : layout_.incoming) comm_.charge_call(message.doubles.size());
+            charge_calls(layout_.incoming, mailboxes_.incoming_shared);
             comm_.spent(entry, latest);
         }
 
       private:
+        static std::vector<detail::NodeMemory::Message> sizes(
+            const std::vector<detail::MessageLayout::Message>& messages) {
+            std::vector<detail::NodeMemory::Message> sizes;
+            for (const auto& [process, message] : messages) sizes.push_back({process, message.size()});
+            return sizes;
+        }
+        void charge_calls(const std::vector<detail::MessageLayout::Message>& messages,
+                          const std::vector<char>& shared) const {
+            for (std::size_t m = 0; m < messages.size(); ++m) comm_.charge_call(messages[m].doubles.size(), shared[m]);
+        }
+        void check_length(const MPI_Status& status, int process, std::size_t expected) const {
+            int n = 0;
+            check(MPI_Get_count(&status, MPI_DOUBLE, &n), "finish");
+            if (n != narrow(expected))
+                throw std::logic_error("finish: the message of process " + std::to_string(process) + " to process " +
+                                       std::to_string(comm_.hosted_.process()) + " is shorter than expected");
+        }
+
         Mpi& comm_;
         detail::MessageLayout layout_;
+        detail::NodeMemory::Mailboxes mailboxes_;
         int tag_;
-        std::vector<MPI_Request> requests_;  // of incoming messages, then of outgoing ones
+        std::vector<MPI_Request>
+            requests_;  // of incoming messages, then of outgoing ones; null for those with a mailbox
         std::vector<MPI_Status> statuses_;
         double messages_ = 0;
         std::size_t doubles_ = 0;
@@ -258,64 +293,122 @@ class Mpi final : public Communicator {
     // opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    // A reduction in rounds of messages (ReductionRounds). `counted`: whether traffic() counts its messages.
+    // A reduction in rounds of messages (ReductionRounds). In the iteration: traffic() counts its messages, and they go
+    // through memory where they can.
     class Reduction {
       public:
-        Reduction(Mpi& comm, int own_tag, bool counted)
-            : comm_(comm), rows_(comm.hosted_), own_tag_(own_tag), counted_(counted) {}
+        Reduction(Mpi& comm, int own_tag, bool in_iteration)
+            : comm_(comm), rows_(comm.hosted_), own_tag_(own_tag), in_iteration_(in_iteration) {
+            for (int step = 1; in_iteration && rows_.rounds().has(step); step *= ReductionRounds::group) {
+                std::vector<detail::NodeMemory::Message> outgoing, incoming;
+                rows_.visit_partners(
+                    step,
+                    [&incoming](int process, std::size_t rows) {
+                        incoming.push_back({process, rows * longest});
+                    },
+                    [&outgoing](int process, std::size_t rows) {
+                        outgoing.push_back({process, rows * longest});
+                    });
+                mailboxes_.push_back(comm.node_.open(outgoing, incoming));
+            }
+        }
 
         bool under_way() const { return rows_.under_way(); }
+        bool awaits_mpi() const { return received_ < awaited_.size() && !awaited_[received_].mailbox; }
         const ReducedRows& rows() const { return rows_; }
 
         void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
             rows_.start(mine, added, stamp);
+            round_ = 0;
             start_round();
         }
-        // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One row is asked for
-        // at a time, so that a call costs little: the first row that is not there ends it.
+        // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One message is asked
+        // for at a time, so that a call costs little: the first one that is not there ends it.
         void go_on(bool wait) {
             for (; under_way(); finish_round())
-                for (; received_ < receiving_.size(); ++received_) {
-                    MPI_Request& request = receiving_[received_];
-                    int there = 1;
-                    check(wait ? MPI_Wait(&request, MPI_STATUS_IGNORE) : MPI_Test(&request, &there, MPI_STATUS_IGNORE),
-                          "reduce");
-                    if (!there) return;
-                }
+                for (; received_ < awaited_.size(); ++received_)
+                    if (!receive(awaited_[received_], wait)) return;
         }
 
       private:
+        static constexpr std::size_t longest = 64;  // doubles of a row that goes through memory
+
+        struct Awaited {
+            MPI_Request request = MPI_REQUEST_NULL;
+            Mailbox* mailbox = nullptr;
+            Buffer* rows = nullptr;
+        };
+
+        // False if the message is not there and must not be waited for.
+        static bool receive(Awaited& awaited, bool wait) {
+            if (awaited.mailbox) {
+                if (!wait && !awaited.mailbox->there()) return false;
+                awaited.mailbox->take(*awaited.rows);
+                return true;
+            }
+            int there = 1;
+            check(wait ? MPI_Wait(&awaited.request, MPI_STATUS_IGNORE)
+                       : MPI_Test(&awaited.request, &there, MPI_STATUS_IGNORE),
+                  "reduce");
+            return there != 0;
+        }
+
         void start_round() {
-            receiving_.clear();
+            awaited_.clear();
             sending_.clear();
             received_ = 0;
             if (!under_way()) return;
-            const auto trade = [this](std::vector<MPI_Request>& requests, int process, Buffer& row, auto* call) {
-                check(call(row.data(), narrow(row.size()), MPI_DOUBLE, process, own_tag_, comm_.comm_.handle,
-                           &requests.emplace_back()),
-                      "reduce");
-            };
-            rows_.trade([&](int process, Buffer& row) { trade(receiving_, process, row, &MPI_Irecv); },
-                        [&](int process, Buffer& row) { trade(sending_, process, row, &MPI_Isend); },
-                        [this](std::span<const double> row) {
-                            if (counted_) comm_.count(row.size());
-                        });
-            if (counted_) rows_.visit_outgoing([this](std::size_t doubles) { comm_.charge_call(doubles); });
+            std::size_t from = 0, to = 0;  // in the mailboxes of the round
+            rows_.trade(
+                [&](int process, Buffer& rows) {
+                    Awaited& awaited = awaited_.emplace_back();
+                    awaited.rows = &rows;
+                    if (in_iteration_) awaited.mailbox = mailbox(mailboxes_[round_].incoming, from++, rows);
+                    if (!awaited.mailbox)
+                        check(MPI_Irecv(rows.data(), narrow(rows.size()), MPI_DOUBLE, process, own_tag_,
+                                        comm_.comm_.handle, &awaited.request),
+                              "reduce");
+                },
+                [&](int process, Buffer& rows) {
+                    if (in_iteration_) comm_.charge_call(rows.size(), shared(mailboxes_[round_].outgoing_shared, to));
+                    if (Mailbox* const way = in_iteration_ ? mailbox(mailboxes_[round_].outgoing, to++, rows) : nullptr)
+                        way->put(rows);
+                    else
+                        check(MPI_Isend(rows.data(), narrow(rows.size()), MPI_DOUBLE, process, own_tag_,
+                                        comm_.comm_.handle, &sending_.emplace_back()),
+                              "reduce");
+                },
+                [this](std::span<const double> row) {
+                    if (in_iteration_) comm_.count(row.size());
+                });
         }
         // Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
         void finish_round() {
             check(MPI_Waitall(narrow(sending_.size()), sending_.data(), MPI_STATUSES_IGNORE), "reduce");
-            if (counted_) rows_.visit_incoming([this](std::size_t doubles) { comm_.charge_call(doubles); });
+            for (std::size_t m = 0; in_iteration_ && m < awaited_.size(); ++m)
+                comm_.charge_call(awaited_[m].rows->size(), shared(mailboxes_[round_].incoming_shared, m));
             rows_.finish_round();
+            ++round_;
             start_round();
+        }
+
+        // The m-th mailbox if it is one and these rows fit, else null.
+        static Mailbox* mailbox(std::vector<Mailbox>& mailboxes, std::size_t m, const Buffer& rows) {
+            return mailboxes[m] && rows.size() <= mailboxes[m].doubles() ? &mailboxes[m] : nullptr;
+        }
+        // Whether the m-th message goes through memory, or is to be charged as if it did.
+        bool shared(const std::vector<char>& shared, std::size_t m) const {
+            return shared[m] && rows_.row(0).size() < longest;
         }
 
         Mpi& comm_;
         ReducedRows rows_;
-        std::vector<MPI_Request> receiving_, sending_;  // of the round under way
-        std::size_t received_ = 0;
+        std::vector<detail::NodeMemory::Mailboxes> mailboxes_;  // by round
+        std::vector<Awaited> awaited_;                          // of the round under way
+        std::vector<MPI_Request> sending_;
+        std::size_t received_ = 0, round_ = 0;
         int own_tag_;
-        bool counted_;
+        bool in_iteration_;
     };
 
     // A duplicate of the caller's communicator, so that our messages never meet the caller's.
@@ -344,13 +437,7 @@ class Mpi final : public Communicator {
         }
     };
 
-    static void check(int code, const char* call) {
-        if (code == MPI_SUCCESS) return;
-        char text[MPI_MAX_ERROR_STRING];
-        int length = 0;
-        MPI_Error_string(code, text, &length);
-        throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
-    }
+    static void check(int code, const char* call) { detail::check_mpi(code, call); }
 
     void check_count(std::size_t buffers, const char* call) const {
         if (buffers != hosted_.count())
@@ -375,9 +462,9 @@ class Mpi final : public Communicator {
         traffic_.bytes += static_cast<double>(doubles * sizeof(double));
     }
 
-    // What calls take for a message, on a simulated machine, which lets messages pass without them.
-    void charge_call(std::size_t doubles) const {
-        if (charged_) charged_(Work::message, 1, double(doubles * sizeof(double)));
+    // What sending or receiving takes for a message, on a simulated machine, which lets messages pass without it.
+    void charge_call(std::size_t doubles, bool shared) const {
+        if (charged_) charged_(shared ? Work::shared_message : Work::message, 1, double(doubles * sizeof(double)));
     }
 
     void spent(double entry, double latest) {
@@ -415,6 +502,7 @@ class Mpi final : public Communicator {
 
     Duplicate comm_;
     HostedRanks hosted_;
+    detail::NodeMemory node_;
     double offset_ = 0;  // to the clock of rank 0 [s]
 
     // Staging, which only grows.

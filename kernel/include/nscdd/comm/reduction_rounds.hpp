@@ -92,11 +92,26 @@ class ReducedRows {
         added_ = added;
         step_ = 1;
     }
-    bool under_way() const { return rounds_.has(step_); }  // whether a round is still to be done
+    bool under_way() const { return rounds_.has(step_); }      // whether a round is still to be done
+    const ReductionRounds& rounds() const { return rounds_; }  // who sends to whom
 
-    // receive(process, rows) and send(process, rows) of the round, at most one of each for another process: what its
-    // ranks and those of this process send each other, by source, then target. sent(row) for each row that is sent,
-    // also within this process.
+    // receives(process, rows) and sends(process, rows) for each other process, ascending, that rows come from or go to
+    // in the round of this step: how many.
+    void visit_partners(int step, auto&& receives, auto&& sends) const {
+        std::map<int, std::size_t> from, to;
+        for (const int rank : hosted_.ranks()) {
+            rounds_.visit_sources(step, rank, [&](int source, std::size_t) { ++from[hosted_.process_of(source)]; });
+            rounds_.visit_targets(step, rank, [&](int target) { ++to[hosted_.process_of(target)]; });
+        }
+        for (const auto& [process, rows] : from)
+            if (process != hosted_.process()) receives(process, rows);
+        for (const auto& [process, rows] : to)
+            if (process != hosted_.process()) sends(process, rows);
+    }
+
+    // receive(process, rows) and send(process, rows) of the round, by process, at most one of each for another one:
+    // what its ranks and those of this process send each other, by source, then target. sent(row) for each row that is
+    // sent, also within this process.
     void trade(auto&& receive, auto&& send, auto&& sent) {
         awaited_.clear();
         for (auto* messages : {&incoming_, &outgoing_})
@@ -145,21 +160,11 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
-    // visit(doubles) for each message from another process in this round.
-    void visit_incoming(auto&& visit) const { visit_doubles(incoming_, visit); }
-    // visit(doubles) for each message to another process in this round.
-    void visit_outgoing(auto&& visit) const { visit_doubles(outgoing_, visit); }
-
     // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
     std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
     double stamp() const { return rows_[0].back(); }  // the largest so far
 
   private:
-    static void visit_doubles(const std::map<int, Buffer>& messages, auto&& visit) {
-        for (const auto& [process, rows] : messages)
-            if (!rows.empty()) visit(rows.size());
-    }
-
     const HostedRanks& hosted_;
     ReductionRounds rounds_;
     std::vector<Buffer> rows_;                                        // of the hosted ranks
