@@ -139,7 +139,8 @@ def merge(earlier, record):
             was, now = what(earlier)[key], what(record)[key]
             if was != now:
                 raise ValueError(f"{told}{key} was {was}, and is {now}")
-    merged = record | {"command": f"{earlier['command']}; {record['command']}", "machine": earlier["machine"],
+    commands = dict.fromkeys([*earlier["command"].split("; "), record["command"]])  # each once
+    merged = record | {"command": "; ".join(commands), "machine": earlier["machine"],
                        "counted_on": sorted({*earlier.get("counted_on", [earlier["machine"]["cpu"]]), record["machine"]["cpu"]})}
     for kind, names in IDENTITY.items():
         def identity(row):

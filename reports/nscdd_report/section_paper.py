@@ -62,7 +62,8 @@ def communication(paper):
                "minimal interface to the future (its section 3.2; METHOD.md, section 6.7).</li>"
                "<li>Contacts of shared grains are swept first, and their messages are under way while the rest is swept (METHOD.md, section 6.6). "
                "Only what the sweep does not hide counts as time in MPI.</li>"
-               "<li>Messages lie where they are packed and read, one a neighbour; nothing is copied but by MPI itself.</li>"
+               "<li>Messages lie where they are packed and read, one a neighbour. A message is copied into memory that "
+               "the ranks of a node share, and out of it.</li>"
                "<li>The simulated node has no contention: that cores share the bandwidth of their memory is left out.</li></ul>"
                + ('<p>What the first makes, <a href="#paper-interface">runs on the predicted interface</a> tell. These results do not tell how much each of '
                   "the others saves.</p>" if paper_tables.interface(paper, Paper(paper.record, "predicted")) else
