@@ -1,10 +1,16 @@
 // Memory that the processes of a node share, and the mailboxes in it (mailbox.hpp). Includes mpi.h, as mpi.hpp does.
 #pragma once
 
+#include <fcntl.h>
 #include <mpi.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <exception>
+#include <array>
+#include <cstdint>
+#include <cstdio>
 #include <map>
 #include <span>
 #include <stdexcept>
@@ -18,7 +24,7 @@ namespace nscdd::inline NSCDD_ABI {
 
 // How messages of the iteration go from process to process within a node.
 enum class WithinNode {
-    memory,    // through memory that the processes share, where MPI gives it and they fit; other messages as below
+    memory,    // through memory that the processes share, where the system gives it and they fit; others as below
     messages,  // as messages of MPI
     modelled   // as messages of MPI that are charged as if they went through memory: for simulated machines
 };
@@ -74,8 +80,7 @@ class NodeMemory {
 
     // For the processes of `comm` that share memory with this one, each with a segment of so many bytes. Collective.
     NodeMemory(MPI_Comm comm, WithinNode how, std::size_t bytes = std::size_t{1} << 20)
-        : words_(how == WithinNode::messages ? 0 : bytes / sizeof(Mailbox::Word)),
-          exceptions_(std::uncaught_exceptions()) {
+        : words_(how == WithinNode::messages ? 0 : bytes / sizeof(Mailbox::Word)) {
         if (how == WithinNode::messages) return;
         int process = 0, processes = 0, members = 0;
         check_mpi(MPI_Comm_rank(comm, &process), "MPI_Comm_rank");
@@ -94,16 +99,11 @@ class NodeMemory {
     }
     NodeMemory(const NodeMemory&) = delete;
     NodeMemory& operator=(const NodeMemory&) = delete;
-    // Freeing is collective: a process that leaves by an exception leaves the memory to the end of the program.
     ~NodeMemory() {
+        release();
         int finalised = 0;
         MPI_Finalized(&finalised);
-        if (finalised || std::uncaught_exceptions() > exceptions_) return;
-        if (window_ != MPI_WIN_NULL) {
-            MPI_Win_unlock_all(window_);
-            MPI_Win_free(&window_);
-        }
-        if (node_ != MPI_COMM_NULL) MPI_Comm_free(&node_);
+        if (!finalised && node_ != MPI_COMM_NULL) MPI_Comm_free(&node_);
     }
 
     // Collective among the processes of the node. Messages of more than `longest` and those that do not fit into the
@@ -133,8 +133,7 @@ class NodeMemory {
             if (!fits) continue;
             const auto member = static_cast<std::size_t>(members_.at(message.process));
             announced_[member] = {at, message.doubles};
-            if (window_ != MPI_WIN_NULL)
-                mailboxes.outgoing.back() = Mailbox(segments_[own_] + at, message.doubles, before);
+            if (shared_) mailboxes.outgoing.back() = Mailbox(segments_[own_] + at, message.doubles, before);
             at += Mailbox::words(message.doubles);
         }
         if (members_.size() > 1)
@@ -152,8 +151,7 @@ class NodeMemory {
                                        std::to_string(doubles) + " doubles, expected are " +
                                        std::to_string(message.doubles));
             mailboxes.incoming_shared.back() = 1;
-            if (window_ != MPI_WIN_NULL)
-                mailboxes.incoming.back() = Mailbox(segments_[member] + begins, message.doubles, before);
+            if (shared_) mailboxes.incoming.back() = Mailbox(segments_[member] + begins, message.doubles, before);
         }
         return mailboxes;
     }
@@ -181,42 +179,60 @@ class NodeMemory {
         return words_ - at >= wanted ? at : words_;
     }
 
-    // Leaves window_ null if MPI cannot give the memory to one of the processes.
+    // Every process makes its segment and maps those of the others. All or none have it afterwards: where one fails,
+    // all go without. Not by MPI_Win_allocate_shared: with Open MPI 4.1.4 a process that fails leaves the others
+    // waiting for it, and freeing the window is collective, which a process that meets an error cannot take part in.
     void allocate() {
-        MPI_Info apart = MPI_INFO_NULL;  // segments may lie apart, each begins a page
-        check_mpi(MPI_Info_create(&apart), "MPI_Info_create");
-        check_mpi(MPI_Info_set(apart, "alloc_shared_noncontig", "true"), "MPI_Info_set");
-        Mailbox::Word* mine = nullptr;
-        const int code = MPI_Win_allocate_shared(static_cast<MPI_Aint>(words_ * sizeof(Mailbox::Word)), 1, apart, node_,
-                                                 static_cast<void*>(&mine), &window_);
-        MPI_Info_free(&apart);
-        int given = code == MPI_SUCCESS;
-        check_mpi(MPI_Allreduce(MPI_IN_PLACE, &given, 1, MPI_INT, MPI_MIN, node_), "MPI_Allreduce");
-        if (!given) {
-            window_ = MPI_WIN_NULL;
-            return;
-        }
-        check_mpi(MPI_Win_lock_all(MPI_MODE_NOCHECK, window_), "MPI_Win_lock_all");
-        for (std::size_t m = 0; m < segments_.size(); ++m) {
-            MPI_Aint size = 0;
-            int unit = 0;
-            check_mpi(
-                MPI_Win_shared_query(window_, static_cast<int>(m), &size, &unit, static_cast<void*>(&segments_[m])),
-                "MPI_Win_shared_query");
-        }
         int own = 0;
         check_mpi(MPI_Comm_rank(node_, &own), "MPI_Comm_rank");
         own_ = static_cast<std::size_t>(own);
-        // zeros, so that no flag is taken for one that was put: other memory may be given than that of a fresh page
-        std::fill_n(mine, words_, Mailbox::Word{0});
-        check_mpi(MPI_Barrier(node_), "MPI_Barrier");
+        using Name = std::array<char, 64>;
+        Name name{};
+        std::snprintf(name.data(), name.size(), "/nscdd-%ld-%p", static_cast<long>(getpid()),
+                      static_cast<const void*>(this));
+        int mapped = map(name.data(), true, segments_[own_]);
+        const bool made = mapped;
+        std::vector<Name> names(segments_.size());
+        check_mpi(MPI_Allgather(name.data(), static_cast<int>(name.size()), MPI_CHAR, names.data(),
+                                static_cast<int>(name.size()), MPI_CHAR, node_),
+                  "MPI_Allgather");
+        for (std::size_t m = 0; mapped && m < segments_.size(); ++m)
+            if (m != own_) mapped = map(names[m].data(), false, segments_[m]);
+        check_mpi(MPI_Allreduce(MPI_IN_PLACE, &mapped, 1, MPI_INT, MPI_MIN, node_), "MPI_Allreduce");
+        if (made) shm_unlink(name.data());  // all have it who will ever have it
+        shared_ = mapped;
+        if (!shared_) release();
+    }
+
+    // Maps a segment, made of zeros first if `make`. False if the system does not give it.
+    bool map(const char* name, bool make, Mailbox::Word*& segment) const {
+        const std::size_t bytes = words_ * sizeof(Mailbox::Word);
+        rlimit largest{};  // of a file; beyond it the process would get a signal
+        if (getrlimit(RLIMIT_FSIZE, &largest) == 0 && largest.rlim_cur < bytes) return false;
+        const int file = shm_open(name, make ? O_CREAT | O_EXCL | O_RDWR : O_RDWR, 0600);
+        if (file < 0) return false;
+        const bool there = !make || posix_fallocate(file, 0, static_cast<off_t>(bytes)) == 0;
+        void* const at = there ? mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
+        close(file);
+        if (at == MAP_FAILED) {
+            if (make) shm_unlink(name);
+            return false;
+        }
+        segment = static_cast<Mailbox::Word*>(at);
+        return true;
+    }
+
+    void release() {
+        for (Mailbox::Word*& segment : segments_) {
+            if (segment) munmap(segment, words_ * sizeof(Mailbox::Word));
+            segment = nullptr;
+        }
     }
 
     std::size_t words_;                            // of a segment
-    int exceptions_;                               // under way when this was made
     MPI_Comm node_ = MPI_COMM_NULL;                // processes that share memory
     std::map<int, int> members_;                   // of them: process, and its number in node_
-    MPI_Win window_ = MPI_WIN_NULL;                // their memory, if they got it
+    bool shared_ = false;                          // whether they have it
     std::vector<Mailbox::Word*> segments_;         // by member
     std::size_t own_ = 0;                          // member that this process is
     std::map<std::size_t, std::size_t> taken_;     // words of the own segment: begin, end
