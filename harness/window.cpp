@@ -126,10 +126,10 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
                          "Standard deviation of the time of every piece of work over its mean, lognormal")
             ->check(between(0, 10, true))
             ->capture_default_str();
-        command->add_option("--latency", arguments.latency, "Factor on what MPI's calls take for a message")
+        command->add_option("--latency", arguments.latency, "Factor on what sending or receiving takes for a message")
             ->check(positive_number())
             ->capture_default_str();
-        command->add_option("--bandwidth", arguments.bandwidth, "Divisor of what MPI's calls take for a byte")
+        command->add_option("--bandwidth", arguments.bandwidth, "Divisor of what sending or receiving takes for a byte")
             ->check(positive_number())
             ->capture_default_str();
         command->add_option("--seed", arguments.seed, "Of the noise")->capture_default_str();

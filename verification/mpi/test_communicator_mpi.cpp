@@ -145,6 +145,25 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("ranks of one node use the memory that they share, and MPI where they are told to") {
+    for (const auto within : {WithinNode::memory, WithinNode::messages}) {
+        std::array<double, nscdd::work_names.size()> charged{};
+        const auto count = [&charged](nscdd::Work kind, double units, double) {
+            charged[static_cast<std::size_t>(kind)] += units;
+        };
+        Mpi comm(MPI_COMM_WORLD, count, 0, within);
+        const int rank = comm.ranks()[0], size = comm.size();
+        const auto channel = comm.open({pattern::links(rank, size, 0)});
+        channel->start();
+        channel->finish();
+        comm.reduce(std::vector<Buffer>{Buffer(3)}, 3);
+        if (size == 1) continue;  // alone, a rank has no memory to share
+        const bool memory = within == WithinNode::memory;
+        CHECK(charged[static_cast<std::size_t>(memory ? nscdd::Work::message : nscdd::Work::shared_message)] == 0);
+        CHECK(charged[static_cast<std::size_t>(memory ? nscdd::Work::shared_message : nscdd::Work::message)] > 0);
+    }
+}
+
 TEST_CASE("a row of a reduction may be longer than those that go through shared memory") {
     Mpi comm;
     for (const std::size_t n : {3, 63, 64, 1000, 5}) {

@@ -82,9 +82,8 @@ class NodeMemory {
     NodeMemory(MPI_Comm comm, WithinNode how, std::size_t bytes = std::size_t{1} << 20)
         : words_(how == WithinNode::messages ? 0 : bytes / sizeof(Mailbox::Word)) {
         if (how == WithinNode::messages) return;
-        int process = 0, processes = 0, members = 0;
+        int process = 0, members = 0;
         check_mpi(MPI_Comm_rank(comm, &process), "MPI_Comm_rank");
-        check_mpi(MPI_Comm_size(comm, &processes), "MPI_Comm_size");
         check_mpi(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, process, MPI_INFO_NULL, &node_),
                   "MPI_Comm_split_type");
         check_mpi(MPI_Comm_set_errhandler(node_, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
@@ -96,6 +95,7 @@ class NodeMemory {
         announced_.resize(members_.size());
         known_.resize(members_.size());
         if (how == WithinNode::memory && members > 1) allocate();
+        open_ = shared_ || how == WithinNode::modelled;
     }
     NodeMemory(const NodeMemory&) = delete;
     NodeMemory& operator=(const NodeMemory&) = delete;
@@ -107,8 +107,8 @@ class NodeMemory {
     }
 
     // Collective among the processes of the node. Messages of more than `longest` and those that do not fit into the
-    // segment get none. Throws
-    // std::logic_error where a message with a mailbox has another length for its receiver than for its sender.
+    // segment get none. Throws std::logic_error where a message with a mailbox has another length for its receiver
+    // than for its sender.
     //
     // Every process has come here when one leaves, so all messages before are taken, and the memory of mailboxes that
     // are gone can be used again.
@@ -166,7 +166,7 @@ class NodeMemory {
     };
 
     bool shared(const Message& message) const {
-        return message.doubles <= longest && members_.contains(message.process);
+        return open_ && message.doubles <= longest && members_.contains(message.process);
     }
 
     // Where so many words are free, the first such place; words_ if there is none.
@@ -233,6 +233,7 @@ class NodeMemory {
     MPI_Comm node_ = MPI_COMM_NULL;                // processes that share memory
     std::map<int, int> members_;                   // of them: process, and its number in node_
     bool shared_ = false;                          // whether they have it
+    bool open_ = false;                            // whether they have it, or it is modelled
     std::vector<Mailbox::Word*> segments_;         // by member
     std::size_t own_ = 0;                          // member that this process is
     std::map<std::size_t, std::size_t> taken_;     // words of the own segment: begin, end
