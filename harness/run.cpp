@@ -153,6 +153,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.tolerance > 0) scene.solver.tolerance = arguments.tolerance;
     if (arguments.velocity_error > 0) scene.solver.velocity_error = arguments.velocity_error;
     if (arguments.energy_made > 0) scene.solver.energy_made = arguments.energy_made;
+    if (arguments.penetration > 0) scene.solver.penetration = arguments.penetration;
     if (arguments.from.empty() && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
     if (!arguments.from.empty()) {
         request.from = read_state(arguments.from, share);
@@ -199,11 +200,11 @@ RunFunction choose_model(const Scene& scene) {
 static std::string what_is_solved(const RunRequest& request) {
     const StepSettings& step = request.scene.step;
     const SolverSettings& solver = request.scene.solver;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
                        request.multiplicity, request.partition, fmt::join(request.grid, "x"), request.imbalance,
                        request.subdomains, request.start_step, step.count, solver.method, solver.tolerance,
-                       solver.velocity_error, solver.energy_made, solver.check_every, solver.max_iterations,
-                       solver.sweeps, solver.window.value_or(-1), read_file(request.scene.file));
+                       solver.velocity_error, solver.energy_made, solver.penetration, solver.check_every,
+                       solver.max_iterations, solver.sweeps, solver.window.value_or(-1), read_file(request.scene.file));
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {

@@ -22,6 +22,7 @@ inline SolveOptions solve_options(const SolverSettings& solver, const std::strin
     options.tolerance = solver.tolerance;
     options.velocity_error = solver.velocity_error;
     options.energy_made = solver.energy_made;
+    options.penetration = solver.penetration;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
     if (!sweeps(scheme)) return options;

@@ -84,6 +84,11 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         ->add_option("--energy-made", run.energy_made,
                      "Largest share of energy that contacts may make in a step, instead of the scene's (default: 1e-3)")
         ->check(positive_number());
+    command
+        ->add_option(
+            "--penetration", run.penetration,
+            "Deepest that a step may close a contact, over the least radius, instead of the scene's (default: 1e-3)")
+        ->check(positive_number());
     command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
         ->check(CLI::PositiveNumber);
     command

@@ -206,6 +206,7 @@ class SceneReader {
         solver.tolerance = table.number("tolerance", positive, solver.tolerance);
         solver.velocity_error = table.number("velocity_error", positive, solver.velocity_error);
         solver.energy_made = table.number("energy_made", positive, solver.energy_made);
+        solver.penetration = table.number("penetration", positive, solver.penetration);
         solver.check_every = table.integer("check_every", 1, solver.check_every);
         solver.max_iterations = table.integer("max_iterations", 1, solver.max_iterations);
         solver.sweeps = table.integer("sweeps", 1, solver.sweeps);

@@ -66,6 +66,7 @@ struct SolverSettings {
     double tolerance = 1e-4;      // on eta, > 0
     double velocity_error = 0.1;  // > 0
     double energy_made = 1e-3;    // > 0
+    double penetration = 1e-3;    // over the least radius, > 0
     int check_every = 10;         // iterations between two evaluations of eta, >= 1
     int max_iterations = 20000;   // per step, >= 1
     int sweeps = 1;               // n_GS, >= 1

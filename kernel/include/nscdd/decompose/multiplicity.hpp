@@ -6,6 +6,9 @@
 #pragma once
 
 #include <algorithm>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "nscdd/core/wall.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
@@ -38,22 +41,20 @@ template <class M>
 void sweep_interface_first(Subdomain<M>& part) {
     std::vector<char> shared(part.grains.size(), 0);
     for (int g : part.interface) shared[static_cast<std::size_t>(g)] = 1;
+    // From the last on, the others move up behind those taken out: where nothing is early, nothing moves.
     const auto reorder = [](std::vector<Contact<M>>& contacts, std::vector<int>& source, auto&& early) {
-        std::vector<Contact<M>> late_contacts;
-        std::vector<int> late_source;
-        std::size_t kept = 0;
-        for (std::size_t c = 0; c < contacts.size(); ++c) {
+        std::vector<std::pair<Contact<M>, int>> taken;
+        std::size_t to = contacts.size();
+        for (std::size_t c = contacts.size(); c-- > 0;) {
             if (early(contacts[c])) {
-                contacts[kept] = contacts[c];
-                source[kept++] = source[c];
-            } else {
-                late_contacts.push_back(contacts[c]);
-                late_source.push_back(source[c]);
+                taken.emplace_back(contacts[c], source[c]);
+            } else if (--to != c) {
+                contacts[to] = contacts[c];
+                source[to] = source[c];
             }
         }
-        std::copy(late_contacts.begin(), late_contacts.end(), contacts.begin() + static_cast<std::ptrdiff_t>(kept));
-        std::copy(late_source.begin(), late_source.end(), source.begin() + static_cast<std::ptrdiff_t>(kept));
-        return kept;
+        for (std::size_t k = 0; k < to; ++k) std::tie(contacts[k], source[k]) = taken[to - 1 - k];
+        return to;
     };
     const auto interface = [&](int g) { return shared[static_cast<std::size_t>(g)] != 0; };
     part.interface_contacts = reorder(part.problem.contacts, part.source,
