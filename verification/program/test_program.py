@@ -85,6 +85,16 @@ class Program(ProgramTest):
         self.assertLess(found["auto"][0], found["scene"][0])
         self.assertNotEqual(found["relaxed"][0], found["scene"][0])
 
+    def test_the_penetration_of_a_step_is_bounded_as_asked(self):
+        """Nothing else is asked for, so the stricter bound takes more iterations."""
+        iterations = []
+        for bound in (1e-3, 1e-6):
+            run, _ = self.run_case(f"{bound}", "--tolerance", 1, "--velocity-error", 1e9, "--energy-made", 1e9, "--check-every", 1, "--penetration", bound)
+            self.assertEqual(run["penetration_allowed"], bound)
+            self.assertLessEqual(max(run["penetration"]), bound)
+            iterations.append(sum(run["iterations"]))
+        self.assertLess(iterations[0], iterations[1])
+
     def test_repeated_runs_are_the_same_run(self):
         once, _ = self.run_case("once")
         median, _ = self.run_case("median", "--repeat", 4)
