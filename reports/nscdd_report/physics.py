@@ -123,16 +123,22 @@ def wrapped(text, width):
     return f'<span style="display:inline-block;white-space:normal;overflow-wrap:anywhere;text-align:left;width:{width}em">{text}</span>'
 
 
+def references(record):
+    """What the rows are compared with, each once, in the order of the rows."""
+    return list(dict.fromkeys(reference for row in record["rows"] for reference in row["source"].split("; ")))
+
+
 def row_table(record):
     """Every comparison, with how it was measured beneath; what explains a difference stands with the verdict."""
-    lines = []
+    lines, number = [], {reference: str(n) for n, reference in enumerate(references(record), 1)}
     for row in record["rows"]:
         unit = {"1": "", "degrees": "\u00b0"}[row["unit"]]
         told = f"{row['verdict']}{': ' + row['why'] if row['why'] else ''}"
         note = f"<br><i>{escape(row['note'])}</i>" if row["note"] else ""
-        lines.append([wrapped(escape(row["quantity"]) + note, 18), value_text(row) + unit, wrapped(published_text(row), 10),
-                      wrapped(escape(row["rule"]), 9), (wrapped(escape(told), 8), MARK[row["verdict"]]), wrapped(escape(row["source"]), 12)])
-    head = [[(text, 1) for text in ("quantity", "ours", "published", "rule", "verdict", "source")]]
+        lines.append([wrapped(escape(row["quantity"]) + note, 20), value_text(row) + unit, wrapped(published_text(row), 10),
+                      wrapped(escape(row["rule"]), 12), (wrapped(escape(told), 10), MARK[row["verdict"]]),
+                      ", ".join(number[reference] for reference in row["source"].split("; "))])
+    head = [[(text, 1) for text in ("quantity", "ours", "published", "rule", "verdict", "sources")]]
     return tables.table(head, lines, "Granular physics beside published numbers")
 
 
@@ -170,6 +176,7 @@ def parts_of(record, out):
                "and loadings, which the rule states; errors are standard errors of means in time. Where a result is outside by less than two of "
                "them, nothing can be told. Published numbers are quoted; few were checked in the papers for this page (published.py says which).")
     yield table_block(row_table(record), "Granular physics beside published numbers", caption, source, wide=True)
+    yield "<p>Sources:</p><ol>" + "".join(f"<li>{escape(reference)}</li>" for reference in references(record)) + "</ol>"
     for name, (title, caption) in CAPTIONS.items():
         if drawable(record, name):
             yield figure_block(write_svg(record, name, out), title, caption, source, wide=True)
