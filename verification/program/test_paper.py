@@ -53,6 +53,19 @@ class Plan(unittest.TestCase):
         self.assertEqual(rows.factors(str(ROOT / "cases/platforms/node48.xml"), 1, 1), [])
 
 
+class Reproduce(unittest.TestCase):
+    def test_what_it_does_not_know_starts_no_job(self):
+        for arguments in (("--none",), ("--only",), ("--only", "nope"), ("--full", "--list"), ("--only", "peers", "more")):
+            done = subprocess.run([ROOT / "scripts/reproduce", *arguments], capture_output=True, text=True)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertRegex(done.stderr, r"^reproduce: [^\n]*\n$")
+
+    def test_full_makes_every_item_of_the_paper(self):
+        text = (ROOT / "scripts/reproduce").read_text()
+        paper = next(line for line in text.splitlines() if line.startswith("paper=")).removeprefix("paper=").split(",")
+        self.assertEqual(set(paper), {*script.ITEMS, "fig2"})
+
+
 class Order(ProgramTest):
     def job(self, name, needs=(), command="true", alone=False, fine=(0,)):
         out = str(self.folder / name)
