@@ -226,6 +226,12 @@ class Verdicts(unittest.TestCase):
             self.assertEqual(found.verdict, UNTOLD)
             self.assertIn("not run", found.why)
 
+    def test_schemes_of_two_commits_are_not_compared(self):
+        record = paper()
+        for entry in record["runs"]:
+            entry["commit"] = entry["scheme"]
+        self.assertEqual(self.one("does not depend on the communication", record).verdict, UNTOLD)
+
     def test_predicted_runs_are_in_no_other_curve(self):
         data, wide = Paper(paper()), Paper(paper(), "predicted")
         self.assertAlmostEqual(data.curve("triaxial", "paper", "dcs", "grid")[8].seconds, 135e-6)
