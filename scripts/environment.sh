@@ -1,4 +1,4 @@
-# Sourced by the other scripts: how Open MPI is run, and which Python draws the report.
+# Sourced by the other scripts: how Open MPI is run, which Python draws the report, and how times are shown.
 # shellcheck shell=bash
 
 # Tests use more ranks than small machines have cores, which Open MPI would refuse to start. Allowed, it does the rest by
@@ -21,3 +21,5 @@ fi
 PYTHON=${NSCDD_PYTHON:-/usr/bin/python3}
 export PYTHON
 export NSCDD_PYTHON=$PYTHON
+
+clock() { printf '%d:%02d' $(($1 / 60)) $(($1 % 60)); }
