@@ -107,12 +107,14 @@ def packing_row(path, scene):
 
 
 def collect(plan, command):
-    """The record of all that is there; None without a run."""
+    """The record of all that is there; None without a run or the network of Fig. 1, which name commit and machine."""
     there = lambda rows: [row for row in rows if Path(row[0]).exists()]  # noqa: E731
     runs = [run_row(*row) for row in there(plan.runs)]
-    if not runs:
+    network = plan.folder / "fig1-network.json"
+    made = [told for _, told in runs] + ([json.loads(network.read_text())] if network.exists() else [])
+    if not made:
         return None
-    newest = max((told for _, told in runs), key=lambda told: told["date"])
+    newest = max(made, key=lambda told: told["date"])
     steps = {row["scene"]: told["start_step"] + told["steps"] for row, told in runs
              if row["scheme"] == "nlgs" and not row["variation"] and not row["perturbed"]}
     rows = {"packings": [packing_row(plan.packing(scene), scene) for scene in plan.scenes if Path(plan.packing(scene)).exists()],
@@ -120,7 +122,7 @@ def collect(plan, command):
             "agreement": [agreement_row(*row) for row in there(plan.compared)],
             "windows": [window_row(*row) | {"after_step": steps[row[1]["scene"]]} for row in there(plan.windows)],
             "measured": [measured_row(*row) for row in plan.measured if all(path.exists() for path in row[0])]}
-    return {"schema": "nscdd.paper/1", "command": command, "commit": newest["commit"], "commits": commits_of(rows),
+    return {"schema": "nscdd.paper/1", "command": command, "commit": newest["commit"], "commits": commits_of(rows) or [newest["commit"]],
             "date": datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"), "machine": newest["machine"], "quick": plan.quick,
             "platform": {"name": "node48", "file": f"{PLATFORMS}/node48.xml", "costs_2d": COSTS[2], "costs_3d": COSTS[3]}, **rows}
 

@@ -120,6 +120,14 @@ class Quick(ProgramTest):
         again = self.run_script("--only", "table1,fig1")
         self.assertIn("0 of 0 jobs", again.stdout)
 
+    def test_the_network_alone_makes_a_page(self):
+        done = self.run_script("--only", "fig1")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        record = json.loads((self.folder / "paper.json").read_text())
+        jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
+        self.succeeds("report", self.folder, "--out", self.folder / "page")
+        self.assertTrue((self.folder / "page/paper-fig1.svg").exists())
+
     def test_an_item_that_is_not_known_is_named(self):
         done = self.run_script("--only", "table2")
         self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, variations, "
