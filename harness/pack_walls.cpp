@@ -1,3 +1,5 @@
+#include <limits>
+
 #include <fmt/format.h>
 
 #include "build_scene.hpp"
@@ -32,6 +34,7 @@ Generated pack_model(const PackSpecification& spec, bool quiet) {
     Simulation<M> simulation(comm, std::move(settings), grains);
     SolveOptions options;
     options.penetration = 1e-5;  // overlaps are never undone, and hundreds of steps add up
+    options.gap_error = options.distance = std::numeric_limits<double>::infinity();  // a packing is judged by its gaps
     options.max_iterations = 2000;
 
     constexpr int step_limit = 5000;

@@ -67,11 +67,12 @@ std::string unconverged(const nlohmann::json& json, int steps) {
     return fmt::format(
         "{} of {} steps stopped, after {:.0f} iterations at most, without reaching what is asked: eta <= {:g} (worst "
         "{:.2g}), velocity error <= {:g} ({:.2g}), energy made <= {:g} ({:.2g}), penetration <= {:g} of the least "
-        "radius ({:.2g})",
+        "radius ({:.2g}), gap error <= {:g} of a contact's radius ({:.2g}), distance <= {:g} ({:.2g})",
         steps, json["steps"].get<int>(), worst("iterations"), json["tolerance"].get<double>(), worst("residual"),
         json["velocity_error_allowed"].get<double>(), worst("velocity_error"),
         json["energy_made_allowed"].get<double>(), worst("energy_made"), json["penetration_allowed"].get<double>(),
-        worst("penetration"));
+        worst("penetration"), json["gap_error_allowed"].get<double>(), worst("gap_error"),
+        json["distance_allowed"].get<double>(), worst("distance"));
 }
 
 double solver_cpu(const RunResult& result) { return result.json["seconds"]["solver_cpu"]; }  // the same on all ranks
@@ -143,6 +144,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.steps > 0) scene.step.count = arguments.steps;
     if (arguments.check_every > 0) scene.solver.check_every = arguments.check_every;
     if (arguments.max_iterations > 0) scene.solver.max_iterations = arguments.max_iterations;
+    if (arguments.newton_contacts) scene.solver.newton_contacts = *arguments.newton_contacts;
     if (arguments.sweeps > 0) scene.solver.sweeps = arguments.sweeps;
     if (!arguments.method.empty()) scene.solver.method = arguments.method;
     if (arguments.window) scene.solver.window = arguments.window;
@@ -154,6 +156,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (arguments.velocity_error > 0) scene.solver.velocity_error = arguments.velocity_error;
     if (arguments.energy_made > 0) scene.solver.energy_made = arguments.energy_made;
     if (arguments.penetration > 0) scene.solver.penetration = arguments.penetration;
+    if (arguments.gap_error > 0) scene.solver.gap_error = arguments.gap_error;
+    if (arguments.distance > 0) scene.solver.distance = arguments.distance;
     if (arguments.from.empty() && arguments.adopt) throw InputError("--adopt is of a state to go on from: give --from");
     if (!arguments.from.empty()) {
         request.from = read_state(arguments.from, share);
@@ -200,11 +204,12 @@ RunFunction choose_model(const Scene& scene) {
 static std::string what_is_solved(const RunRequest& request) {
     const StepSettings& step = request.scene.step;
     const SolverSettings& solver = request.scene.solver;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme, request.interface,
-                       request.multiplicity, request.partition, fmt::join(request.grid, "x"), request.imbalance,
-                       request.subdomains, request.start_step, step.count, solver.method, solver.tolerance,
-                       solver.velocity_error, solver.energy_made, solver.penetration, solver.check_every,
-                       solver.max_iterations, solver.sweeps, solver.window.value_or(-1), read_file(request.scene.file));
+    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme,
+                       request.interface, request.multiplicity, request.partition, fmt::join(request.grid, "x"),
+                       request.imbalance, request.subdomains, request.start_step, step.count, solver.method,
+                       solver.tolerance, solver.velocity_error, solver.energy_made, solver.penetration,
+                       solver.gap_error, solver.distance, solver.check_every, solver.max_iterations, solver.sweeps,
+                       solver.window.value_or(-1), read_file(request.scene.file));
 }
 
 int run(const RunArguments& arguments, const Provenance& provenance) {

@@ -99,9 +99,10 @@ struct RunArguments {
     std::vector<std::string> series;
     int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1,
         frame_every = 0;
-    double tolerance = 0, velocity_error = 0, energy_made = 0, penetration = 0, relaxation = 0, imbalance = 0;
+    double tolerance = 0, velocity_error = 0, energy_made = 0, penetration = 0, gap_error = 0, distance = 0,
+           relaxation = 0, imbalance = 0;
     std::string method;
-    std::optional<int> window;
+    std::optional<int> window, newton_contacts;
     bool adopt = false;  // `from` may be of another scene
 
     std::string chosen_partition() const {

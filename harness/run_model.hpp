@@ -23,11 +23,16 @@ inline SolveOptions solve_options(const SolverSettings& solver, const std::strin
     options.velocity_error = solver.velocity_error;
     options.energy_made = solver.energy_made;
     options.penetration = solver.penetration;
+    options.gap_error = solver.gap_error;
+    options.distance = solver.distance;
     options.check_every = solver.check_every;
     options.max_iterations = solver.max_iterations;
     if (!sweeps(scheme)) return options;
     options.sweeps = solver.sweeps;
-    if (solver.method == "auto") options = options.accelerated();
+    if (solver.method == "auto") {
+        options = options.accelerated();
+        options.newton_contacts = solver.newton_contacts;
+    }
     if (solver.window) options.window = *solver.window;
     options.relaxation = solver.relaxation;
     return options;
@@ -143,7 +148,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
 
     RunResult result;
     std::vector<int> iterations;
-    std::vector<double> residual, velocity_error, energy_made, penetration, contacts;
+    std::vector<double> residual, velocity_error, energy_made, penetration, gap_error, distance, scene_distance,
+        rebounds_given_up, newton_contacts, contacts;
     EnergySeries energy;
     double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
     Traffic solving;
@@ -197,6 +203,11 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         energy_made.push_back(report.solve.energy_made);
         energy.add(report.energy);
         penetration.push_back(report.solve.penetration / simulation.least_radius());
+        gap_error.push_back(report.solve.gap_error);
+        distance.push_back(report.solve.distance);
+        scene_distance.push_back(report.solve.scene_distance);
+        newton_contacts.push_back(report.solve.newton_contacts);
+        rebounds_given_up.push_back(report.solve.rebounds_given_up);
         contacts.push_back(report.contacts);
         interface_grains += report.interface_grains;
         free_norm = report.free_norm;
@@ -262,6 +273,13 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
                  {"energy", energy},
                  {"penetration", penetration},
                  {"penetration_allowed", options.penetration},
+                 {"gap_error", gap_error},
+                 {"gap_error_allowed", options.gap_error},
+                 {"distance", distance},
+                 {"scene_distance", scene_distance},
+                 {"distance_allowed", options.distance},
+                 {"newton_contacts", newton_contacts},
+                 {"rebounds_given_up", rebounds_given_up},
                  {"contacts", contacts},
                  {"interface_grains", interface_grains / scene.step.count},
                  {"interface_share", interface_grains / scene.step.count / grains},

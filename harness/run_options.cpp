@@ -89,12 +89,28 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
             "--penetration", run.penetration,
             "Deepest that a step may close a contact, over the least radius, instead of the scene's (default: 1e-3)")
         ->check(positive_number());
+    command
+        ->add_option(
+            "--gap-error", run.gap_error,
+            "Proven: a step is exact for gaps that differ by at most this share of the contact's least radius, "
+            "instead of the scene's (default: 1e-3)")
+        ->check(positive_number());
+    command
+        ->add_option("--distance", run.distance,
+                     "Estimated: distance of the velocities from an answer over what contacts change, of the worst "
+                     "component, instead of the scene's (default: 0.3)")
+        ->check(positive_number());
     command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
         ->check(CLI::PositiveNumber);
     command
         ->add_option("--max-iterations", run.max_iterations,
                      "Cap per step, also where fewer than --check-every are left")
         ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--newton-contacts", run.newton_contacts,
+                     "Where sweeps get nowhere, Newton's method solves components of at most so many contacts, instead "
+                     "of the scene's (default: 2000, none by --method paper)")
+        ->check(CLI::NonNegativeNumber);
     command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
     command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
         ->check(CLI::Range(0, Anderson::largest_window));

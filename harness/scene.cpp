@@ -207,6 +207,9 @@ class SceneReader {
         solver.velocity_error = table.number("velocity_error", positive, solver.velocity_error);
         solver.energy_made = table.number("energy_made", positive, solver.energy_made);
         solver.penetration = table.number("penetration", positive, solver.penetration);
+        solver.newton_contacts = table.integer("newton_contacts", 0, solver.newton_contacts);
+        solver.gap_error = table.number("gap_error", positive, solver.gap_error);
+        solver.distance = table.number("distance", positive, solver.distance);
         solver.check_every = table.integer("check_every", 1, solver.check_every);
         solver.max_iterations = table.integer("max_iterations", 1, solver.max_iterations);
         solver.sweeps = table.integer("sweeps", 1, solver.sweeps);

@@ -67,8 +67,11 @@ struct SolverSettings {
     double velocity_error = 0.1;  // > 0
     double energy_made = 1e-3;    // > 0
     double penetration = 1e-3;    // over the least radius, > 0
+    double gap_error = 1e-3;      // over the least radius of the contact, > 0
+    double distance = 0.3;        // of velocities, estimated, > 0
     int check_every = 10;         // iterations between two evaluations of eta, >= 1
     int max_iterations = 20000;   // per step, >= 1
+    int newton_contacts = 2000;   // of components handed to Newton's method at most, >= 0; none by method paper
     int sweeps = 1;               // n_GS, >= 1
     // auto: Anderson acceleration; paper: Alg. 1 as it is written
     std::string method = "auto";

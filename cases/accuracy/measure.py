@@ -31,7 +31,7 @@ class Budget:
 
 def asked(velocity_error):
     """What a step is asked for besides eta; of ANY nothing, not even that it makes no energy."""
-    return ["--velocity-error", velocity_error, *(["--energy-made", ANY] if velocity_error == ANY else [])]
+    return ["--velocity-error", velocity_error, *(["--energy-made", ANY, "--gap-error", ANY, "--distance", ANY] if velocity_error == ANY else [])]
 
 
 def call(command, needed=True, seconds=None):

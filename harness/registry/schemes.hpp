@@ -35,6 +35,8 @@ inline NewtonOptions newton_options(const SolveOptions& options) {
     newton.velocity_error = options.velocity_error;
     newton.energy_made = options.energy_made;
     newton.penetration = options.penetration;
+    newton.gap_error = options.gap_error;
+    newton.distance = options.distance;
     newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
     return newton;
 }

@@ -17,19 +17,18 @@ struct Jacobi {
         if (comm.size() != 1) throw std::logic_error("Jacobi runs on one rank");
         nscdd::Stopwatch watch(comm);
         nscdd::ContactProblem<Model>& problem = parts[0].problem;
-        nscdd::prepare_contacts(problem);                   // 1/W of each contact
-        const auto free = nscdd::free_velocities(problem);  // V_free, of the impulses that it begins with
+        nscdd::prepare_contacts(problem);  // 1/W of each contact
         std::vector<int> touching(problem.bodies.size(), 0);
         for (const auto& c : problem.contacts)
             for (const int body : {c.i, c.j}) ++touching[static_cast<std::size_t>(body)];
         for (const auto& c : problem.wall_contacts) ++touching[static_cast<std::size_t>(c.i)];
         const double step = 1.0 / *std::max_element(touching.begin(), touching.end());  // else it may not converge
 
+        const nscdd::SolveOptions options{.tolerance = tolerance, .max_iterations = 100000};
+        nscdd::ConvergenceTest<Model> converged(problem, options);  // of the impulses that it begins with
         nscdd::SolveReport report;
-        for (;;) {
-            const nscdd::ResidualParts residual = nscdd::residual_parts(problem, free);
-            if (nscdd::report_residual(residual, options(), problem.least_radius, report)) break;
-            for (int pass = 0; pass < options().check_every; ++pass) {
+        while (!converged(report)) {
+            for (int pass = 0; pass < options.check_every; ++pass) {
                 std::vector<Model::Impulse> change;
                 solve(problem, problem.wall_contacts, nscdd::WithWall{}, step, change);
                 solve(problem, problem.contacts, nscdd::BetweenGrains{}, step, change);
@@ -44,8 +43,6 @@ struct Jacobi {
     }
 
   private:
-    nscdd::SolveOptions options() const { return {.tolerance = tolerance, .max_iterations = 100000}; }
-
     static void solve(auto& problem, auto& contacts, auto kind, double step, std::vector<Model::Impulse>& change) {
         for (const auto& c : contacts) {
             const Model::Impulse v = nscdd::relative_velocity(problem, c, kind);

@@ -89,7 +89,7 @@ class Program(ProgramTest):
         """Nothing else is asked for, so the stricter bound takes more iterations."""
         iterations = []
         for bound in (1e-3, 1e-6):
-            run, _ = self.run_case(f"{bound}", "--tolerance", 1, "--velocity-error", 1e9, "--energy-made", 1e9, "--check-every", 1, "--penetration", bound)
+            run, _ = self.run_case(f"{bound}", "--tolerance", 1, "--velocity-error", 1e9, "--energy-made", 1e9, "--gap-error", 1e9, "--distance", 1e9, "--check-every", 1, "--penetration", bound)
             self.assertEqual(run["penetration_allowed"], bound)
             self.assertLessEqual(max(run["penetration"]), bound)
             iterations.append(sum(run["iterations"]))

@@ -75,6 +75,9 @@ struct ContactProblem {
     std::vector<int> multiplicity;          // of each body; W of the residual takes whole masses
     std::vector<int> wall_multiplicity;     // of each wall; an empty list of multiplicities stands for 1 everywhere
     double h = 0;                           // step [s]
+    // Of the bodies, for the tests of a solved step (METHOD.md, section 5); empty where they are not known.
+    std::vector<typename M::Vec> centres;  // [m], how far a component of the scene reaches
+    std::vector<double> radii;             // [m], scale of the gap error of a contact
     double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
 
     // Whether any wall is driven, that is, pushed by a force. The same on every rank.

@@ -135,10 +135,14 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
         ContactProblem<M>& problem = part.problem;
         problem.bodies.resize(part.grains.size());
         problem.multiplicity.resize(part.grains.size());
+        problem.centres.resize(part.grains.size());
+        problem.radii.resize(part.grains.size());
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             const Grain<M>& grain = part.grains[g];
             Body<M>& body = problem.bodies[g];
             const int m = problem.multiplicity[g] = part.multiplicity(g);
+            problem.centres[g] = grain.position;
+            problem.radii[g] = grain.radius;
             body.inv_mass = m / grain.mass;
             body.v = grain.velocity;
             body.linear() += h * (gravity + grain.load.template head<M::dim>() / grain.mass);

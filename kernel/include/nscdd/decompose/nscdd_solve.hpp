@@ -1,6 +1,9 @@
 // Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
 #pragma once
 
+#include <optional>
+
+#include "nscdd/decompose/hand_over.hpp"
 #include "nscdd/decompose/scheme.hpp"
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/sweep/nlgs.hpp"
@@ -27,18 +30,11 @@ class SweptTogether {
           watch_(comm),
           walls_(parts[0].wall_active.size()),
           sums_(parts.size(), Buffer(Anderson::largest_window + 1 + walls_)) {
-        // Before gluing: load() computes V_free = V - M_E^-1 H r, true only while nothing but the impulses has changed
-        // V.
+        load();
         comm_.each_rank([this](std::size_t k) {
-            Subdomain<M>& part = parts_[k];
-            part.sweeper.load(part.problem, options_.relaxation,
-                              {part.interface_contacts, part.interface_wall_contacts});
+            parts_[k].sweeper.store(parts_[k].problem);
+            distance_[k].begin(parts_[k].problem, parts_[k].sweeper.free_velocities(parts_[k].problem));
         });
-        watch_.lap(seconds_.sweep);
-        scheme_.setup(parts_, comm_);
-        // The warm start was applied to each copy with its split mass, so copies of a grain differ until they are
-        // glued.
-        glue();
     }
 
     const double* iterate(const Anderson* anderson, bool tested) {
@@ -71,6 +67,33 @@ class SweptTogether {
         });
         watch_.lap(seconds_.sweep);
         return all;
+    }
+
+    // The same bits on every rank.
+    DistanceEstimate distance(const ResidualParts& residual) {
+        add_up();
+        const DistanceEstimate all = joined_->estimate(comm_, distance_, residual);
+        watch_.lap(seconds_.sweep);
+        return all;
+    }
+    void mark() {
+        comm_.each_rank([this](std::size_t k) {
+            parts_[k].sweeper.store(parts_[k].problem);
+            distance_[k].mark(parts_[k].problem);
+        });
+    }
+
+    HandedOver hand_over(const ResidualParts& residual) {
+        if constexpr (SolvedOnCone<typename M::Law>) {
+            add_up();
+            const HandedOver solved = nscdd::hand_over<M>(parts_, comm_, distance_, *joined_, residual, options_);
+            if (solved.contacts > 0) {
+                comm_.each_rank([this](std::size_t k) { distance_[k].set_velocities(parts_[k].problem); });
+                load();
+            }
+            return solved;
+        }
+        return {};
     }
 
     void restore_velocities() {
@@ -139,8 +162,34 @@ class SweptTogether {
         watch_.lap(seconds_.sweep);
     }
 
+    // The sums that an estimate is made of, and the components when first asked for.
+    void add_up() {
+        comm_.each_rank([this](std::size_t k) {
+            charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
+            parts_[k].sweeper.store(parts_[k].problem);
+            distance_[k].add_up(parts_[k].problem);
+        });
+        if (!joined_) joined_.emplace(parts_, comm_, distance_);
+    }
+
     const Anderson* accelerated_pass(const Anderson* anderson) const {
         return options_.sweeps == 1 ? anderson : nullptr;
+    }
+
+    // The problems into the sweepers, with V_free + M_E^-1 H_E r_E, and gluing.
+    void load() {
+        // Before gluing: load() computes V_free = V - M_E^-1 H r, true only while nothing but the impulses has changed
+        // V.
+        comm_.each_rank([this](std::size_t k) {
+            Subdomain<M>& part = parts_[k];
+            part.sweeper.load(part.problem, options_.relaxation,
+                              {part.interface_contacts, part.interface_wall_contacts});
+        });
+        watch_.lap(seconds_.sweep);
+        scheme_.setup(parts_, comm_);
+        // The warm start was applied to each copy with its split mass, so copies of a grain differ until they are
+        // glued.
+        glue();
     }
 
     void glue() {
@@ -182,6 +231,8 @@ class SweptTogether {
     std::size_t walls_;  // 0 where none is driven
     std::vector<Buffer> sums_;
     std::vector<Anderson::Products> products_{sums_.size()};
+    std::vector<DistanceSums<M>> distance_{sums_.size()};  // by hosted rank
+    std::optional<JoinedComponents<M>> joined_;            // found when first asked for
 };
 
 }  // namespace detail

@@ -2,26 +2,78 @@
 #pragma once
 
 #include <concepts>
+#include <limits>
 
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/iterate/options.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
-// (nscdd_solve.hpp).
-//   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
-//                          returns the products that *a asks for, summed over all contacts
+// What is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
 //   residual()             of the whole scene
-//   restore_velocities()   V = V_free + M^-1 H r of the impulses held
+//   distance(residual)     the estimate of the whole scene, of its residual
+//   mark()                 the iterate becomes the mark of distance()
 //   least_radius()         of the scene [m], 0: unknown
 template <class S>
-concept Iterated = requires(S& system, const Anderson* anderson) {
-    { system.iterate(anderson, true) } -> std::convertible_to<const double*>;
+concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.residual() } -> std::same_as<ResidualParts>;
-    system.restore_velocities();
+    { system.distance(residual) } -> std::same_as<DistanceEstimate>;
+    system.mark();
     { system.least_radius() } -> std::convertible_to<double>;
 };
+
+// What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
+// (nscdd_solve.hpp). The iterate that it is made with is the first mark.
+//   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
+//                          returns the products that *a asks for, summed over all contacts
+//   restore_velocities()   V = V_free + M^-1 H r of the impulses held
+//   hand_over(residual)    Newton's method for the components that are far from an answer; what it has solved
+template <class S>
+concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, const ResidualParts& residual) {
+    { system.iterate(anderson, true) } -> std::convertible_to<const double*>;
+    system.restore_velocities();
+    { system.hand_over(residual) } -> std::same_as<HandedOver>;
+};
+
+// When the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ... iterations,
+// so that the line from mark to iterate spans half of all iterations and more.
+class Marks {
+  public:
+    // Whether the iterate after so many iterations is to be the mark from now on.
+    bool due(int iterations) {
+        if (iterations < 2 * last_) return false;
+        last_ = iterations;
+        return true;
+    }
+
+  private:
+    int last_ = 0;
+};
+
+// Whether iterations get nowhere: twice as many have not halved the error. Asked at each mark.
+class Stall {
+  public:
+    static constexpr int earliest = 1000;  // iterations; before them Newton's method would cost more than it saves
+    bool seen(double error, int iterations) {
+        const bool stalled = !(error <= 0.5 * last_) && iterations >= earliest;
+        last_ = error;
+        return stalled;
+    }
+
+  private:
+    double last_ = std::numeric_limits<double>::infinity();
+};
+
+// Tests the iterate; true when the iteration is over. The estimate costs more than the residual, and is asked where
+// that is small enough, or at the end.
+template <Tested System>
+bool tested(System& system, const SolveOptions& options, ResidualParts& residual, SolveReport& report) {
+    residual = system.residual();
+    const bool near = report_residual(residual, options, system.least_radius(), report);
+    const bool last = report.iterations >= options.max_iterations;
+    if (near || last) report_distance(system.distance(residual), options, near, report);
+    return report.converged || last;
+}
 
 // Iterates until the step has converged (SolveReport) or the cap is reached.
 template <Iterated System>
@@ -29,6 +81,8 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     SolveReport report;
     ResidualParts residual;
     Anderson anderson(options.window);
+    Marks marks;
+    Stall stall;
     for (bool over = false; !over;) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         const int count = until_test(options, report);
@@ -37,13 +91,26 @@ SolveReport iterate(System& system, const SolveOptions& options) {
             if (accelerated) anderson.update(products);
         }
         report.iterations += count;
-        residual = system.residual();
-        over = report_residual(residual, options, system.least_radius(), report);
-        if (!over || !anderson.velocities_stale()) continue;
-        system.restore_velocities();
-        anderson.forget();
-        residual = system.residual();
-        over = report_residual(residual, options, system.least_radius(), report);
+        over = tested(system, options, residual, report);
+        if (over && anderson.velocities_stale()) {
+            system.restore_velocities();
+            anderson.forget();
+            over = tested(system, options, residual, report);
+        }
+        const bool last = report.iterations >= options.max_iterations;
+        if (report.converged || !(marks.due(report.iterations) || last)) continue;
+        const bool stalled = stall.seen(error_over_bounds(report, options, system.least_radius()), report.iterations);
+        if (options.newton_contacts > 0 && options.tolerance > 0 &&
+            (stalled || (last && report.iterations >= Stall::earliest))) {
+            if (const HandedOver solved = system.hand_over(residual); solved.contacts > 0) {
+                report.newton_contacts += solved.contacts;
+                report.rebounds_given_up += solved.rebounds_given_up;
+                anderson.forget();
+                system.mark();  // no iteration has led here from the last one
+                over = tested(system, options, residual, report);
+            }
+        }
+        if (!over) system.mark();
     }
     return report;
 }

@@ -7,22 +7,27 @@
 #include <string>
 
 #include "nscdd/iterate/anderson.hpp"
-#include "nscdd/law/residual.hpp"
+#include "nscdd/law/distance.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// When NLGS or NSCDD stops, and how it iterates. The four bounds: METHOD.md, section 5.4.
+// When NLGS or NSCDD stops, and how it iterates. The bounds: METHOD.md, section 5.6.
 struct SolveOptions {
-    double tolerance = 1e-4;  // on eta, ResidualParts::eta()
+    double tolerance = 1e-4;  // on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
     // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
     double velocity_error = 0.1;
     double energy_made = 1e-3;   // on ResidualParts::energy_made()
     double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
+    double gap_error = 1e-3;     // on DistanceEstimate::gap_error, where the problem has radii
+    double distance = 0.3;       // on DistanceEstimate::worst
     int check_every = 10;        // iterations between two tests
     int max_iterations = 20000;  // cap; one is made at least. A solve that it ends is reported as not converged
     int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
     double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
-    int window = 0;              // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
+    // Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
+    // none
+    int newton_contacts = 0;
+    int window = 0;  // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
     // These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
@@ -32,25 +37,41 @@ struct SolveOptions {
     }
 };
 
-// Converged: eta, the velocity error and the energy made are small enough, and no contact closes too far in the step.
-// Without a least radius the penetration is not tested but only reported, for the caller to judge.
+// Converged: every bound of the options is kept. Without a least radius the penetration is not tested but only
+// reported, for the caller to judge; without radii there is no gap error.
 struct SolveReport {
     int iterations = 0;               // made, each of SolveOptions::sweeps sweeps
     double residual = 0;              // eta
     double velocity_error = 0;        // ResidualParts::velocity_error()
-    double energy_made = 0;           // ResidualParts::energy_made()
+    double energy_made = 0;           // of the scene, or of the component where it is larger
     double velocity_change_norm = 0;  // |V - V_free|_M, what the contacts changed [J^1/2]
     double penetration = 0;           // deepest that the step would close a contact [m]
+    double gap_error = 0;             // DistanceEstimate::gap_error
+    double distance = 0;              // DistanceEstimate::worst, of the worst component
+    double scene_distance = 0;        // DistanceEstimate::scene, of all components together
+    double newton_contacts = 0;       // contacts in components that Newton's method solved, as sweeps got nowhere
+    double rebounds_given_up = 0;     // of them those without a rebound, as none was found with it
     bool converged = true;            // all tests are passed
+};
+
+// What an iteration has handed over to Newton's method.
+struct HandedOver {
+    double contacts = 0;           // in components that it has solved
+    double rebounds_given_up = 0;  // of them those without a rebound, as no answer was found with it
+    auto summed() { return std::tie(contacts, rebounds_given_up); }  // what reduce() adds up
+    auto largest() { return std::tie(); }                            // reduce() takes the largest of no member
 };
 
 // Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
-    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.energy_made >= 0) ||
-        !(options.penetration >= 0))
-        throw std::invalid_argument(
-            "tolerance, velocity_error, energy_made and penetration must be numbers and not negative");
+    for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
+                               options.gap_error, options.distance})
+        if (!(bound >= 0))
+            throw std::invalid_argument(
+                "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
+                "negative");
+    if (options.newton_contacts < 0) throw std::invalid_argument("newton_contacts must not be negative");
     if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)
         throw std::invalid_argument("check_every and sweeps must be at least 1");
@@ -92,8 +113,19 @@ inline bool too_deep(const SolveReport& report, const SolveOptions& options, dou
     return least_radius > 0 && report.penetration > options.penetration * least_radius;
 }
 
-// Writes the residual into the report; true when the iteration is over. least_radius: of the scene [m], 0 where it is
-// not known. Throws std::runtime_error when eta is not finite.
+// How far the iterate is from being converged: the largest of its figures over their bounds; 1 or less where all are
+// kept. Of the estimate only where it was asked for.
+inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
+    double worst = std::max({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
+                             report.energy_made / options.energy_made});
+    if (least_radius > 0) worst = std::max(worst, report.penetration / (options.penetration * least_radius));
+    return worst > 1 ? worst
+                     : std::max({worst, report.gap_error / options.gap_error, report.distance / options.distance});
+}
+
+// Writes the residual into the report; true when its bounds are kept, and those of the estimate are left to ask
+// (report_distance()). least_radius: of the scene [m], 0 where it is not known. Throws std::runtime_error when eta is
+// not finite.
 inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                             SolveReport& report) {
     report.residual = parts.eta();
@@ -101,11 +133,23 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
     report.energy_made = parts.energy_made();
     report.velocity_change_norm = std::sqrt(parts.velocity_change.energy);
     report.penetration = parts.penetration;
+    report.converged = false;
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
-    report.converged = report.residual <= options.tolerance && report.velocity_error <= options.velocity_error &&
-                       report.energy_made <= options.energy_made && !too_deep(report, options, least_radius);
-    return report.converged || report.iterations >= options.max_iterations;
+    return options.tolerance > 0 && report.residual <= options.tolerance &&
+           report.velocity_error <= options.velocity_error && report.energy_made <= options.energy_made &&
+           !too_deep(report, options, least_radius);
+}
+
+// Writes the estimate into the report. near: report_residual() was true.
+inline void report_distance(const DistanceEstimate& estimate, const SolveOptions& options, bool near,
+                            SolveReport& report) {
+    report.energy_made = std::max(report.energy_made, estimate.energy_made);
+    report.gap_error = estimate.gap_error;
+    report.distance = estimate.worst;
+    report.scene_distance = estimate.scene;
+    report.converged = near && report.energy_made <= options.energy_made && report.gap_error <= options.gap_error &&
+                       report.distance <= options.distance;
 }
 
 }  // namespace nscdd

@@ -34,8 +34,7 @@ struct ResidualParts {
     double velocity_error() const {
         if (eta() == 0) return 0;
         if (velocity_change.energy == 0) return std::numeric_limits<double>::infinity();
-        const double forbidden = work / scale();
-        const double worst = miss / std::sqrt(velocity_change.mean_square() * scale() / velocity_change.energy);
+        const double forbidden = work / scale(), worst = miss / mean_change();
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
 
@@ -52,6 +51,11 @@ struct ResidualParts {
     // Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
     // being asked to be more exact than that.
     double scale() const { return std::max(velocity_change.energy, 1e-16 * round_off); }
+    // Mean change of a velocity by the contacts, raised as scale() is [m/s].
+    double mean_change() const {
+        if (velocity_change.energy == 0) return 0;
+        return std::sqrt(velocity_change.mean_square() * scale() / velocity_change.energy);
+    }
 };
 
 // Adds these contacts, all of one kind, to the sums; `velocity_change` is left as it is.

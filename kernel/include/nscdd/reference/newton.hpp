@@ -12,6 +12,7 @@
 #include <limits>
 #include <utility>
 
+#include "nscdd/iterate/convergence_test.hpp"
 #include "nscdd/reference/interior_point.hpp"
 #include "nscdd/reference/proximal_newton.hpp"
 #include "nscdd/sweep/nlgs.hpp"
@@ -91,7 +92,10 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     const SolveOptions stop{.tolerance = options.tolerance,
                             .velocity_error = options.velocity_error,
                             .energy_made = options.energy_made,
-                            .penetration = options.penetration};
+                            .penetration = options.penetration,
+                            .gap_error = options.gap_error,
+                            .distance = options.distance,
+                            .max_iterations = std::numeric_limits<int>::max()};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
@@ -105,7 +109,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             nlgs_of_valid(problem, sweeps, sweeper);
         }
     }
-    const FreeVelocities<M> free = free_velocities(problem);
+    ConvergenceTest<M> test(problem, stop);
     const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r(linear.free.size());
     each_contact(problem, [&, k = std::size_t{0}](const Contact<M>& c, auto) mutable { linear.at(r, k++) = c.r; });
@@ -113,7 +117,8 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             replace_impulses(problem, [&, k = std::size_t{0}](const auto&) mutable { return linear.at(answer, k++); });
-            report_residual(residual_parts(problem, free), stop, problem.least_radius, so_far);
+            test.mark();  // no line worth following leads from the last iterate to this one
+            test(so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
                                         too_deep(so_far, stop, problem.least_radius));

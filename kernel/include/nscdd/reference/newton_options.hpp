@@ -12,6 +12,8 @@ struct NewtonOptions {
     double velocity_error = 0.1;  // as in SolveOptions; bodies only
     double energy_made = 1e-3;    // as in SolveOptions; bodies only
     double penetration = 1e-3;    // as in SolveOptions; bodies only
+    double gap_error = 1e-3;      // as in SolveOptions; bodies only
+    double distance = 0.3;        // as in SolveOptions; bodies only
     int max_iterations = 2000;    // Newton steps in all
     int max_interior = 100;       // of them by the interior-point method
     int warm_sweeps = 1000;       // of NLGS before, at most; bodies only. They cost what a factorisation does
@@ -20,10 +22,12 @@ struct NewtonOptions {
 
 // Throws std::invalid_argument for options that are no numbers, or negative.
 inline void check_options(const NewtonOptions& options) {
-    if (!(options.tolerance >= 0) || !(options.velocity_error >= 0) || !(options.energy_made >= 0) ||
-        !(options.penetration >= 0))
-        throw std::invalid_argument(
-            "tolerance, velocity_error, energy_made and penetration must be numbers and not negative");
+    for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
+                               options.gap_error, options.distance})
+        if (!(bound >= 0))
+            throw std::invalid_argument(
+                "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
+                "negative");
     if (std::min({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }

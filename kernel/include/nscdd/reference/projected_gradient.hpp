@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "nscdd/core/validate.hpp"
-#include "nscdd/iterate/options.hpp"
+#include "nscdd/iterate/convergence_test.hpp"
 #include "nscdd/reference/coulomb_projection.hpp"
 #include "nscdd/reference/linear_contacts.hpp"
 
@@ -259,14 +259,14 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     validate(problem);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
-    const FreeVelocities<M> free = free_velocities(problem);
+    ConvergenceTest<M> over(problem, options);
     detail::BodyGradient<M> gradient(problem);
     detail::ProjectedGradient iteration(gradient, descent);
     do {
         const int count = until_test(options, report);
         for (int k = 0; k < count; ++k) iteration.iterate();
         report.iterations += count;
-    } while (!report_residual(residual_parts(problem, free), options, problem.least_radius, report));
+    } while (!over(report));
     return report;
 }
 

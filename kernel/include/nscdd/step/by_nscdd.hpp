@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "nscdd/comm/in_process.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -25,7 +26,19 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
         }
     };
     return on_one_rank<M>(
-        "sequential NLGS", [options](Subdomain<M>& part) { return nlgs_of_valid(part.problem, options, part.sweeper); },
+        "sequential NLGS",
+        [options](Subdomain<M>& part) {
+            const auto by_newton = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
+                if constexpr (SolvedOnCone<typename M::Law>) {
+                    InProcess alone(1);
+                    sums.add_up(part.problem);
+                    JoinedComponents<M> components({&part, 1}, alone, {&sums, 1});
+                    return hand_over<M>({&part, 1}, alone, {&sums, 1}, components, residual, options);
+                }
+                return HandedOver{};
+            };
+            return nlgs_of_valid(part.problem, options, part.sweeper, by_newton);
+        },
         charge);
 }
 

@@ -18,8 +18,7 @@ struct Subdomain : Topology, Candidates<M> {
 };
 
 // Links of the subdomains with their peers, for so many doubles a grain that they share.
-template <class M>
-std::vector<Links> links_between(const std::vector<Subdomain<M>>& parts, std::size_t doubles) {
+inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) {
     std::vector<Links> links(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {

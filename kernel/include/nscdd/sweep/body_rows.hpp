@@ -71,10 +71,11 @@ class BodyRows {
 
     // The velocity of a body; its spin is divided by inverse_rho.
     double* row(std::size_t body) { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
-    const double* row(std::size_t body) const { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
-    typename M::Velocity velocity(std::size_t body) const {
+    typename M::Velocity velocity(std::size_t body) const { return velocity(body, data); }
+    // The same of other rows in this order.
+    typename M::Velocity velocity(std::size_t body, const AlignedDoubles& rows) const {
         typename M::Velocity v;
-        const double* from = row(body);
+        const double* from = rows.data() + static_cast<std::size_t>(row_of_[body]) * width;
         for (int d = 0; d < M::dof; ++d) v[d] = from[d] * (d < M::dim ? 1.0 : inverse_rho_[body]);
         return v;
     }

@@ -9,40 +9,73 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// For nlgs(), which knows no other method: hands nothing over.
+struct NothingElse {
+    HandedOver operator()(const auto&...) const { return {}; }
+};
+
 namespace detail {
 
-template <class M>
-struct SweptAlone {
-    ContactProblem<M>& problem;
-    const SolveOptions& options;
-    Sweeper<M>& sweeper;
-    Anderson::Products products{};
+// hand_over(problem, sums, residual): as Iterated says.
+template <class M, class HandOver>
+class SweptAlone {
+  public:
+    SweptAlone(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper, HandOver hand_over)
+        : problem_(problem), options_(options), sweeper_(sweeper), hand_over_(std::move(hand_over)) {
+        sweeper_.load(problem_, options_.relaxation);
+        sums_.begin(problem_, sweeper_.free_velocities(problem_));
+    }
 
     const double* iterate(const Anderson* anderson, bool /*tested*/) {
         if (anderson) {
-            sweeper.accelerate(problem, options.window);
-            products = {};
-            sweeper.sweep(problem, *anderson, products);
+            sweeper_.accelerate(problem_, options_.window);
+            products_ = {};
+            sweeper_.sweep(problem_, *anderson, products_);
         } else {
-            sweeper.sweep(problem);
+            sweeper_.sweep(problem_);
         }
-        for (int s = 1; s < options.sweeps; ++s) sweeper.sweep(problem);
-        return products.data();
+        for (int s = 1; s < options_.sweeps; ++s) sweeper_.sweep(problem_);
+        return products_.data();
     }
-    ResidualParts residual() const { return sweeper.residual(problem); }
-    void restore_velocities() { sweeper.restore_velocities(problem); }
-    double least_radius() const { return problem.least_radius; }
+    ResidualParts residual() const { return sweeper_.residual(problem_); }
+    DistanceEstimate distance(const ResidualParts& residual) {
+        sweeper_.store(problem_);
+        return estimate_distance(problem_, sums_, residual);
+    }
+    void mark() {
+        sweeper_.store(problem_);
+        sums_.mark(problem_);
+    }
+    void restore_velocities() { sweeper_.restore_velocities(problem_); }
+    HandedOver hand_over(const ResidualParts& residual) {
+        sweeper_.store(problem_);
+        const HandedOver solved = hand_over_(problem_, sums_, residual);
+        if (solved.contacts > 0) {
+            sums_.set_velocities(problem_);
+            sweeper_.load(problem_, options_.relaxation);
+        }
+        return solved;
+    }
+    double least_radius() const { return problem_.least_radius; }
+
+  private:
+    ContactProblem<M>& problem_;
+    const SolveOptions& options_;
+    Sweeper<M>& sweeper_;
+    HandOver hand_over_;
+    DistanceSums<M> sums_;
+    Anderson::Products products_{};
 };
 
 }  // namespace detail
 
 // nlgs() of a problem that validate() has let pass, or that our own detection has filled.
-template <class M>
-SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
+template <class M, class HandOver = NothingElse>
+SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper,
+                          HandOver hand_over = {}) {
     check_options(options);
     if (problem.contact_count() == 0) return {};
-    sweeper.load(problem, options.relaxation);
-    detail::SweptAlone<M> system{problem, options, sweeper};
+    detail::SweptAlone<M, HandOver> system(problem, options, sweeper, std::move(hand_over));
     const SolveReport report = iterate(system, options);
     sweeper.store(problem);
     return report;

@@ -126,6 +126,14 @@ class Sweeper {
         return parts;
     }
 
+    // V_free of the problem of load().
+    FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const {
+        if (!batched_) return free_;
+        FreeVelocities<M> free{{}, free_.walls};
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g) free.bodies.push_back(rows_.velocity(g, free_rows_));
+        return free;
+    }
+
     // Velocities and impulses back into the problem.
     void store(ContactProblem<M>& problem) const {
         if (!batched_) return;

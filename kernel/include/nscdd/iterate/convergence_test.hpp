@@ -1,0 +1,42 @@
+// The test of convergence of a solver that works on one problem as it stands: Newton's, gradients, one of your own.
+//
+//   nscdd::ConvergenceTest test(problem, options);   // at the start: velocities consistent with impulses
+//   do report.iterations += iterate(problem); while (!test(report));
+#pragma once
+
+#include "nscdd/iterate/iteration.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+template <class M>
+class ConvergenceTest {
+  public:
+    ConvergenceTest(const ContactProblem<M>& problem, const SolveOptions& options)
+        : problem_(problem), options_(options), free_(free_velocities(problem)) {
+        sums_.begin(problem, free_);
+    }
+    // Writes what the iterate is like into the report, whose iterations the caller counts; true when it has converged
+    // or the cap of iterations is reached. Cost: about three sweeps.
+    bool operator()(SolveReport& report) {
+        const bool over = tested(*this, options_, residual_, report);
+        if (!over && marks_.due(report.iterations)) mark();
+        return over;
+    }
+
+    const FreeVelocities<M>& free() const { return free_; }  // V_free
+    // As Iterated says.
+    ResidualParts residual() const { return residual_parts(problem_, free_); }
+    void mark() { sums_.mark(problem_); }
+    DistanceEstimate distance(const ResidualParts& residual) { return estimate_distance(problem_, sums_, residual); }
+    double least_radius() const { return problem_.least_radius; }
+
+  private:
+    const ContactProblem<M>& problem_;
+    SolveOptions options_;
+    FreeVelocities<M> free_;
+    DistanceSums<M> sums_;
+    Marks marks_;
+    ResidualParts residual_;
+};
+
+}  // namespace nscdd

@@ -1,0 +1,210 @@
+// How far the velocities are from an answer, component by component, and by how much gaps would have to differ for the
+// iterate to be one (METHOD.md, sections 5.4 and 5.5).
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "nscdd/law/components.hpp"
+#include "nscdd/law/residual.hpp"
+
+namespace nscdd::inline NSCDD_ABI {
+
+// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate.
+struct ComponentSums {
+    double work = 0;                         // as ResidualParts::work [J]
+    double made = 0;                         // as ResidualParts::made [J]
+    double slope = 0;                        // sum of (r - r_0).law_miss() [J]
+    double moved = 0;                        // |V - V_0|_M^2 [J]
+    double change = 0;                       // |V - V_free|_M^2 [J]
+    double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
+    double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
+    auto summed() { return std::tie(work, made, slope, moved, change, closing, closing_square); }  // what reduce() adds
+    auto largest() { return std::tie(gap_error); }  // what it takes the largest of
+
+    ComponentSums& operator+=(const ComponentSums& other) {
+        work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change;
+        closing += other.closing, closing_square += other.closing_square;
+        gap_error = std::max(gap_error, other.gap_error);
+        return *this;
+    }
+};
+
+// What is said of a whole scene.
+struct DistanceEstimate {
+    double worst = 0;        // estimate of |V - V*|_M / |V* - V_free|_M, of the component where it is largest
+    double scene = 0;        // the same of all components together
+    double energy_made = 0;  // of the component where it is largest, over its own |V - V_free|_M^2
+    double gap_error = 0;  // largest change of a gap that would make the iterate exact, over the contact's least radius
+    auto summed() { return std::tie(); }                                // reduce() adds up no member
+    auto largest() { return std::tie(worst, energy_made, gap_error); }  // what reduce() takes the largest of
+
+    // Takes in one component. residual: of the scene.
+    void note(const ComponentSums& sums, double mass, double length, const ResidualParts& residual) {
+        take(gap_error, sums.gap_error);
+        if (residual.eta() == 0) return;
+        // A component that moves less than 1e-4 of what the scene does on average is judged as if it did.
+        const double mean = residual.mean_change();
+        const double scale = std::max({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
+        take(worst, distance(sums, mass, length, scale));
+        take(energy_made, sums.made > 0 ? sums.made / scale : 0);
+    }
+    // Takes in the estimate of one component.
+    void note(const DistanceEstimate& other) {
+        take(worst, other.worst), take(energy_made, other.energy_made), take(gap_error, other.gap_error);
+    }
+    // Takes in the sums over all components.
+    void note_scene(const ComponentSums& sums, const ResidualParts& residual) {
+        scene = residual.eta() == 0 ? 0 : from_line(sums, residual.scale());
+    }
+
+  private:
+    static void take(double& most, double value) {  // the larger one, NaN if one is
+        if (value > most || std::isnan(value)) most = std::isnan(most) ? most : value;
+    }
+    // Root of A + sigma^2: the work that the law forbids, and the relative distance to the best point on the line
+    // through the mark.
+    static double from_line(const ComponentSums& sums, double scale) {
+        if (sums.work == 0 && sums.slope == 0) return 0;
+        const double line = sums.slope == 0 ? 0 : sums.slope / sums.moved * sums.slope;
+        return std::sqrt((std::max(sums.work, 0.0) + line) / scale);
+    }
+    // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
+    static double distance(const ComponentSums& sums, double mass, double length, double scale) {
+        const double line = from_line(sums, scale);
+        if (!(sums.closing > 0)) return line;
+        const double row = 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass);
+        return row > line || std::isnan(row) ? row : line;
+    }
+};
+
+// The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
+// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep.
+template <class M>
+typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v) {
+    const auto normal_miss = [](double opening, double excess) {
+        return excess > 0 ? -opening : std::max(-opening, 0.0);
+    };
+    if constexpr (M::friction) {
+        const double vn = v.dot(c.normal), rn = c.r.dot(c.normal), limit = M::Law::limit(rn, c);
+        const typename M::Vec normal = normal_miss(vn + c.bias, M::Law::excess(rn, c)) * c.normal;
+        if (!(limit > 0)) return normal;
+        const typename M::Vec slip = v - vn * c.normal, rt = c.r - rn * c.normal;
+        const double along = rt.dot(slip), square = rt.squaredNorm();
+        // as large as it may be, but for round-off, r_t may oppose a slip; else it holds the contact
+        if (along < 0 && square >= limit * limit * (1 - 1e-9)) return normal + along / square * rt - slip;
+        return normal - slip;
+    } else {
+        return typename M::Impulse{normal_miss(v[0] + c.bias, M::Law::excess(c.r[0], c))};
+    }
+}
+
+// The sums of one problem whose velocities are glued. Its components are found when first asked for.
+template <class M>
+class DistanceSums {
+  public:
+    std::vector<ComponentSums> components;  // by label
+
+    // Before the first iteration: velocities are V_free + M^-1 H r of the warm start.
+    void begin(const ContactProblem<M>& problem, FreeVelocities<M> free) {
+        free_ = std::move(free);
+        labels_.reset();
+        mark(problem);
+    }
+    // Velocities of these impulses: V_free + M^-1 H r, with the inverse masses as they stand.
+    void set_velocities(ContactProblem<M>& problem) const {
+        for (std::size_t b = 0; b < problem.bodies.size(); ++b) problem.bodies[b].v = free_.bodies[b];
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free_.walls[w];
+        for (const auto& c : problem.contacts) apply_impulse(problem, c, c.r, BetweenGrains{});
+        for (const auto& c : problem.wall_contacts) apply_impulse(problem, c, c.r, WithWall{});
+    }
+    // The iterate as it is becomes the mark.
+    void mark(const ContactProblem<M>& problem) {
+        velocities_.clear(), speeds_.clear(), impulses_.clear();
+        for (const auto& body : problem.bodies) velocities_.push_back(body.v);
+        for (const auto& wall : problem.walls) speeds_.push_back(wall.speed);
+        each_contact(problem, [this](const Contact<M>& c, auto) { impulses_.push_back(c.r); });
+    }
+    const FreeVelocities<M>& free() const { return free_; }  // of begin()
+    const Components<M>& labels(const ContactProblem<M>& problem) {
+        if (!labels_) labels_.emplace(problem);
+        return *labels_;
+    }
+    void add_up(const ContactProblem<M>& problem) {
+        const Components<M>& labels = this->labels(problem);
+        components.assign(labels.count(), {});
+        std::size_t k = 0;
+        const auto at = [this](int label) -> ComponentSums& { return components[static_cast<std::size_t>(label)]; };
+        for (const Contact<M>& c : problem.wall_contacts)
+            add(problem, c, WithWall{}, impulses_[k++], at(labels.of_wall_contact(c)));
+        for (const Contact<M>& c : problem.contacts) add(problem, c, BetweenGrains{}, impulses_[k++], at(labels.of(c)));
+        for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
+            if (labels.of_body(b) < 0) continue;
+            const Body<M>& body = problem.bodies[b];
+            at(labels.of_body(b)).moved += energy(body, body.v - velocities_[b]);
+            at(labels.of_body(b)).change += energy(body, body.v - free_.bodies[b]);
+        }
+        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
+            if (labels.of_wall(w) < 0) continue;
+            const double speed = problem.walls[w].speed, mass = 1 / problem.walls[w].inv_mass;
+            at(labels.of_wall(w)).moved += mass * (speed - speeds_[w]) * (speed - speeds_[w]);
+            at(labels.of_wall(w)).change += mass * (speed - free_.walls[w]) * (speed - free_.walls[w]);
+        }
+    }
+
+  private:
+    static double energy(const Body<M>& body, const typename M::Velocity& v) {
+        double twice = v.template head<M::dim>().squaredNorm() / body.inv_mass;
+        if constexpr (M::friction)
+            if (body.inv_inertia > 0) twice += v.template tail<M::spins>().squaredNorm() / body.inv_inertia;
+        return twice;
+    }
+    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
+                    ComponentSums& sums) {
+        const typename M::Impulse v = relative_velocity(problem, c, kind);
+        const typename M::Impulse miss = law_miss(c, v);
+        double opening, excess, along = 0, limit = 0;
+        if constexpr (M::friction) {
+            const double vn = v.dot(c.normal), rn = c.r.dot(c.normal);
+            opening = vn + c.bias, excess = M::Law::excess(rn, c);
+            along = c.r.dot(v) - rn * vn, limit = M::Law::limit(rn, c) * (v - vn * c.normal).norm();
+            sums.made += rn * opening + along;
+        } else {
+            opening = v[0] + c.bias, excess = M::Law::excess(c.r[0], c);
+            sums.made += c.r[0] * opening;
+        }
+        sums.work += std::abs(excess * opening) + limit + along;
+        sums.slope += (c.r - mark).dot(miss);
+        const double closing = std::max(-opening, 0.0);
+        sums.closing += closing, sums.closing_square += closing * closing;
+        if (problem.radii.empty()) return;
+        double radius = problem.radii[static_cast<std::size_t>(c.i)];
+        if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
+            radius = std::min(radius, problem.radii[static_cast<std::size_t>(c.j)]);
+        sums.gap_error = std::max(sums.gap_error, problem.h * miss.norm() / radius);
+    }
+
+    FreeVelocities<M> free_;
+    std::optional<Components<M>> labels_;
+    std::vector<typename M::Velocity> velocities_;  // at the mark: of bodies
+    std::vector<double> speeds_;                    // of walls
+    std::vector<typename M::Impulse> impulses_;     // of contacts, in the order of each_contact()
+};
+
+// The estimate of a whole scene in one problem.
+template <class M>
+DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSums<M>& sums,
+                                   const ResidualParts& residual) {
+    sums.add_up(problem);
+    const std::vector<ComponentShape<M>> shapes = sums.labels(problem).shapes(problem);
+    DistanceEstimate estimate;
+    ComponentSums scene;
+    for (std::size_t k = 0; k < shapes.size(); ++k) {
+        estimate.note(sums.components[k], shapes[k].mass, shapes[k].length(), residual);
+        scene += sums.components[k];
+    }
+    estimate.note_scene(scene, residual);
+    return estimate;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,219 @@
+// The two statements on a converged step: gaps for which it is exact, and the distance to an answer by component.
+#include "nscdd/iterate/convergence_test.hpp"
+#include "random_scenes.hpp"
+
+using namespace nscdd;
+using namespace nscdd::test;
+
+namespace {
+
+// Disks without friction: a column that rests beside a row that falls on the floor from a gap of its own at one end,
+// the row's disks a little apart.
+SimulationSettings<SmoothDisks> settings_of_row() {
+    SimulationSettings<SmoothDisks> settings;
+    settings.h = 0.01;
+    settings.gravity = {0, -10};
+    settings.walls.resize(2);
+    settings.walls[0].normal = {0, 1};
+    settings.walls[1].normal = {1, 0};
+    settings.walls[1].offset = 4.5;  // the row runs against it
+    return settings;
+}
+std::vector<Grain<SmoothDisks>> row_beside_column(int row, int column) {
+    std::vector<Grain<SmoothDisks>> grains;
+    for (int k = 0; k < row; ++k) {
+        grains.push_back(make_grain<SmoothDisks>(k, 0.5, 1.0, {5.0 + k * 1.00001, 0.5}));
+        grains.back().velocity[0] = -0.01;
+    }
+    for (int k = 0; k < column; ++k) grains.push_back(make_grain<SmoothDisks>(row + k, 0.5, 1.0, {-50.0, 0.5 + k}));
+    return grains;
+}
+
+template <class M>
+std::vector<typename M::Velocity> velocities(const Simulation<M>& simulation) {
+    std::vector<typename M::Velocity> all;
+    for (const auto& gathered : gather_grains(simulation)) all.push_back(gathered.grain.velocity);
+    return all;
+}
+
+// |V - V*|_M / |V* - V_free|_M of the grains from `begin` up to `end`, all of one mass.
+template <class M>
+double distance(const std::vector<typename M::Velocity>& v, const std::vector<typename M::Velocity>& answer,
+                const std::vector<typename M::Velocity>& free, std::size_t begin, std::size_t end) {
+    double far = 0, change = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+        far += (v[k] - answer[k]).squaredNorm();
+        change += (answer[k] - free[k]).squaredNorm();
+    }
+    return std::sqrt(far / change);
+}
+
+}  // namespace
+
+// Ten iterations were taken for an answer, at a distance of 0.8: the column filled the norm, and a row that begins to
+// touch has no impulses that any measure of work could weigh.
+TEST_CASE("a row that begins to touch is not done before its end has stopped", "[distance]") {
+    using M = SmoothDisks;
+    constexpr int row = 60, column = 40;
+    const auto grains = row_beside_column(row, column);
+    std::vector<M::Velocity> free;
+    for (const auto& grain : grains) free.push_back(grain.velocity + 0.01 * M::Vec(0, -10));
+    InProcess alone(1);
+    Simulation<M> exact(alone, settings_of_row(), grains);
+    REQUIRE(exact.step(by_newton<M>({.tolerance = 1e-12})).solve.converged);
+    const auto answer = velocities(exact);
+    for (const Scheme scheme : {Scheme::nlgs, Scheme::dcs, Scheme::ccs})
+        for (const bool accelerated : {false, true})
+            for (const int ranks : {1, 4}) {
+                if (scheme == Scheme::nlgs && ranks > 1) continue;
+                CAPTURE(accelerated, ranks);
+                const SolveOptions options = accelerated ? SolveOptions{}.accelerated() : SolveOptions{};
+                InProcess comm(ranks);
+                Simulation<M> simulation(comm, settings_of_row(), grains);
+                const StepReport report = simulation.step(scheme == Scheme::nlgs  ? by_nlgs<M>(options)
+                                                          : scheme == Scheme::dcs ? by_nscdd<Dcs<M>>(options)
+                                                                                  : by_nscdd<Ccs<M>>(options));
+                REQUIRE(report.solve.converged);
+                const auto v = velocities(simulation);
+                CHECK(distance<M>(v, answer, free, 0, row) <= 0.3);
+                CHECK(distance<M>(v, answer, free, row, row + column) <= 0.3);
+                CHECK(report.solve.iterations > 50);
+                CHECK(report.solve.distance <= 0.3);
+                CHECK(report.solve.scene_distance <= report.solve.distance);
+            }
+}
+
+TEMPLATE_TEST_CASE("a contact satisfies its law once its velocity has changed by law_miss()", "[distance]", SmoothDisks,
+                   FrictionDisks, FrictionSpheres) {
+    using M = TestType;
+    Random random(3);
+    for (int k = 0; k < 2000; ++k) {
+        Contact<M> c;
+        c.normal = random_unit<M>(random);
+        c.bias = uniform(random, -1, 1);
+        const double rn = std::max(uniform(random, -0.5, 1), 0.0);
+        if constexpr (M::friction) {
+            c.friction_coefficient = uniform(random, 0, 1);
+            typename M::Vec t = random_unit<M>(random);
+            t -= t.dot(c.normal) * c.normal;
+            const double share = std::min(uniform(random, 0, 2), 1.0);  // half of them at the edge of the cone
+            c.r = rn * c.normal + share * c.friction_coefficient * rn * t.normalized();
+        } else {
+            c.r[0] = rn;
+        }
+        const auto v = random_vector<typename M::Impulse>(random);
+        const typename M::Impulse miss = law_miss<M>(c, v);
+        const typename M::Impulse next = solve_contact<M>(c, v + miss, 1.3, 0.7);
+        CAPTURE(k, rn, miss.norm());
+        CHECK((next - c.r).norm() <= 1e-7);
+        CHECK(miss.norm() <= (v.norm() + std::abs(c.bias)) * (1 + 1e-12));
+        if ((solve_contact<M>(c, v, 1.3, 0.7) - c.r).norm() > 1e-6) CHECK(miss.norm() > 0);
+    }
+}
+
+TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdomains", "[distance]", FrictionDisks,
+                   SmoothSpheres, FrictionSpheres) {
+    using M = TestType;
+    for (const bool driven : {false, true}) {
+        DistanceEstimate alone;
+        for (const int ranks : {1, 2, 5, 16}) {
+            CAPTURE(driven, ranks);
+            Random random(11);
+            auto grains = shaken_lattice<M>(random, 4);
+            for (auto& grain : grains)
+                if (grain.id % 5 == 0) grain.position[0] += 20;  // a second cloud, in pieces
+            auto settings = lattice_settings<M>(4, driven);
+            settings.walls[1].offset -= 30;
+            InProcess comm(ranks);
+            Simulation<M> simulation(comm, settings, grains);
+            simulation.step([&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds&) {
+                std::vector<DistanceSums<M>> sums(parts.size());
+                const auto impulse = [](const Subdomain<M>& part, Contact<M>& contact, bool wall, double size) {
+                    const int i = part.grains[static_cast<std::size_t>(contact.i)].id,
+                              j = wall ? -1 - contact.j : part.grains[static_cast<std::size_t>(contact.j)].id;
+                    const double rn = size * (1 + std::abs(std::sin(i + j + 0.1 * i * j)));
+                    if constexpr (M::friction)
+                        contact.r = rn * contact.normal;
+                    else
+                        contact.r[0] = rn;
+                };
+                // velocities of an iterate that every number of subdomains has, glued
+                const auto set = [&](double size) {
+                    for (std::size_t k = 0; k < parts.size(); ++k) {
+                        for (auto& contact : parts[k].problem.contacts) impulse(parts[k], contact, false, size);
+                        for (auto& contact : parts[k].problem.wall_contacts) impulse(parts[k], contact, true, size);
+                        sums[k].set_velocities(parts[k].problem);
+                        parts[k].sweeper.load(parts[k].problem);
+                    }
+                    Dcs<M> scheme;
+                    scheme.setup(parts, c);
+                    glue<M>(scheme, parts, c);
+                    const std::size_t walls = parts[0].problem.walls.size();
+                    const std::span<const double> speeds = reduce(c, walls, [&](std::size_t k) {
+                        Buffer own(walls, 0.0);
+                        for (std::size_t w = 0; w < parts[k].wall_active.size(); ++w)
+                            if (parts[k].wall_active[w]) own[w] = parts[k].problem.walls[w].speed;
+                        return own;
+                    });
+                    for (auto& part : parts) {
+                        part.sweeper.store(part.problem);
+                        for (std::size_t w = 0; w < part.wall_touched.size(); ++w)
+                            if (part.wall_touched[w])
+                                part.problem.walls[w].speed = speeds[w] / part.problem.wall_copies(w);
+                    }
+                };
+                for (std::size_t k = 0; k < parts.size(); ++k) {
+                    auto& problem = parts[k].problem;  // no impulses yet: V_free
+                    sums[k].begin(problem, free_velocities(problem));
+                }
+                set(1e-3);
+                for (std::size_t k = 0; k < parts.size(); ++k) sums[k].mark(parts[k].problem);
+                set(2e-3);
+                for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_up(parts[k].problem);
+                const ResidualParts residual = reduce<ResidualParts>(
+                    c, [&](std::size_t k) { return residual_parts(parts[k].problem, sums[k].free()); });
+                JoinedComponents<M> joined({parts.begin(), parts.end()}, c, sums);
+                const DistanceEstimate all = joined.estimate(c, sums, residual);
+                CHECK(all.worst > 0);
+                CHECK(all.scene > 0);
+                CHECK(all.scene < all.worst);
+                CHECK(all.gap_error > 0);
+                if (ranks == 1) alone = all;
+                CHECK(all.worst == Approx(alone.worst).epsilon(1e-9));
+                CHECK(all.scene == Approx(alone.scene).epsilon(1e-9));
+                CHECK(all.energy_made == Approx(alone.energy_made).epsilon(1e-9));
+                CHECK(all.gap_error == Approx(alone.gap_error).epsilon(1e-9));
+                return SolveReport{};
+            });
+        }
+    }
+}
+
+// Impulses of a sphere between walls grow without end along a self-stress, or there is no answer at all.
+TEST_CASE("spheres that rebound in corners with strong friction converge", "[distance]") {
+    using M = FrictionSpheres;
+    for (const int ranks : {1, 3}) {
+        SolveOptions options = SolveOptions{}.accelerated();
+        options.newton_contacts = 1000;
+        Random random(5);
+        auto grains = random_grains<M>(random, 20, 3.0, 0.3, 0.5);
+        for (auto& grain : grains) grain.velocity = random_vector<typename M::Velocity>(random, 2);
+        SimulationSettings<M> settings;
+        settings.h = 1e-3;
+        settings.gravity = {0, 0, -9.81};
+        settings.walls = box_walls<M>(3.0);
+        settings.materials.set(0, 0, {.friction = 0.8, .restitution = 0.5});
+        InProcess comm(ranks);
+        Simulation<M> simulation(comm, settings, grains);
+        double newton = 0;
+        int stopped = 0;
+        for (int step = 0; step < 2500; ++step) {
+            const SolveReport report =
+                simulation.step(ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options)).solve;
+            newton += report.newton_contacts;
+            stopped += !report.converged;
+        }
+        CHECK(stopped == 0);
+        CHECK(newton > 0);
+    }
+}
