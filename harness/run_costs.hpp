@@ -23,9 +23,32 @@ inline nlohmann::json over_ranks(std::span<const double> rows, std::size_t colum
     return {{"least", least}, {"mean", sum * double(columns) / double(rows.size())}, {"largest", largest}};
 }
 
-// What each rank has done and spent. A process speaks through its first rank.
+// What this process has sent and spent inside the communicator so far: messages and bytes; then messages, seconds of
+// waiting and of transferring, of each operation.
+constexpr std::size_t communicated_columns = 2 + 3 * operation_names.size();
+inline Buffer communicated(const Communicator& comm) {
+    const Traffic traffic = comm.traffic();
+    const CommSeconds seconds = comm.seconds();
+    Buffer row{traffic.messages, traffic.bytes};
+    for (const ByOperation* of : {&traffic.messages_of, &seconds.wait_of, &seconds.transfer_of})
+        row.insert(row.end(), of->begin(), of->end());
+    return row;
+}
+// By operation what messages(n) and seconds(n) make of the n-th column of communicated().
+inline nlohmann::json by_operation(auto&& messages, auto&& seconds) {
+    constexpr std::size_t operations = operation_names.size();
+    nlohmann::json json;
+    for (std::size_t o = 0; o < operations; ++o)
+        json[operation_names[o]] = {{"messages", messages(2 + o)},
+                                    {"wait", seconds(2 + operations + o)},
+                                    {"transfer", seconds(2 + 2 * operations + o)}};
+    return json;
+}
+
+// What each rank has done and spent. A process speaks through its first rank. `solving`: of communicated(), while
+// contacts were solved.
 template <class M>
-nlohmann::json costs(const Simulation<M>& simulation, double total, double solver_cpu, const Traffic& solving,
+nlohmann::json costs(const Simulation<M>& simulation, double total, double solver_cpu, const Buffer& solving,
                      double iterations) {
     Communicator& comm = simulation.comm();
     const PhaseSeconds& seconds = simulation.seconds();
@@ -33,12 +56,14 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
                                                                    {"sweep", seconds.sweep},
                                                                    {"interface", seconds.interface},
                                                                    {"advance", seconds.advance}}};
-    // Columns of a rank; `speaks`: 1 for the first rank of a process. At the end own time, wait, transfer by phase.
-    enum : std::size_t { work_done, neighbours, speaks, total_time, cpu_time, messages, bytes, first_phase };
+    // Columns of a rank; `speaks`: 1 for the first rank of a process. Then those of communicated(), and own time, wait,
+    // transfer by phase.
+    enum : std::size_t { work_done, neighbours, speaks, total_time, cpu_time, messages, bytes };
+    constexpr std::size_t first_phase = messages + communicated_columns;
     std::vector<Buffer> mine;
     for (std::size_t k = 0; k < simulation.parts().size(); ++k) {
-        mine.push_back({comm.work()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu,
-                        solving.messages, solving.bytes});
+        mine.push_back({comm.work()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu});
+        mine.back().insert(mine.back().end(), solving.begin(), solving.end());
         for (const auto& [name, time] : phases)
             mine.back().insert(mine.back().end(), {time.own, time.wait, time.transfer});
     }
@@ -61,7 +86,9 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
                            {"messages", sum(messages)},
                            {"bytes", sum(bytes)},
                            {"messages_per_iteration", sum(messages) * per},
-                           {"bytes_per_iteration", sum(bytes) * per}};
+                           {"bytes_per_iteration", sum(bytes) * per},
+                           {"operations", by_operation([&](std::size_t c) { return sum(messages + c); },
+                                                       [&](std::size_t c) { return of_processes(messages + c); })}};
     double wait = 0, transfer = 0;
     for (std::size_t p = 0; p < phases.size(); ++p) {
         const char* name = phases[p].first;

@@ -152,15 +152,15 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
         rebounds_given_up, newton_contacts, contacts;
     EnergySeries energy;
     double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
-    Traffic solving;
+    Buffer solving(communicated_columns);
     double solver_cpu = 0;
     const auto counted = [&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
-        const Traffic before = c.traffic();
+        const Buffer before = communicated(c);
         const double cpu = cpu_seconds();
         const SolveReport report = solve(parts, c, seconds);
         solver_cpu += cpu_seconds() - cpu;
-        solving.messages += c.traffic().messages - before.messages;
-        solving.bytes += c.traffic().bytes - before.bytes;
+        const Buffer after = communicated(c);
+        for (std::size_t n = 0; n < after.size(); ++n) solving[n] += after[n] - before[n];
         return report;
     };
 

@@ -12,14 +12,16 @@ namespace nscdd::run_detail {
 // Thrown by a step solver to end the step without an answer.
 struct StepAbandoned {};
 
-// What a rank has spent and done so far, in this order:
+// What a rank has spent and done so far, in this order, the last two the first of communicated(), whose others follow:
 inline constexpr std::array window_names{"seconds", "sweep", "interface", "wait", "transfer", "messages", "bytes"};
+inline constexpr std::size_t first_communicated = window_names.size() - 2,
+                             first_work = first_communicated + communicated_columns;
 
 inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
     const CommSeconds inside = comm.seconds();
-    const Traffic traffic = comm.traffic();
-    Buffer row{comm.now(),      seconds.sweep.own, seconds.interface.own, inside.wait,
-               inside.transfer, traffic.messages,  traffic.bytes};
+    Buffer row{comm.now(), seconds.sweep.own, seconds.interface.own, inside.wait, inside.transfer};
+    const Buffer sent = communicated(comm);
+    row.insert(row.end(), sent.begin(), sent.end());
     row.insert(row.end(), done.begin(), done.end());
     return row;
 }
@@ -79,8 +81,10 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     for (const auto& [seconds, r] : order) json["all_repeats"].push_back(seconds);
     for (std::size_t c = 1; c < window_names.size(); ++c)
         json["per_iteration"][window_names[c]] = over_ranks(rows, median.size(), c);
+    const auto sent = [&](std::size_t c) { return over_ranks(rows, median.size(), first_communicated + c); };
+    json["operations_per_iteration"] = by_operation(sent, sent);
     for (std::size_t w = 0; w < work_names.size(); ++w)
-        json["work_per_iteration"][work_names[w]] = over_ranks(rows, median.size(), window_names.size() + w);
+        json["work_per_iteration"][work_names[w]] = over_ranks(rows, median.size(), first_work + w);
     return json;
 }
 

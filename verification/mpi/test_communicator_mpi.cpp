@@ -101,6 +101,8 @@ TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
         }
         CHECK(total(comm.traffic().messages) == reference.traffic().messages);
         CHECK(total(comm.traffic().bytes) == reference.traffic().bytes);
+        for (std::size_t o = 0; o < nscdd::operation_names.size(); ++o)
+            CHECK(total(comm.traffic().messages_of[o]) == reference.traffic().messages_of[o]);
     }
     if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
     MPI_Barrier(MPI_COMM_WORLD);
@@ -217,6 +219,17 @@ TEST_CASE("time is attributed to waiting where a partner is late") {
 
     const Waited exchange = waited(comm, 0, [&] { channel->start(), channel->finish(); });
     rank != 0 && pattern::linked(rank, 0) ? waits(exchange) : waits_not(exchange);
+
+    channel->count_as(nscdd::Operation::scatter);
+    const nscdd::CommSeconds before = comm.seconds();
+    const Waited scatter = waited(comm, 0, [&] { channel->start(), channel->finish(); });
+    rank != 0 && pattern::linked(rank, 0) ? waits(scatter) : waits_not(scatter);
+    for (std::size_t o = 0; o < nscdd::operation_names.size(); ++o) {
+        const bool counted = o == static_cast<std::size_t>(nscdd::Operation::scatter);
+        const nscdd::CommSeconds after = comm.seconds();
+        CHECK(after.wait_of[o] - before.wait_of[o] == (counted ? Approx(after.wait - before.wait) : Approx(0)));
+        CHECK((after.transfer_of[o] > before.transfer_of[o]) == counted);
+    }
 
     const Waited route = waited(comm, 0, [&] { comm.route(out); });
     rank != 0 ? waits(route) : waits_not(route);

@@ -168,6 +168,14 @@ class Program(ProgramTest):
                         np.testing.assert_array_equal(mpi_state[key], values, key)
                     if ranks == 2:
                         self.assertEqual(mpi["neighbours"], {"least": 1, "mean": 1, "largest": 1})
+                    sent = {name: one["messages"] for name, one in mpi["operations"].items()}
+                    self.assertEqual(sent, {name: one["messages"] for name, one in own["operations"].items()})
+                    self.assertEqual(sum(sent.values()), mpi["messages"])
+                    glued = {"ccs": {"gather", "scatter"}, "dcs": {"exchange"}}[scheme] if ranks > 1 else set()
+                    self.assertEqual({name for name in ("exchange", "gather", "scatter", "all_gather") if sent[name]}, glued)
+                    for name in glued:
+                        self.assertGreater(mpi["operations"][name]["transfer"]["least"], 0)
+                        self.assertEqual(own["operations"][name]["transfer"]["largest"], 0)
                     if ranks > 1:  # something is sent in each of these phases, and no phase is longer than the run
                         for phase in ("detect", "interface"):
                             times = mpi["mpi_seconds"][phase]

@@ -66,6 +66,17 @@ class Simulated(ProgramTest):
             self.assertEqual(first[key], second[key])
         self.assertTrue(first["simulated"])
 
+    def test_messages_and_time_are_told_by_operation(self):
+        for scheme, glued in (("ccs", ("gather", "scatter")), ("dcs", ("exchange",))):
+            window = self.window(4, "--scheme", scheme, "--method", "paper")
+            parts = window["operations_per_iteration"]
+            for kind, scale in (("messages", 1), ("wait", 1e6), ("transfer", 1e6)):
+                self.assertAlmostEqual(scale * sum(one[kind]["mean"] for one in parts.values()), scale * window["per_iteration"][kind]["mean"])
+            self.assertEqual({name for name, one in parts.items() if one["messages"]["mean"]}, {*glued, "reduction"})  # two walls are under pressure
+            if scheme == "ccs":  # all send to rank 0, and wait for what it glues
+                self.assertEqual([4 * parts[name]["messages"]["mean"] for name in glued], [3, 3])
+                self.assertGreater(parts["scatter"]["wait"]["largest"], parts["gather"]["wait"]["least"])
+
     def test_a_sequential_iteration_takes_what_its_work_costs(self):
         window = self.window(1, "--scheme", "nlgs", "--method", "paper")
         work = {kind: window["work_per_iteration"][kind]["mean"] for kind in KINDS}

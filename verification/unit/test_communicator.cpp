@@ -36,8 +36,12 @@ TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]")
     CHECK(comm.seconds().transfer == 0);
 }
 
-TEST_CASE("traffic is counted as defined", "[communicator]") {
+TEST_CASE("traffic is counted as defined, by operation", "[communicator]") {
+    using nscdd::Operation;
     InProcess comm(3);
+    const auto messages_of = [&comm](Operation operation) {
+        return comm.traffic().messages_of[static_cast<std::size_t>(operation)];
+    };
     SECTION("a link to oneself is no message, an empty message to another is") {
         const auto channel = comm.open({{{0, 2, 2}, {2, 1, 0}}, {}, {{0, 0, 1}}});
         channel->send(0, 0)[1] = 2;
@@ -48,12 +52,20 @@ TEST_CASE("traffic is counted as defined", "[communicator]") {
         CHECK(channel->recv(2, 0)[0] == 3);
         CHECK(comm.traffic().messages == 2);
         CHECK(comm.traffic().bytes == 8);
+        CHECK(messages_of(Operation::exchange) == 2);
+        channel->count_as(Operation::gather);
+        channel->start();
+        channel->finish();
+        CHECK(messages_of(Operation::exchange) == 2);
+        CHECK(messages_of(Operation::gather) == 2);
+        CHECK(comm.traffic().messages == 4);
     }
     SECTION("a route counts what is not empty and not for oneself") {
         const auto in = comm.route({{{0, {7}}, {1, {1, 2}}, {2, {}}}, {{2, {3}}}, {{0, {4}}, {1, {5}}, {2, {6}}}});
         CHECK(in == std::vector<Buffer>{{7, 4}, {1, 2, 5}, {3, 6}});
         CHECK(comm.traffic().messages == 4);
         CHECK(comm.traffic().bytes == 5 * 8);
+        CHECK(messages_of(Operation::route) == 4);
     }
     SECTION("an all-gather counts twice size-1, a reduction its rounds") {
         comm.all_gather({{1, 2}, {3, 4}, {5, 6}});
@@ -62,6 +74,8 @@ TEST_CASE("traffic is counted as defined", "[communicator]") {
         comm.reduce({{1, 2}, {3, 4}, {5, 6}}, 2);
         CHECK(comm.traffic().messages == 4 + 6);  // one round of all three
         CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 6 * 2) * 8);
+        CHECK(messages_of(Operation::all_gather) == 4);
+        CHECK(messages_of(Operation::reduction) == 6);
     }
 }
 

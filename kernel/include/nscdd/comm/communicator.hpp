@@ -33,6 +33,14 @@ struct Link {
 };
 using Links = std::vector<Link>;  // of one rank, by ascending peer, at most one per peer
 
+// The operation that a message is part of. Exchanges of a channel and routes go from rank to rank, all others are
+// collective: gathers to one rank and scatters from it (channels as well), reductions, all-gathers.
+enum class Operation { exchange, route, gather, scatter, reduction, all_gather };
+// Their names, in their order, as files have them.
+constexpr std::array<const char*, 6> operation_names{"exchange", "route",     "gather",
+                                                     "scatter",  "reduction", "all_gather"};
+using ByOperation = std::array<double, operation_names.size()>;
+
 // Messages that are sent again and again, with their places in memory: nothing is allocated in the iteration. Made by
 // Communicator::open().
 class Channel {
@@ -43,6 +51,8 @@ class Channel {
     std::span<double> send(std::size_t k, std::size_t l) { return send_[k][l]; }
     // What link l receives: may be read from finish() until the next start().
     std::span<const double> recv(std::size_t k, std::size_t l) const { return recv_[k][l]; }
+    // What its messages and their time are counted as: an exchange, unless told. The same on all ranks.
+    void count_as(Operation operation) { operation_ = operation; }
 
     // Sends the messages. Collective among ranks with a link to each other; start() and finish() are called in turn.
     virtual void start() = 0;
@@ -50,6 +60,7 @@ class Channel {
 
   protected:
     std::vector<std::vector<std::span<double>>> send_, recv_;  // by hosted rank, then link; set by the implementation
+    Operation operation_ = Operation::exchange;
 };
 
 using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank
@@ -59,15 +70,30 @@ using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other r
 // again. A reduction counts those of its rounds (reduction_rounds.hpp). Bytes are those of the doubles passed in, not
 // of any header.
 struct Traffic {
-    double messages = 0;  // sent since the communicator was made
-    double bytes = 0;     // sent in these messages
+    double messages = 0;        // sent since the communicator was made
+    double bytes = 0;           // sent in these messages
+    ByOperation messages_of{};  // of the messages, those of each operation
+
+    void add(Operation operation, std::size_t number, std::size_t doubles) {
+        messages += static_cast<double>(number);
+        bytes += static_cast<double>(doubles * sizeof(double));
+        messages_of[static_cast<std::size_t>(operation)] += static_cast<double>(number);
+    }
 };
 
 // Time this process spent inside the communicator [s]: `wait` until the slowest partner has arrived,
 // `transfer` the rest. In-process ranks spend none.
 struct CommSeconds {
-    double wait = 0;      // for partners that enter their call later [s]
-    double transfer = 0;  // in calls, without that [s]
+    double wait = 0;                       // for partners that enter their call later [s]
+    double transfer = 0;                   // in calls, without that [s]
+    ByOperation wait_of{}, transfer_of{};  // the same in the calls of each operation [s]
+
+    void add(Operation operation, double waited, double transferred) {
+        wait += waited;
+        transfer += transferred;
+        wait_of[static_cast<std::size_t>(operation)] += waited;
+        transfer_of[static_cast<std::size_t>(operation)] += transferred;
+    }
 };
 
 // Kinds of work, each with the unit in which it is counted.

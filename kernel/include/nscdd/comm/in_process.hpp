@@ -50,7 +50,7 @@ class InProcess final : public Communicator {
             for (const auto& [target, message] : out[source]) {
                 if (target < 0 || target >= size()) throw no_rank("route", source, target);
                 in[target].insert(in[target].end(), message.begin(), message.end());
-                if (target != source && !message.empty()) count(message.size());
+                if (target != source && !message.empty()) traffic_.add(Operation::route, 1, message.size());
             }
         return in;
     }
@@ -64,8 +64,8 @@ class InProcess final : public Communicator {
             gathered_.insert(gathered_.end(), mine[rank].begin(), mine[rank].end());
         }
         for (std::size_t k = 1; k < ranks_.size(); ++k) {
-            count(n);                  // up to rank 0
-            count(ranks_.size() * n);  // and down again
+            traffic_.add(Operation::all_gather, 1, n);                  // up to rank 0
+            traffic_.add(Operation::all_gather, 1, ranks_.size() * n);  // and down again
         }
         return gathered_;
     }
@@ -83,7 +83,8 @@ class InProcess final : public Communicator {
             for (int rank = 0; rank < p; rank += 2 * step) combine_in_tree(tree_[rank], tree_[rank + step], added);
         const ReductionRounds rounds(size());  // counts the messages that this reduction takes over a network
         for (int step = 1; rounds.has(step); step *= ReductionRounds::group)
-            for (int rank : ranks_) rounds.visit_targets(step, rank, [&](int) { count(n); });
+            for (int rank : ranks_)
+                rounds.visit_targets(step, rank, [&](int) { traffic_.add(Operation::reduction, 1, n); });
     }
     std::span<const double> finish_reduce() override { return tree_[0]; }
     void advance() override {}
@@ -130,7 +131,7 @@ class InProcess final : public Communicator {
                 }
         }
         void start() override {
-            for (const std::size_t doubles : messages_) comm_.count(doubles);
+            for (const std::size_t doubles : messages_) comm_.traffic_.add(operation_, 1, doubles);
         }
         void finish() override {
             for (const Copy& copy : copies_) std::ranges::copy(copy.from, copy.to.begin());
@@ -172,11 +173,6 @@ class InProcess final : public Communicator {
         }
         throw std::logic_error("open: rank " + std::to_string(rank) + " has a link to rank " + std::to_string(peer) +
                                ", which has none back");
-    }
-
-    void count(std::size_t doubles) {
-        traffic_.messages += 1;
-        traffic_.bytes += static_cast<double>(doubles * sizeof(double));
     }
 
     Team team_;

@@ -70,7 +70,7 @@ class Mpi final : public Communicator {
                 Buffer& to = (mpi_.hosted().hosts(target) ? arrived : staged)[mpi_.hosted().process_of(target)];
                 to.insert(to.end(), {double(target), double(mpi_.hosted().ranks()[k]), double(message.size())});
                 to.insert(to.end(), message.begin(), message.end());
-                if (target != mpi_.hosted().ranks()[k]) mpi_.count(1, message.size());
+                if (target != mpi_.hosted().ranks()[k]) mpi_.count(Operation::route, 1, message.size());
             }
         requests_.clear();
         routes_ = 1 - routes_;
@@ -123,7 +123,7 @@ class Mpi final : public Communicator {
                 to.insert(to.end(), begin, end);
                 at = end;
             }
-        mpi_.spent(entry, latest);
+        mpi_.spent(Operation::route, entry, latest);
         return in;
     }
 
@@ -149,10 +149,11 @@ class Mpi final : public Communicator {
         }
         for (const int rank : mpi_.hosted().ranks())
             if (rank != 0)
-                mpi_.count(1, n);  // up to rank 0; MPI may do otherwise, the count is that of the contract
+                mpi_.count(Operation::all_gather, 1,
+                           n);  // up to rank 0; MPI may do otherwise, the count is that of the contract
             else
-                mpi_.count(size - 1, (size - 1) * size * n);  // and down again
-        mpi_.spent(entry, latest);
+                mpi_.count(Operation::all_gather, size - 1, (size - 1) * size * n);  // and down again
+        mpi_.spent(Operation::all_gather, entry, latest);
         return gathered_;
     }
 
@@ -161,12 +162,12 @@ class Mpi final : public Communicator {
         const double entry = now();
         check_count(mine.size(), "reduce");
         reduction_.start(mine, added, entry);
-        mpi_.spent(entry, entry);
+        mpi_.spent(Operation::reduction, entry, entry);
     }
     std::span<const double> finish_reduce() override {
         const double entry = now();
         reduction_.go_on(true);
-        mpi_.spent(entry, reduction_.rows().stamp());
+        mpi_.spent(Operation::reduction, entry, reduction_.rows().stamp());
         return reduction_.rows().row(0);
     }
     // Looking into a mailbox takes less time than looking at the clock, and is not counted.
@@ -174,7 +175,7 @@ class Mpi final : public Communicator {
         if (!reduction_.awaits_mpi()) return reduction_.go_on(false);
         const double entry = now();
         reduction_.go_on(false);
-        mpi_.spent(entry, entry);
+        mpi_.spent(Operation::reduction, entry, entry);
     }
 
     double now() const override { return mpi_.now(); }

@@ -53,8 +53,8 @@ class MpiMessages final : public Channel {
                                     request),
                           "start");
         }
-        mpi_.count(messages_, doubles_);
-        mpi_.spent(entry, entry);
+        mpi_.count(operation_, messages_, doubles_);
+        mpi_.spent(operation_, entry, entry);
     }
     // Messages of MPI first, since they go on while something of MPI waits.
     void finish() override {
@@ -77,7 +77,7 @@ class MpiMessages final : public Channel {
             latest = std::max(latest, message.back());
         }
         charge_calls(layout_.incoming, mailboxes_.incoming_shared);
-        mpi_.spent(entry, latest);
+        mpi_.spent(operation_, entry, latest);
     }
 
   private:

@@ -47,9 +47,8 @@ class MpiProcess {
     // Communicator::now(), as well as this process knows the clock of rank 0.
     double now() const { return MPI_Wtime() + offset_; }
 
-    void count(std::size_t messages, std::size_t doubles) {  // in traffic()
-        traffic_.messages += static_cast<double>(messages);
-        traffic_.bytes += static_cast<double>(doubles * sizeof(double));
+    void count(Operation operation, std::size_t messages, std::size_t doubles) {  // in traffic()
+        traffic_.add(operation, messages, doubles);
     }
     void charge(Work kind, double count, double bytes) const {
         if (charged_) charged_(kind, count, bytes);
@@ -58,12 +57,11 @@ class MpiProcess {
     void charge_call(std::size_t doubles, bool shared) const {
         charge(shared ? Work::shared_message : Work::message, 1, double(doubles * sizeof(double)));
     }
-    // A call that began at `entry` ends now; the latest of its partners began at `latest`.
-    void spent(double entry, double latest) {
+    // A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
+    void spent(Operation operation, double entry, double latest) {
         const double elapsed = std::max(now() - entry, 0.0);
         const double wait = std::clamp(latest - entry, 0.0, elapsed);
-        seconds_.wait += wait;
-        seconds_.transfer += elapsed - wait;
+        seconds_.add(operation, wait, elapsed - wait);
     }
     Traffic traffic() const { return traffic_; }
     CommSeconds seconds() const { return seconds_; }

@@ -41,6 +41,8 @@ class Ccs final : public CommunicationScheme<M> {
         if (root_) link_root(told[0], up[0], down[0]);
         up_ = comm.open(up);
         down_ = comm.open(down);
+        up_->count_as(Operation::gather);
+        down_->count_as(Operation::scatter);
         if (root_) set_up_root(told[0], up[0]);
     }
 
