@@ -4,7 +4,7 @@ import math
 import h5py
 import numpy as np
 
-GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000}
+GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000, "million": 1024000}
 SPLITTINGS = {"isotropic": ("grid 3x1x1", "grid 2x2x1", "grid 2x2x2"), "biaxial": ("grid 2x1", "grid 4x2", "grid 8x6"),
               "triaxial": ("grid 2x1x1", "grid 2x2x2", "grid 4x4x3")}
 COUNTS = {"grains": 90, "candidates": 190, "contacts": 170, "boundary_predicted": 17, "boundary": 15, "wrong": 2, "not_boundary": 2}
@@ -24,12 +24,21 @@ def run(scene, scheme, partition, n, method="paper", variation="", **more):
             "command": f"nscdd run FABRICATED {scene} {scheme} {partition}", **more}
 
 
+def operations(scheme, n, share):
+    """CCS gathers and scatters, which takes three quarters of its time; DCS sends from rank to rank alone."""
+    parts = {"exchange": 1} if scheme == "dcs" else {"gather": 0.25, "scatter": 0.75}
+    return {name: {"messages": (n - 1) * (name in parts), "wait_share": parts.get(name, 0) * max(0, share - 0.05),
+                   "transfer_share": parts.get(name, 0) * min(share, 0.05)}
+            for name in ("exchange", "route", "gather", "scatter", "reduction", "all_gather")}
+
+
 def window(scene, scheme, partition, n, method="paper", platform="node48", slower=1, latency=1):
     """An iteration of NLGS takes 1000 us; CCS loses 20 us for each subdomain in 3D, 2 us in 2D, DCS little."""
     lost = 0 if n == 1 else (2e-6 if scene == "biaxial" else 20e-6) * n if scheme == "ccs" else (10e-6 if platform == "node48" else 2e-6) * latency
     seconds = 1e-3 * slower / n + lost * slower
     share = {"ccs": {3: 0.3, 4: 0.35, 8: 0.58}, "dcs": {3: 0.14, 4: 0.09, 8: 0.18}}.get(scheme, {}).get(n, min(0.9, lost / seconds))
-    return {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "platform": platform, "after_step": 9,
+    told = {"operations": operations(scheme, n, share)} if scheme != "nlgs" else {}
+    return {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "platform": platform, "after_step": 9, **told,
             "slower": slower, "latency": latency, "bandwidth": 1, "noise": 0, "seconds_per_iteration": seconds, "mpi_share": share,
             "wait_share": max(0, share - 0.05), "transfer_share": min(share, 0.05), "command": f"nscdd window FABRICATED {scene} {scheme} {partition}"}
 
@@ -53,6 +62,8 @@ def paper(**changed):
         measured += [{"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": ranks, "seconds": 100.0 / ranks,
                       "steps": 10, "seconds_all": [99.0 / ranks, 101.0 / ranks], "mpi_share": 0.04 * (ranks - 1), "iterations_total": 2000,
                       "command": "mpirun FABRICATED"} for scheme, partition, ranks in (("nlgs", "none", 1), ("dcs", "grid 2x1", 2))]
+    runs += [run("million", "nlgs", "none", 1), run("million", "dcs", "bisection", 128)]
+    windows += [window("million", "nlgs", "none", 1), window("million", "dcs", "bisection", 128, platform="cluster")]
     runs.append(run("triaxial", "nlgs", "none", 1, variation="h = 0.1") | {"h": 0.1})
     wide = {"multiplicity": "predicted", "interface_grains": 150.0, "bytes_per_iteration": 5e5, "command": "nscdd run FABRICATED --multiplicity predicted"}
     runs.append(run("triaxial", "dcs", "grid 2x2x2", 8) | wide)

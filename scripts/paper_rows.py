@@ -76,8 +76,10 @@ def window_row(path, what):
     seconds, each = told["seconds_per_iteration"], told["per_iteration"]
     wait, transfer = (each[kind]["mean"] / seconds for kind in ("wait", "transfer"))
     begin = simulator(what["subdomains"], what["platform"], what["latency"], what["bandwidth"])
+    operations = {name: {"messages": what["subdomains"] * one["messages"]["mean"], "wait_share": one["wait"]["mean"] / seconds,
+                         "transfer_share": one["transfer"]["mean"] / seconds} for name, one in told.get("operations_per_iteration", {}).items()}  # files made before lack it
     return what | {"after_step": None, "seconds_per_iteration": seconds, "mpi_share": wait + transfer, "wait_share": wait, "transfer_share": transfer,
-                   "command": f"{shlex.join(begin)} {told['command']}", "commit": told["commit"]}
+                   **({"operations": operations} if operations else {}), "command": f"{shlex.join(begin)} {told['command']}", "commit": told["commit"]}
 
 
 def agreement_row(path, what):

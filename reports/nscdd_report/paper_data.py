@@ -1,12 +1,14 @@
 """The record of the paper's tables and figures (paper.json): which run and which simulated iteration answers which question."""
 import dataclasses
 
-SCENES = ("isotropic", "biaxial", "triaxial")
+SCENES = ("isotropic", "biaxial", "triaxial")  # of the paper
+MILLION = "million"  # the triaxial test with 16 times the spheres
+COLLECTIVE = ("gather", "scatter", "reduction", "all_gather")  # of the operations that messages are part of
 FAMILIES = ("grid", "bisection", "metis")
 # [Visseq14] Table 1: splitting, share of time in MPI in per cent by CCS and DCS.
 TABLE_1 = {1: ("none", 0.0, 0.0), 3: ("grid 3x1x1", 31.3, 14.0), 4: ("grid 2x2x1", 35.6, 9.1), 8: ("grid 2x2x2", 58.3, 18.4)}
 INERTIAL = {"biaxial": 1.3e-4, "triaxial": 2.7e-4}  # by the rate of strain, as the comments of cases/paper say
-STARTS = {"isotropic": "the packing, loose", **dict.fromkeys(("biaxial", "triaxial"), "the test under way: from the packing 100 steps of 5 h, then 50 of h, "
+STARTS = {"isotropic": "the packing, loose", **dict.fromkeys(("biaxial", "triaxial", MILLION), "the test under way: from the packing 100 steps of 5 h, then 50 of h, "
                                                            "accelerated")}
 UNKNOWNS = 6.5e5  # [Visseq14] section 2.1, of the 64,000 spheres, average
 
@@ -137,6 +139,11 @@ class Paper:
     def iteration(self, scheme, n, slower):
         """Its seconds."""
         return self.window(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), "seconds_per_iteration")
+
+    def operations(self, scheme, n, slower=1):
+        """What its messages are part of, by operation: messages of all ranks, shares of waiting and transferring; None if not in the record."""
+        windows = self.windows.get(("isotropic", "paper", scheme, TABLE_1[n][0], n, "node48", slower), {}).get((1, 1, 0), [])
+        return next((window["operations"] for window in windows if "operations" in window), None)
 
     def chance(self):
         """Most over least iterations of one splitting from starts that differ by 1e-9 of a radius, where that is largest; None if not run."""

@@ -2,8 +2,10 @@
 from html import escape
 
 from . import tables
-from .paper_data import INERTIAL, SCENES, STARTS, TABLE_1, family, mean, total
+from .paper_data import COLLECTIVE, INERTIAL, MILLION, SCENES, STARTS, TABLE_1, family, mean, total
 from .tables import NONE, count, number, percent
+
+ORDER = (*SCENES, MILLION)
 
 
 def splitting(partition):
@@ -33,6 +35,21 @@ def table_1(paper):
     return tables.table(head, rows, "Table 1: share of time in MPI") if found else None
 
 
+def operations(paper):
+    """Messages of an iteration and microseconds in MPI by operation, for Table 1 with present cores; None if they are not in the record."""
+    rows, names = [], ("exchange", *COLLECTIVE[:3])
+    for n in TABLE_1:
+        for scheme in ("ccs", "dcs"):
+            found = paper.operations(scheme, n) if n > 1 else None
+            if found:
+                seconds = 1e6 * paper.iteration(scheme, n, 1)
+                rows.append([str(n), escape(scheme.upper()), *(number(found[name]["messages"]) for name in names),
+                             *(number(seconds * found[name][which]) for name in names for which in ("wait_share", "transfer_share"))])
+    head = [[("", 2), ("messages of all ranks, counted", 4), *((f"{name}, \u00b5s, SIMULATED", 2) for name in names)],
+            [(text, 1) for text in ("subdomains", "scheme", *names, *("waiting", "trans&shy;ferring") * 4)]]
+    return tables.table(head, rows, "Messages and time by operation") if rows else None
+
+
 def below_the_paper(paper):
     """How many times our shares of DCS with present cores are below the paper's, least and most; None if not simulated."""
     times = [theirs / (100 * share) for n, (_, _, theirs) in TABLE_1.items() if n > 1 and (share := paper.share("dcs", n, 1))]
@@ -42,7 +59,7 @@ def below_the_paper(paper):
 def scenes(paper):
     """What the paper does not give, as the sequential runs have it; the inertial number by the scene's comment where the record lacks it."""
     rows = []
-    for scene in SCENES:
+    for scene in ORDER:
         run = paper.nlgs(scene)
         if not run:
             continue
@@ -117,7 +134,7 @@ def variations(paper):
 def interface(paper, predicted):
     """Runs that glue what the rough detection predicts beside those on the minimal interface; None without both of one splitting."""
     rows = []
-    for key, wide in sorted(predicted.counted.items(), key=lambda item: (SCENES.index(item[0][0]), item[0][4])):
+    for key, wide in sorted(predicted.counted.items(), key=lambda item: (ORDER.index(item[0][0]), item[0][4])):
         narrow = paper.counted.get(key)
         if wide["scheme"] == "nlgs" or not narrow:
             continue
@@ -155,7 +172,7 @@ def chance(paper):
 def all_runs(paper):
     """Whole runs, counted, by scene in the order of the paper; iterations over those of NLGS by the same method."""
     rows = []
-    runs = sorted(paper.counted.values(), key=lambda run: (SCENES.index(run["scene"]), run["method"] != "paper", run["scheme"] != "nlgs",
+    runs = sorted(paper.counted.values(), key=lambda run: (ORDER.index(run["scene"]), run["method"] != "paper", run["scheme"] != "nlgs",
                                                            family(run["partition"]) != "grid", run["scheme"], run["subdomains"], run["partition"]))
     asked = {run["tolerance"] for run in runs}
     largest = "largest \u03b7" + (f"<br><i>\u2264\u202f{number(min(asked))}</i>" if len(asked) == 1 else "")

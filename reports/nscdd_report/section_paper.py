@@ -3,7 +3,7 @@ from html import escape
 
 from . import network, packings, paper_figures, paper_tables
 from .page import Block, command_list, commits, figure_block, machines, missing, table_block
-from .paper_data import SCENES, STARTS, Paper
+from .paper_data import MILLION, SCENES, STARTS, Paper
 from .paper_verdicts import AGREES, DIFFERS, UNTOLD, verdicts
 from .style import save
 from .tables import count, number
@@ -54,6 +54,12 @@ def communication(paper):
                + platform(paper))
     yield table_block(html, "Share of time in MPI (Table 1 of the paper)", caption, source(paper, windows), ("simulated",), wide=True,
                       anchor="paper-table-1")
+    html = paper_tables.operations(paper)
+    if html:
+        yield table_block(html, "Messages and time by operation", "An iteration of Table 1 with present cores: messages of all ranks, waiting and "
+                          "transferring as means over the ranks. Exchanges go from rank to rank, all else is collective. Waiting for the scatter begins when "
+                          "a rank has sent what is gathered. " + platform(paper), source(paper, windows), ("counted", "simulated"), wide=True,
+                          anchor="paper-operations")
     below = paper_tables.below_the_paper(paper)
     if below:
         yield (f"<p>By DCS our shares with present cores are {number(below[0])} to {number(below[1])} times below the paper's. This program does not do "
@@ -146,7 +152,7 @@ def scalability(paper, out):
 
 
 def points(paper):
-    for scene in ("biaxial", "triaxial", "isotropic"):
+    for scene in ("biaxial", "triaxial", "isotropic", MILLION):
         html = paper_tables.speed_ups(paper, scene)
         if html:
             caption = ("All that was simulated on the machines as given. Efficiency of an iteration: T<sub>NLGS</sub> / (N T<sub>N</sub>), both by "

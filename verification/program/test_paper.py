@@ -1,12 +1,15 @@
 """The paper's tables and figures at their smallest: what is counted, simulated and measured, and a job that is gone on with."""
 import json
+import math
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
+import h5py
 import jsonschema
 
 from harness import NSCDD, ProgramTest, load_script
@@ -35,6 +38,21 @@ class Plan(unittest.TestCase):
         for kind, asked in (("runs", plan.runs), ("windows", plan.windows), ("agreement", plan.compared)):
             identities = [tuple(row[1].get(name) for name in rows.IDENTITY[kind]) for row in asked]
             self.assertEqual(len(identities), len(set(identities)), kind)
+
+    def test_larger_is_a_million_spheres_on_the_number_nearest_to_a_hundred(self):
+        self.assertEqual(64_000 * math.prod(script.TILES), 1_024_000)
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            plan = script.Plan(folder, False)
+            made = {what["subdomains"]: what["platform"] for _, what in plan.windows if what["scene"] == "million"}
+            self.assertEqual(made, {1: "node48", 64: "cluster", 128: "cluster"})
+            self.assertEqual({what["subdomains"] for _, what, _ in plan.runs if what["scene"] == "million"}, set(made))
+            with h5py.File(folder / "one.h5", "w") as one:
+                one["x"], one["radius"], one["box"] = [[0.5, 1, 2]], [0.5], [1, 2, 4]
+            tiling = next(job for job in plan.chosen(["larger"]) if job.title == "packing million").commands[0]
+            subprocess.run([ROOT / tiling[0], folder / "one.h5", folder / "many.h5", *tiling[3:]], check=True)
+            with h5py.File(folder / "many.h5") as many:
+                self.assertEqual((len(many["x"]), list(many["box"]), list(many["x"][-1])), (16, [4, 4, 8], [3.5, 3, 6]))
 
     def test_a_grid_has_as_many_cells_as_subdomains(self):
         for _, scene, _, _, partition, n, *_ in script.table_of_runs():
@@ -113,6 +131,10 @@ class Quick(ProgramTest):
         self.assertEqual(len(simulated), 2 * len(runs))
         self.assertLess(simulated["dcs", 4, 1]["seconds_per_iteration"], simulated["dcs", 4, 3]["seconds_per_iteration"])
         self.assertEqual(simulated["nlgs", 1, 1]["mpi_share"], 0)
+        for (scheme, n, _), row in simulated.items():
+            sent = {name for name, one in row["operations"].items() if one["messages"]}
+            self.assertEqual(sent, {"ccs": {"gather", "scatter", "reduction"}, "dcs": {"exchange", "reduction"}}[scheme] if n > 1 else set())
+            self.assertAlmostEqual(sum(one["wait_share"] + one["transfer_share"] for one in row["operations"].values()), row["mpi_share"])
         for row in record["agreement"]:
             self.assertTrue(all(part["ok"] for part in row["rows"]), row)
         self.assertTrue((self.folder / "paper/fig1-network.h5").exists())
