@@ -39,6 +39,7 @@ enum class Operation { exchange, route, gather, scatter, reduction, all_gather }
 // Their names, in their order, as files have them.
 constexpr std::array<const char*, 6> operation_names{"exchange", "route",     "gather",
                                                      "scatter",  "reduction", "all_gather"};
+// A number for each Operation, in their order.
 using ByOperation = std::array<double, operation_names.size()>;
 
 // Messages that are sent again and again, with their places in memory: nothing is allocated in the iteration. Made by
@@ -74,6 +75,7 @@ struct Traffic {
     double bytes = 0;           // sent in these messages
     ByOperation messages_of{};  // of the messages, those of each operation
 
+    // Counts so many messages, with so many doubles in all.
     void add(Operation operation, std::size_t number, std::size_t doubles) {
         messages += static_cast<double>(number);
         bytes += static_cast<double>(doubles * sizeof(double));
@@ -88,6 +90,7 @@ struct CommSeconds {
     double transfer = 0;                   // in calls, without that [s]
     ByOperation wait_of{}, transfer_of{};  // the same in the calls of each operation [s]
 
+    // Counts a call [s].
     void add(Operation operation, double waited, double transferred) {
         wait += waited;
         transfer += transferred;
