@@ -3,7 +3,7 @@ nscdd_test(test_law "quick" unit/test_contact_law.cpp unit/test_delassus.cpp)
 nscdd_test(test_schemes "quick;threads" agreement/test_schemes.cpp)
 nscdd_test(test_decomposition "sanitized" unit/test_partition.cpp unit/test_partitioners.cpp unit/test_any_ranks.cpp
            unit/test_gluing.cpp)
-nscdd_test(test_scenes "sanitized" unit/test_detection.cpp unit/test_misuse.cpp unit/test_analytic.cpp)
+nscdd_test(test_scenes "sanitized" unit/test_detection.cpp unit/test_passing.cpp unit/test_misuse.cpp unit/test_analytic.cpp)
 nscdd_test(test_iteration "" unit/test_anderson.cpp unit/test_conservation.cpp unit/test_invariance.cpp unit/test_velocity_error.cpp
            unit/test_distance.cpp)
 nscdd_test(test_references "" unit/test_newton.cpp unit/test_gradient.cpp)

@@ -26,14 +26,14 @@ int main() {
     }
     problem.walls.resize(3);  // floor, left and right wall, at rest
 
-    const auto touch = [&](int i, int j, const Model::Vec& normal, double gap, double lever_j) {
+    const auto touch = [&](int i, int j, const Model::Vec& normal, double gap, double lever_i, double lever_j) {
         nscdd::Contact<Model> contact;
         contact.i = i;
         contact.j = j;
         contact.normal = normal;                // from j to i
         contact.bias = std::max(gap, 0.0) / h;  // [m/s]: what is left of the gap may close
-        contact.lever_i = radius + gap / 2;     // [m] from the centre to the contact
-        contact.lever_j = lever_j;
+        contact.lever_i = lever_i;              // [m] from the centre to the contact: to the middle of a gap, or,
+        contact.lever_j = lever_j;              // at a wall, to the surface
         contact.friction_coefficient = 0.5;
         return contact;
     };
@@ -44,11 +44,12 @@ int main() {
         const Model::Vec into_box[] = {{0, 1}, {1, 0}, {-1, 0}};
         for (int wall = 0; wall < 3; ++wall)
             if (gap_to_wall[wall] < contact_gap)
-                problem.wall_contacts.push_back(touch(i, wall, into_box[wall], gap_to_wall[wall], 0));
+                problem.wall_contacts.push_back(touch(i, wall, into_box[wall], gap_to_wall[wall], radius, 0));
         for (int j = i + 1; j < static_cast<int>(centre.size()); ++j) {
             const Model::Vec branch = at - centre[static_cast<std::size_t>(j)];
             const double gap = branch.norm() - 2 * radius;
-            if (gap < contact_gap) problem.contacts.push_back(touch(i, j, branch.normalized(), gap, radius + gap / 2));
+            const double lever = radius + gap / 2;
+            if (gap < contact_gap) problem.contacts.push_back(touch(i, j, branch.normalized(), gap, lever, lever));
         }
     }
 

@@ -106,7 +106,7 @@ Judged judge(const Scene<M>& before, const std::vector<GatheredContact<M>>& impu
             t.gap = (centres[i] - centres[j]).norm() - radius - before.grains[j].radius;
             t.arm_b = (before.grains[j].radius + t.gap / 2) * t.normal;
         }
-        t.arm_a = -(radius + t.gap / 2) * t.normal;
+        t.arm_a = -(c.j < 0 ? radius : radius + t.gap / 2) * t.normal;
         t.a->push(t.arm_a, t.r);
         t.b->push(t.arm_b, -t.r);
         touches.push_back(t);

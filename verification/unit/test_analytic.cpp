@@ -114,6 +114,29 @@ TEMPLATE_TEST_CASE("from sliding to rolling", "[analytic]", FrictionDisks, Frict
     }
 }
 
+TEMPLATE_TEST_CASE("lands, then rolls at 5/7 or 2/3 of its speed, or slides as the impulses say", "[analytic]",
+                   FrictionDisks, FrictionSpheres) {
+    using M = TestType;
+    constexpr double v0 = 2, ratio = tangential_ratio<M>;
+    const double h = GENERATE(0.02, 0.004), e = GENERATE(0.0, 0.5), mu = GENERATE(0.02, 0.5, 5.0);
+    auto settings = on_floor<M>(mu, e, h);
+    settings.gravity[M::dim - 1] = -g;
+    settings.largest_overlap = 0.5;  // with restitution it acts once it is in the floor, by a step's way
+    auto grain = ball<M>(0, radius + 0.339);
+    grain.velocity[0] = v0;
+    for (const Solver& solver : solvers) {
+        INFO(solver.name() << ", h = " << h << ", e = " << e << ", mu = " << mu);
+        Run<M> run(solver, settings, {grain});
+        const int steps = static_cast<int>(std::round(0.8 / h));
+        for (int step = 0; step < steps; ++step) run.step();
+        const Grain<M> now = run.grains()[0];
+        const double pressed = now.velocity[M::dim - 1] + g * steps * h;  // all normal impulses over the mass
+        const double slides = mu > 0.1 ? v0 / ratio : mu * pressed;
+        CHECK(now.velocity[0] == Approx(v0 - slides).epsilon(1e-8));
+        CHECK(slip<M>(now)[0] == Approx(v0 - ratio * slides).epsilon(1e-8).margin(1e-8));
+    }
+}
+
 TEMPLATE_TEST_CASE("rolls down an incline up to tan = 7 mu/2 or 3 mu, then slides", "[analytic]", FrictionDisks,
                    FrictionSpheres) {
     using M = TestType;

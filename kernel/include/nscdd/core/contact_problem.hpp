@@ -45,7 +45,7 @@ struct WallBody {
 template <bool friction>
 struct ContactFriction {
     double inv_wt = 0;   // omega/W_t of the split masses [kg], set by prepare_contacts() for the scalar sweep
-    double lever_i = 0;  // R_i + g/2 [m]: the point is in the middle of the gap, so pairs exchange no angular momentum
+    double lever_i = 0;  // R_i + g/2 [m]: the middle of the gap, so that pairs make no angular momentum; at a wall R_i
     double lever_j = 0;  // R_j + g/2 [m]; of a wall 0
 };
 // Without friction levers do not count, and W_t is not needed.

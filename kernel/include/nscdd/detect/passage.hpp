@@ -1,5 +1,5 @@
-// What a step's motion does to candidates between two detections: contacts that were left out, and grains that pass
-// through each other or through a wall unseen.
+// What a step's motion does to candidates between two detections: contacts that were left out, contacts of grains that
+// pass each other, and grains that pass through each other or through a wall unseen.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,8 @@
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
+#include "nscdd/detect/paths.hpp"
+#include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -26,32 +28,6 @@ struct Passage {
         if (std::tie(other.h, other.i, other.j) < std::tie(h, i, j)) *this = other;
     }
 };
-
-namespace detail {
-
-// Time at which two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity
-// if they do not within `time`, or separate.
-template <class Vec>
-double when_nearer(const Vec& d, const Vec& w, double least, double time) {
-    constexpr double never = std::numeric_limits<double>::infinity();
-    const double closing = -d.dot(w), speed2 = w.squaredNorm(), beyond = d.squaredNorm() - least * least;
-    if (!(closing > 0) || !(least > 0)) return never;
-    if (beyond <= 0) return 0;
-    const double root2 = closing * closing - speed2 * beyond;
-    if (root2 < 0) return never;
-    const double t = beyond / (closing + std::sqrt(root2));
-    return t < time ? t : never;
-}
-
-// Time at which the overlap of a grain and a plane exceeds `allowed`: infinity if it does not within `time`.
-inline double when_deeper(double gap, double closing, double allowed, double time) {
-    constexpr double never = std::numeric_limits<double>::infinity();
-    if (!(closing > 0)) return never;
-    const double t = std::max(0.0, (gap + allowed) / closing);
-    return t < time ? t : never;
-}
-
-}  // namespace detail
 
 // The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s]. Overlaps
 // are allowed up to `largest_overlap` times the smaller radius.
@@ -87,22 +63,51 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
 
 // What find_unseen() finds in a subdomain.
 struct Unseen {
-    bool missed = false;  // a candidate without restitution was left out that the step would close
-    Passage passage;      // of pairs with restitution, which act once they touch
+    bool again = false;  // a candidate without restitution is to be a contact, or none: the step is solved again
+    Passage passage;     // of pairs with restitution, which act once they touch
 };
 
+namespace detail {
+
+// Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
+// An impulse of at most `passing_share` stays where others act too: solving again costs more than it is worth. True if
+// there is one. Contacts that were missed stay: each candidate changes its mind twice at most, so attempts end.
+template <class M>
+bool mark_passing(Subdomain<M>& part, double h) {
+    bool found = false;
+    for (std::size_t k = 0; k < part.problem.contacts.size(); ++k) {
+        const Contact<M>& c = part.problem.contacts[k];
+        Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
+        const bool open = c.bias > 0 && candidate.free_gap == Candidate<M>::held;  // at first, and without restitution
+        if (!open || c.r.isZero(0) || candidate.missed) continue;
+        const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+        const Grain<M>&a = part.grains[i], &b = part.grains[j];
+        const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
+                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own,
+                              before = (a.velocity - b.velocity).template head<M::dim>(), d = a.position - b.position;
+        const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
+        if (pass_by(d, w, w.dot(c.normal), c.bias, a.radius + b.radius, h, alone ? 0 : passing_share))
+            candidate.passes = found = true;
+    }
+    return found;
+}
+
+}  // namespace detail
+
 // Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion from
-// this detection to the next. Marks as missed those without restitution that the step would close. Contacts without
-// restitution need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so
-// all the way. `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
+// this detection to the next. Marks as missed those without restitution that the step would close, and as passing the
+// contacts of mark_passing(). Other contacts without restitution need no check: the law keeps v_n >= -gap/h, so they
+// stay open along the normal of this detection, and so all the way. `speed`: the largest of any body [m/s];
+// `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
+    unseen.again = detail::mark_passing(part, h);
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
-    const auto check = [&](Candidate<M>& c, double closing) {
-        if (c.free_gap < h * closing) c.missed = unseen.missed = true;
+    const auto check = [&](Candidate<M>& c, bool closes) {
+        if (closes) c.missed = unseen.again = true;
     };
     const auto note = [&](double when, double allowed, double closing, int i, int j) {
         if (when < h) unseen.passage.note({when > 0 ? std::min(when, allowed / closing) : 0, i, j});
@@ -116,7 +121,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
             const double allowed = largest_overlap * std::min(a.radius, b.radius);
             note(detail::when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);
         } else {
-            check(c, -w.dot(d.normalized()));
+            check(c, detail::when_nearer(d, w, a.radius + b.radius, h) < h);
         }
     }
     for (auto& c : part.wall_pairs) {
@@ -129,7 +134,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
             const double allowed = largest_overlap * a.radius;
             note(detail::when_deeper(c.free_gap, closing, allowed, h), allowed, closing, a.id, -1 - c.j);
         } else {
-            check(c, closing);
+            check(c, c.free_gap < h * closing);
         }
     }
     return unseen;

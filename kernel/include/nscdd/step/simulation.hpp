@@ -26,7 +26,7 @@ namespace nscdd::inline NSCDD_ABI {
 
 struct StepReport {               // of one step, the same on every rank
     SolveReport solve;            // of the last attempt; the iterations are those of all
-    int attempts = 1;             // more than one when the answer closed a pair that was no contact
+    int attempts = 1;             // more than one when the answer changed which pairs are contacts
     double contacts = 0;          // number in the whole scene
     double interface_grains = 0;  // number in the whole scene: grains with contacts in several subdomains
     double free_norm = 0;         // sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
@@ -237,14 +237,15 @@ class Simulation {
         if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
     }
 
-    struct Unsettled {  // on any rank, above 0: a candidate that the step closes; a passage
-        double missed = 0, passages = 0;
+    struct Unsettled {  // on any rank, above 0: a candidate that is to be a contact, or none; a passage
+        double again = 0, passages = 0;
         auto summed() { return std::tie(); }
-        auto largest() { return std::tie(missed, passages); }
+        auto largest() { return std::tie(again, passages); }
     };
 
-    // False if the velocities found could close a pair that was not among the contacts: the step is then solved again
-    // with that pair. The broad phase is renewed first if grains move farther than its skin allows.
+    // False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
+    // each other: the step is then solved again with that pair, or without. The broad phase is renewed first if grains
+    // move farther than its skin allows.
     bool complete(int attempt) {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
@@ -259,9 +260,9 @@ class Simulation {
             const Unseen unseen = find_unseen<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
                                                  after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
-            return Unsettled{double(unseen.missed), double(unseen.passage.found())};
+            return Unsettled{double(unseen.again), double(unseen.passage.found())};
         });
-        if (any.missed > 0) return false;
+        if (any.again > 0) return false;
         if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
         return true;
     }
@@ -270,7 +271,7 @@ class Simulation {
     void commit() {
         for (auto& part : parts_) {
             for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
-            for (auto& c : part.pairs) c.missed = false;
+            for (auto& c : part.pairs) c.missed = c.passes = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)

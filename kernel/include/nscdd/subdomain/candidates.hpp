@@ -17,6 +17,7 @@ struct Candidate {
     static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
     double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
     bool missed = false;     // left out, then found to close within the step: a contact in the next attempt
+    bool passes = false;     // a contact of grains that pass each other: none in the next attempt, unless missed
 };
 
 template <class M>
