@@ -70,8 +70,9 @@ struct Unseen {
 namespace detail {
 
 // Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
-// An impulse of at most `passing_share` stays where others act too: solving again costs more than it is worth. True if
-// there is one. Contacts that were missed stay: each candidate changes its mind twice at most, so attempts end.
+// An impulse of at most `passing_share` stays where others act too: solving again costs more than it is worth. What
+// turns out to touch without the contact is missed then. True if there is one. Contacts that were missed stay: each
+// candidate changes its mind twice at most, so attempts end.
 template <class M>
 bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
@@ -86,7 +87,10 @@ bool mark_passing(Subdomain<M>& part, double h) {
                               w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own,
                               before = (a.velocity - b.velocity).template head<M::dim>(), d = a.position - b.position;
         const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
-        if (pass_by(d, w, w.dot(c.normal), c.bias, a.radius + b.radius, h, alone ? 0 : passing_share))
+        // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
+        // normal.
+        const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias);
+        if (pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, alone ? 0 : passing_share))
             candidate.passes = found = true;
     }
     return found;

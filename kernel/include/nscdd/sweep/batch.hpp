@@ -15,7 +15,7 @@ namespace detail {
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
 // spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho, which
-// is half the gap on both sides, none at a wall, instead of two levers over rho. In 2D with friction impulses and
+// is half the gap on both sides, 0 at a wall, instead of two levers over rho. In 2D with friction impulses and
 // relative velocities are in the frame of the contact, along n and along n turned to the left.
 template <class M>
 struct BatchLayout {
