@@ -12,6 +12,14 @@ nscdd_test(test_own_law "" unit/test_own_law.cpp)
 # 40 steps over and over: minutes under the sanitizers, in --full
 nscdd_test(test_steps "" unit/test_stepping.cpp agreement/test_reference.cpp)
 
+# Random scenes judged by an independent method: are accepted steps near the answer?
+find_package(CLI11 REQUIRED)
+find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
+nscdd_test_program(wild_scenes "" wild/main.cpp wild/table.cpp wild/verdict.cpp wild/active_set.cpp)
+set_source_files_properties(wild/active_set.cpp PROPERTIES SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -O2)
+target_link_libraries(wild_scenes PRIVATE CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
+
 foreach(program test_decomposition test_steps)
     nscdd_link_metis(${program})
 endforeach()

@@ -1,0 +1,156 @@
+// Block principal pivoting within proximal steps [Portugal94, Judice94]: W is singular where contacts are redundant,
+// and the proximal term makes each inner problem one with a single answer. Outer steps take its influence away.
+#include "quadratic.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace wild {
+
+namespace {
+
+// min x.S x/2 + q.x, x >= 0, with ones on the diagonal of S.
+class Pivoting {
+  public:
+    Pivoting(const Matrix& s, const Vector& q) : s_(s), absolute_(s.cwiseAbs()), q_(q), x(Vector::Zero(q.size())) {
+        passive_.assign(static_cast<std::size_t>(q.size()), 0);
+        for (Eigen::Index i = 0; i < q.size(); ++i) passive_[static_cast<std::size_t>(i)] = q[i] < 0;
+    }
+
+    // x becomes the minimum with proximal/2 |x - x_before|^2 added. False if pivoting does not end.
+    bool step(double proximal) {
+        const Vector linear = q_ - proximal * x;
+        std::size_t best = passive_.size() + 1;
+        int tries = 10;
+        for (int pivots = 0; pivots < 5000; ++pivots) {
+            if (!solve(proximal, linear)) return false;
+            const Vector y = s_ * x + proximal * x + linear;
+            const Vector round_off = 1e-14 * (absolute_ * x.cwiseAbs() + linear.cwiseAbs());
+            std::vector<std::size_t> wrong;
+            for (std::size_t i = 0; i < passive_.size(); ++i) {
+                const auto k = static_cast<Eigen::Index>(i);
+                if (passive_[i] ? x[k] < 0 : y[k] < -round_off[k]) wrong.push_back(i);
+            }
+            if (wrong.empty()) return true;
+            if (wrong.size() < best) {
+                best = wrong.size();
+                tries = 10;
+            } else if (--tries < 0) {
+                wrong = {wrong.back()};  // Murty's rule, which ends
+            }
+            for (const std::size_t i : wrong) passive_[i] = !passive_[i];
+        }
+        return false;
+    }
+
+  private:
+    bool solve(double proximal, const Vector& linear) {
+        std::vector<int> place(passive_.size(), -1);
+        std::vector<Eigen::Index> members;
+        for (std::size_t i = 0; i < passive_.size(); ++i)
+            if (passive_[i]) {
+                place[i] = static_cast<int>(members.size());
+                members.push_back(static_cast<Eigen::Index>(i));
+            }
+        x.setZero();
+        if (members.empty()) return true;
+        std::vector<Eigen::Triplet<double>> entries;
+        Vector right(static_cast<Eigen::Index>(members.size()));
+        for (std::size_t k = 0; k < members.size(); ++k) {
+            right[static_cast<Eigen::Index>(k)] = -linear[members[k]];
+            for (Matrix::InnerIterator it(s_, members[k]); it; ++it)
+                if (const int row = place[static_cast<std::size_t>(it.row())]; row >= 0)
+                    entries.emplace_back(row, static_cast<int>(k),
+                                         it.value() + (it.row() == members[k] ? proximal : 0.0));
+        }
+        Matrix a(right.size(), right.size());
+        a.setFromTriplets(entries.begin(), entries.end());
+        Eigen::SimplicialLDLT<Matrix> factors(a);
+        if (factors.info() != Eigen::Success) return false;
+        Vector y = factors.solve(right);
+        y += factors.solve(Vector(right - a * y));
+        for (std::size_t k = 0; k < members.size(); ++k) x[members[k]] = y[static_cast<Eigen::Index>(k)];
+        return true;
+    }
+
+    const Matrix& s_;
+    Matrix absolute_;
+    const Vector& q_;
+    std::vector<char> passive_;
+
+  public:
+    Vector x;
+};
+
+// Of one component. `floor`: energy below which nothing is asked to be exact.
+Vector solve_component(const Matrix& w, const Vector& q, double floor, Answer& answer) {
+    const Vector scale = w.diagonal().cwiseSqrt().cwiseInverse();
+    const Matrix s = scale.asDiagonal() * w * scale.asDiagonal();
+    const Vector linear = scale.cwiseProduct(q);
+    Pivoting pivoting(s, linear);
+    double violation = 0, certificate = 0;
+    bool room = true;
+    for (int outer = 0; outer < 100; ++outer) {
+        const Vector before = pivoting.x;
+        if (!pivoting.step(outer < 50 ? 1e-12 : 1e-10)) {
+            violation = std::numeric_limits<double>::infinity();
+            break;
+        }
+        const Vector &x = pivoting.x, gradient = s * x + linear;
+        const double energy = std::max({x.dot(s * x), floor, std::numeric_limits<double>::min()});
+        const Vector excess = x.cwiseMin(gradient).cwiseAbs(), closing = (-gradient).cwiseMax(0);
+        violation = excess.maxCoeff() / std::sqrt(energy);
+        certificate = std::sqrt((x.dot(gradient.cwiseAbs()) + x.dot(closing)) / energy);
+        if (violation <= 1e-10 && certificate <= 1e-4) break;
+        const Vector d = x - before;
+        // no room: impulses that grow along a self-stress which the gaps do not balance (Farkas)
+        room = !(outer > 2 && d.dot(s * d) < 1e-12 * d.squaredNorm() &&
+                 linear.dot(d) < -1e-6 * d.norm() * std::sqrt(energy));
+        if (!room && x.norm() > 1e8 * std::sqrt(energy)) break;
+        room = true;
+    }
+    answer.violation = std::max(answer.violation, violation);
+    answer.certificate = std::max(answer.certificate, certificate);
+    answer.solved = answer.solved && violation <= 1e-9 && certificate <= 1e-2;
+    answer.room = answer.room && room;
+    return scale.cwiseProduct(pivoting.x);
+}
+
+}  // namespace
+
+Answer solve(const Quadratic& problem) {
+    Answer answer;
+    answer.r = Vector::Zero(problem.bias.size());
+    const Vector q = problem.w(problem.free);
+    const Matrix w = problem.h.transpose() * problem.mass.cwiseInverse().asDiagonal() * problem.h;
+    const Vector round_off = 1e-16 * problem.energies(problem.free);
+    std::vector<std::vector<int>> members(static_cast<std::size_t>(problem.components));
+    std::vector<int> place(problem.contact_component.size());
+    for (std::size_t c = 0; c < place.size(); ++c) {
+        auto& of = members[static_cast<std::size_t>(problem.contact_component[c])];
+        place[c] = static_cast<int>(of.size());
+        of.push_back(static_cast<int>(c));
+    }
+    for (std::size_t k = 0; k < members.size(); ++k) {
+        const auto size = static_cast<Eigen::Index>(members[k].size());
+        if (size == 0) continue;
+        std::vector<Eigen::Triplet<double>> entries;
+        Vector part(size);
+        for (Eigen::Index c = 0; c < size; ++c) {
+            const int contact = members[k][static_cast<std::size_t>(c)];
+            part[c] = q[contact];
+            for (Matrix::InnerIterator it(w, contact); it; ++it)
+                entries.emplace_back(place[static_cast<std::size_t>(it.row())], c, it.value());
+        }
+        Matrix block(size, size);
+        block.setFromTriplets(entries.begin(), entries.end());
+        const Vector r = solve_component(block, part, round_off[static_cast<Eigen::Index>(k)], answer);
+        for (Eigen::Index c = 0; c < size; ++c) answer.r[members[k][static_cast<std::size_t>(c)]] = r[c];
+    }
+    answer.v = problem.free + problem.mass.cwiseInverse().cwiseProduct(problem.h * answer.r);
+    return answer;
+}
+
+}  // namespace wild

@@ -1,0 +1,157 @@
+// The steps of a scene by one solver, each judged.
+#pragma once
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "make_scene.hpp"
+#include "verdict.hpp"
+
+namespace wild {
+
+struct Judged {  // one step by one solver
+    std::uint64_t seed = 0;
+    std::string family, solver;
+    int dimension = 2, grains = 0, ranks = 1, step = 1;
+    double contacts = 0;
+    bool friction = false, judged = false;  // judged: against an answer
+    nscdd::SolveReport report;
+    Verdict verdict;
+    double inconsistent = 0, jump = 0;  // Captured
+};
+
+struct Tally {  // of what was not judged
+    int scenes = 0, no_room = 0, unsolved = 0, refused = 0, no_contact = 0;
+    double worst_violation = 0, worst_certificate = 0;  // of the answers
+};
+
+inline const std::vector<std::string> solver_names{
+    "nlgs", "nlgs-accelerated", "dcs", "dcs-accelerated", "ccs", "ccs-accelerated", "spg", "apgd", "newton"};
+
+// Whether the solver runs on several ranks.
+inline bool decomposed(const std::string& name) { return name.starts_with("dcs") || name.starts_with("ccs"); }
+
+template <class M>
+nscdd::AnyStepSolver<M> make_solver(const std::string& name) {
+    using namespace nscdd;
+    const SolveOptions options = name.ends_with("-accelerated") ? SolveOptions{}.accelerated() : SolveOptions{};
+    if (name.starts_with("nlgs")) return by_nlgs<M>(options);
+    if (name.starts_with("dcs")) return by_nscdd<Dcs<M>>(options);
+    if (name.starts_with("ccs")) return by_nscdd<Ccs<M>>(options);
+    if (name == "spg") return by_gradient<M>(options, Descent::spectral);
+    if (name == "apgd") return by_gradient<M>(options, Descent::nesterov);
+    if (name == "newton") return by_newton<M>({});
+    throw std::invalid_argument("there is no solver '" + name + "'");
+}
+
+// Where the judged steps begin; nothing if the step before is refused.
+template <class M>
+std::optional<Scene<M>> start(Scene<M> scene) {
+    if (!scene.tight || scene.warm_steps == 0) return scene;
+    try {
+        nscdd::InProcess comm(1);
+        const auto outcome = scenes::run<M>(scene, comm, scene.warm_steps, nscdd::by_newton<M>({}));
+        scene.settings.walls = outcome.walls;
+        for (const auto& g : outcome.grains) scene.grains[static_cast<std::size_t>(g.grain.id)] = g.grain;
+        scene.impulses.clear();
+        for (const auto& c : outcome.contacts) scene.impulses.push_back(c.pair());
+    } catch (const std::runtime_error&) {
+        return std::nullopt;
+    }
+    scene.warm_steps = 0;
+    if (scene.forget) scene.impulses.clear();
+    return scene;
+}
+
+// Answers of steps that were judged before; several solvers take the same step.
+class Answers {
+  public:
+    const Answer& of(const Quadratic& problem) {
+        for (const auto& [known, answer] : known_)
+            if (same_problem(known, problem)) return answer;
+        return known_.emplace_back(problem, solve(problem)).second;
+    }
+
+  private:
+    std::vector<std::pair<Quadratic, Answer>> known_;
+};
+
+template <class M>
+void judge_solver(const Scene<M>& scene, const Judged& about, Answers& answers, Tally& tally,
+                  std::vector<Judged>& judged) {
+    const nscdd::AnyStepSolver<M> solve_step = make_solver<M>(about.solver);
+    nscdd::InProcess comm(about.ranks);
+    try {
+        nscdd::Simulation<M> simulation(comm, scene.settings, scene.grains, scene.impulses);
+        std::optional<Captured> found;
+        nscdd::SolveReport report;  // of the last attempt, which StepReport has with the iterations of all
+        const nscdd::AnyStepSolver<M> witness = [&](std::span<nscdd::Subdomain<M>> parts, nscdd::Communicator& among,
+                                                    nscdd::PhaseSeconds& seconds) {
+            report = solve_step(parts, among, seconds);
+            found = capture<M>(parts, simulation.settings());
+            return report;
+        };
+        for (int step = 0; step < scene.warm_steps; ++step) simulation.step(solve_step);
+        for (int step = 0; step < scene.judged_steps; ++step) {
+            found.reset();
+            simulation.step(witness);
+            if (!found) {
+                ++tally.no_contact;
+                continue;
+            }
+            Judged one = about;
+            one.step = step + 1, one.contacts = double(found->r.size()), one.report = report;
+            one.inconsistent = found->inconsistent, one.jump = found->jump;
+            one.verdict = judge_energy(*found);
+            if constexpr (!M::friction) {
+                const Answer& answer = answers.of(found->problem);
+                tally.no_room += !answer.room, tally.unsolved += answer.room && !answer.solved;
+                one.judged = answer.solved && answer.room;
+                if (one.judged) {
+                    one.verdict = judge(*found, answer);
+                    tally.worst_violation = std::max(tally.worst_violation, answer.violation);
+                    tally.worst_certificate = std::max(tally.worst_certificate, answer.certificate);
+                }
+            }
+            judged.push_back(one);
+        }
+    } catch (const std::runtime_error&) {  // grains overlap too much or pass each other: nothing to judge
+        ++tally.refused;
+    }
+}
+
+// All that the named solvers make of the scene of a seed. Every fourth seed is in 3D; every tenth has friction, and is
+// judged by its energy alone.
+template <class M>
+void judge_scene(std::uint64_t seed, const std::string& family, const std::vector<std::string>& solvers, Tally& tally,
+                 std::vector<Judged>& judged) {
+    ++tally.scenes;
+    const std::optional<Scene<M>> scene = start(make_scene<M>(seed, family));
+    if (!scene) {
+        ++tally.refused;
+        return;
+    }
+    Answers answers;
+    Draw draw(seed ^ 0x9e3779b97f4a7c15u);
+    for (const std::string& name : solvers) {
+        Judged about;
+        about.seed = seed, about.family = scene->name, about.solver = name;
+        about.dimension = M::dim, about.friction = M::friction, about.grains = static_cast<int>(scene->grains.size());
+        const int ranks = draw.integer(2, 16);
+        about.ranks = decomposed(name) ? ranks : 1;
+        judge_solver(*scene, about, answers, tally, judged);
+    }
+}
+
+inline void judge_seed(std::uint64_t seed, const std::string& family, const std::vector<std::string>& solvers,
+                       Tally& tally, std::vector<Judged>& judged) {
+    const bool spatial = seed % 4 == 3;
+    if (seed % 10 == 9)
+        (spatial ? judge_scene<scenes::Spheres> : judge_scene<scenes::Disks>)(seed, family, solvers, tally, judged);
+    else
+        (spatial ? judge_scene<scenes::SmoothSpheres> : judge_scene<scenes::SmoothDisks>)(seed, family, solvers, tally,
+                                                                                          judged);
+}
+
+}  // namespace wild
