@@ -17,6 +17,7 @@ find_package(CLI11 REQUIRED)
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 nscdd_test_program(wild_scenes "" wild/main.cpp wild/table.cpp wild/verdict.cpp wild/active_set.cpp)
+nscdd_test(test_judge "" wild/test_judge.cpp wild/verdict.cpp wild/active_set.cpp)
 set_source_files_properties(wild/active_set.cpp PROPERTIES SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -O2)
 target_link_libraries(wild_scenes PRIVATE CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
 

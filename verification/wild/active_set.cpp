@@ -90,7 +90,7 @@ Vector solve_component(const Matrix& w, const Vector& q, double floor, Answer& a
     const Matrix s = scale.asDiagonal() * w * scale.asDiagonal();
     const Vector linear = scale.cwiseProduct(q);
     Pivoting pivoting(s, linear);
-    double violation = 0, certificate = 0;
+    double violation = 0, certificate = 0, last = std::numeric_limits<double>::infinity();
     bool room = true;
     for (int outer = 0; outer < 100; ++outer) {
         const Vector before = pivoting.x;
@@ -104,12 +104,13 @@ Vector solve_component(const Matrix& w, const Vector& q, double floor, Answer& a
         violation = excess.maxCoeff() / std::sqrt(energy);
         certificate = std::sqrt((x.dot(gradient.cwiseAbs()) + x.dot(closing)) / energy);
         if (violation <= 1e-10 && certificate <= 1e-4) break;
-        const Vector d = x - before;
         // no room: impulses that grow along a self-stress which the gaps do not balance (Farkas)
-        room = !(outer > 2 && d.dot(s * d) < 1e-12 * d.squaredNorm() &&
-                 linear.dot(d) < -1e-6 * d.norm() * std::sqrt(energy));
-        if (!room && x.norm() > 1e8 * std::sqrt(energy)) break;
-        room = true;
+        const Vector d = x - before;
+        const double length = d.norm();
+        room = outer < 3 || length < 0.5 * last || d.dot(s * d) > 1e-12 * length * length ||
+               linear.dot(d) > -1e-6 * length * linear.norm();
+        if (!room) break;
+        last = length;
     }
     answer.violation = std::max(answer.violation, violation);
     answer.certificate = std::max(answer.certificate, certificate);

@@ -33,9 +33,10 @@ inline const std::vector<std::string> solver_names{
 inline bool decomposed(const std::string& name) { return name.starts_with("dcs") || name.starts_with("ccs"); }
 
 template <class M>
-nscdd::AnyStepSolver<M> make_solver(const std::string& name) {
+nscdd::AnyStepSolver<M> make_solver(const std::string& name, int max_iterations) {
     using namespace nscdd;
-    const SolveOptions options = name.ends_with("-accelerated") ? SolveOptions{}.accelerated() : SolveOptions{};
+    SolveOptions options = name.ends_with("-accelerated") ? SolveOptions{}.accelerated() : SolveOptions{};
+    options.max_iterations = max_iterations;
     if (name.starts_with("nlgs")) return by_nlgs<M>(options);
     if (name.starts_with("dcs")) return by_nscdd<Dcs<M>>(options);
     if (name.starts_with("ccs")) return by_nscdd<Ccs<M>>(options);
@@ -77,81 +78,95 @@ class Answers {
     std::vector<std::pair<Quadratic, Answer>> known_;
 };
 
+inline void judge_step(const Captured& found, bool friction, Judged one, Answers& answers, Tally& tally,
+                       std::vector<Judged>& judged) {
+    one.contacts = double(found.r.size()), one.inconsistent = found.inconsistent, one.jump = found.jump;
+    one.verdict = judge_energy(found);
+    if (!friction) {
+        const Answer& answer = answers.of(found.problem);
+        tally.no_room += !answer.room, tally.unsolved += answer.room && !answer.solved;
+        one.judged = answer.solved && answer.room;
+        if (one.judged) {
+            one.verdict = judge(found, answer);
+            tally.worst_violation = std::max(tally.worst_violation, answer.violation);
+            tally.worst_certificate = std::max(tally.worst_certificate, answer.certificate);
+        }
+    }
+    judged.push_back(one);
+}
+
+struct NotConverged {};  // ends a step: another attempt, with more contacts, would not either
+
 template <class M>
-void judge_solver(const Scene<M>& scene, const Judged& about, Answers& answers, Tally& tally,
+void judge_solver(const Scene<M>& scene, const Judged& about, int max_iterations, Answers& answers, Tally& tally,
                   std::vector<Judged>& judged) {
-    const nscdd::AnyStepSolver<M> solve_step = make_solver<M>(about.solver);
+    const nscdd::AnyStepSolver<M> solve_step = make_solver<M>(about.solver, max_iterations);
     nscdd::InProcess comm(about.ranks);
     try {
         nscdd::Simulation<M> simulation(comm, scene.settings, scene.grains, scene.impulses);
         std::optional<Captured> found;
-        nscdd::SolveReport report;  // of the last attempt, which StepReport has with the iterations of all
+        nscdd::SolveReport report;  // of one attempt; that of the step has the iterations of all
         const nscdd::AnyStepSolver<M> witness = [&](std::span<nscdd::Subdomain<M>> parts, nscdd::Communicator& among,
                                                     nscdd::PhaseSeconds& seconds) {
             report = solve_step(parts, among, seconds);
             found = capture<M>(parts, simulation.settings());
+            if (!report.converged) throw NotConverged{};
             return report;
         };
-        for (int step = 0; step < scene.warm_steps; ++step) simulation.step(solve_step);
-        for (int step = 0; step < scene.judged_steps; ++step) {
+        for (int step = 1; step <= scene.warm_steps + scene.judged_steps; ++step) {
             found.reset();
-            simulation.step(witness);
-            if (!found) {
-                ++tally.no_contact;
-                continue;
+            try {
+                simulation.step(witness);
+            } catch (const NotConverged&) {
             }
-            Judged one = about;
-            one.step = step + 1, one.contacts = double(found->r.size()), one.report = report;
-            one.inconsistent = found->inconsistent, one.jump = found->jump;
-            one.verdict = judge_energy(*found);
-            if constexpr (!M::friction) {
-                const Answer& answer = answers.of(found->problem);
-                tally.no_room += !answer.room, tally.unsolved += answer.room && !answer.solved;
-                one.judged = answer.solved && answer.room;
-                if (one.judged) {
-                    one.verdict = judge(*found, answer);
-                    tally.worst_violation = std::max(tally.worst_violation, answer.violation);
-                    tally.worst_certificate = std::max(tally.worst_certificate, answer.certificate);
-                }
+            if (step > scene.warm_steps) {
+                Judged one = about;
+                one.step = step - scene.warm_steps, one.report = report;
+                found ? judge_step(*found, M::friction, one, answers, tally, judged) : void(++tally.no_contact);
+            } else if (found && !report.converged) {
+                ++tally.refused;
             }
-            judged.push_back(one);
+            if (found && !report.converged) break;
         }
     } catch (const std::runtime_error&) {  // grains overlap too much or pass each other: nothing to judge
         ++tally.refused;
     }
 }
 
-// All that the named solvers make of the scene of a seed. Every fourth seed is in 3D; every tenth has friction, and is
-// judged by its energy alone.
+struct Task {
+    std::string family;  // empty: any
+    std::vector<std::string> solvers;
+    int max_iterations = 20000;
+};
+
+// What the solvers make of the scene of a seed.
 template <class M>
-void judge_scene(std::uint64_t seed, const std::string& family, const std::vector<std::string>& solvers, Tally& tally,
-                 std::vector<Judged>& judged) {
+void judge_scene(std::uint64_t seed, const Task& task, Tally& tally, std::vector<Judged>& judged) {
     ++tally.scenes;
-    const std::optional<Scene<M>> scene = start(make_scene<M>(seed, family));
+    const std::optional<Scene<M>> scene = start(make_scene<M>(seed, task.family));
     if (!scene) {
         ++tally.refused;
         return;
     }
     Answers answers;
     Draw draw(seed ^ 0x9e3779b97f4a7c15u);
-    for (const std::string& name : solvers) {
+    for (const std::string& name : task.solvers) {
         Judged about;
         about.seed = seed, about.family = scene->name, about.solver = name;
         about.dimension = M::dim, about.friction = M::friction, about.grains = static_cast<int>(scene->grains.size());
         const int ranks = draw.integer(2, 16);
         about.ranks = decomposed(name) ? ranks : 1;
-        judge_solver(*scene, about, answers, tally, judged);
+        judge_solver(*scene, about, task.max_iterations, answers, tally, judged);
     }
 }
 
-inline void judge_seed(std::uint64_t seed, const std::string& family, const std::vector<std::string>& solvers,
-                       Tally& tally, std::vector<Judged>& judged) {
-    const bool spatial = seed % 4 == 3;
-    if (seed % 10 == 9)
-        (spatial ? judge_scene<scenes::Spheres> : judge_scene<scenes::Disks>)(seed, family, solvers, tally, judged);
+// Every fourth scene is in 3D. Every tenth has friction, and is judged by its energy alone.
+inline void judge_seed(std::uint64_t seed, const Task& task, Tally& tally, std::vector<Judged>& judged) {
+    const bool spatial = seed % 4 == 3, rough = seed % 10 == 9;
+    if (rough)
+        (spatial ? judge_scene<scenes::Spheres> : judge_scene<scenes::Disks>)(seed, task, tally, judged);
     else
-        (spatial ? judge_scene<scenes::SmoothSpheres> : judge_scene<scenes::SmoothDisks>)(seed, family, solvers, tally,
-                                                                                          judged);
+        (spatial ? judge_scene<scenes::SmoothSpheres> : judge_scene<scenes::SmoothDisks>)(seed, task, tally, judged);
 }
 
 }  // namespace wild

@@ -23,18 +23,19 @@ int main(int argc, char** argv) {
     CLI::App app("Judges accepted steps of random scenes by an independent active-set method.");
     int scenes = 100, worst = 10;
     std::uint64_t seed = 1;
-    std::string json, family;
-    std::vector<std::string> solvers = wild::solver_names;
+    std::string json;
+    wild::Task task{.family = {}, .solvers = wild::solver_names};
     double distance = std::numeric_limits<double>::infinity(), made = distance;
     app.add_option("--scenes", scenes, "Number of scenes")->capture_default_str();
     app.add_option("--seed", seed, "Of the first scene; the next ones follow")->capture_default_str();
-    app.add_option("--solvers", solvers, "Names, separated by commas")
+    app.add_option("--solvers", task.solvers, "Names, separated by commas")
         ->delimiter(',')
         ->check(CLI::IsMember(wild::solver_names))
         ->capture_default_str();
     std::vector<std::string> families;
     for (const auto& one : wild::all_families<scenes::SmoothDisks>) families.push_back(one.name);
-    app.add_option("--family", family, "Scenes of this family alone")->check(CLI::IsMember(families));
+    app.add_option("--family", task.family, "Scenes of this family alone")->check(CLI::IsMember(families));
+    app.add_option("--max-iterations", task.max_iterations, "Of each solve")->capture_default_str();
     app.add_option("--worst", worst, "Number of accepted steps to list")->capture_default_str();
     app.add_option("--json", json, "File to write every step to");
     app.add_option("--distance", distance, "Exit with 1 if an accepted step is farther from the answer than this");
@@ -43,8 +44,7 @@ int main(int argc, char** argv) {
     try {
         wild::Tally tally;
         std::vector<wild::Judged> judged;
-        for (int k = 0; k < scenes; ++k)
-            wild::judge_seed(seed + static_cast<std::uint64_t>(k), family, solvers, tally, judged);
+        for (int k = 0; k < scenes; ++k) wild::judge_seed(seed + static_cast<std::uint64_t>(k), task, tally, judged);
         wild::print_table(judged, tally, worst);
         if (!json.empty()) {
             std::ofstream file(json);
