@@ -132,8 +132,10 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     const double tolerance = std::max(a.tolerance, default_tolerance);
     const double allowed_error = std::max(a.velocity_error_allowed, most_velocity_error);
     const double energy_scale = 0.5 * a.free_velocity_norm * a.free_velocity_norm;
-    return {{"largest residual eta, <= 1e-4 or the reference's tolerance", largest(b.residual), tolerance},
-            {"steps without convergence", static_cast<double>(unconverged(b, tolerance, allowed_error)), 0},
+    return {{"largest residual eta, <= 1e-4 or the reference's tolerance", largest(b.residual), tolerance,
+             AgreementRow::Tells::eta},
+            {"steps without convergence", static_cast<double>(unconverged(b, tolerance, allowed_error)), 0,
+             AgreementRow::Tells::convergence},
             {"velocities, |V - V_ref|_M / |V_free|_M",
              relative(velocity_distance(reference, candidate), a.free_velocity_norm), one_step ? 0.03 : 0.5},
             {"kinetic energy, difference / (|V_free|_M^2 / 2)",

@@ -15,6 +15,7 @@ struct Run {
 struct AgreementRow {
     std::string quantity;
     double value = 0, bound = 0;
+    enum class Tells { distance, eta, convergence } of = Tells::distance;  // the last two: of the candidate alone
     bool ok() const { return value <= bound; }
 };
 

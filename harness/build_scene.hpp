@@ -20,24 +20,28 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
 
 namespace build_detail {
 
-// Grains of a packing at rest, or of a state with its motion.
+// Grains of a packing or a state, with the motion that it has.
 template <class M>
 std::vector<Grain<M>> stored_grains(const RunRequest& request) {
     const Scene& scene = request.scene;
     const State& from = request.from;
     const Packing& packing = request.goes_on() ? from.packing : request.packing;
+    const auto& materials = request.goes_on() ? from.material : packing.material;
+    const auto& velocity = request.goes_on() ? from.velocity : packing.velocity;
+    const auto& spin = request.goes_on() ? from.spin : packing.spin;
     std::vector<Grain<M>> grains;
     for (std::size_t g = 0; g < packing.size(); ++g) {
-        const int material = request.goes_on() ? from.material[g] : scene.packing_material;
+        const int material = materials.empty() ? scene.packing_material : materials[g];
         Grain<M>& grain = grains.emplace_back(
             make_grain<M>(static_cast<int>(packing.before + g), packing.radius[g],
                           scene.materials[static_cast<std::size_t>(material)].density,
                           Eigen::Map<const typename M::Vec>(packing.x.data() + g * M::dim), material));
-        if (!request.goes_on()) continue;
-        grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(from.velocity.data() + g * M::dim);
+        if (!velocity.empty())
+            grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(velocity.data() + g * M::dim);
         if constexpr (M::friction)
-            grain.velocity.template tail<M::spins>() =
-                Eigen::Map<const typename M::Spin>(from.spin.data() + g * M::spins);
+            if (!spin.empty())
+                grain.velocity.template tail<M::spins>() =
+                    Eigen::Map<const typename M::Spin>(spin.data() + g * M::spins);
     }
     return grains;
 }

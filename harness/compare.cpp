@@ -5,7 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "agreement.hpp"
+#include "verdict.hpp"
 
 namespace nscdd {
 
@@ -45,13 +45,13 @@ int compare(const std::string& reference_file, const std::string& candidate_file
 
     const std::vector<AgreementRow> found = agreement(reference, candidate);
     nlohmann::json rows = nlohmann::json::array();
-    bool all = true;
     for (const AgreementRow& row : found) {
-        all &= row.ok();
         rows.push_back({{"quantity", row.quantity}, {"value", row.value}, {"bound", row.bound}, {"ok", row.ok()}});
         fmt::print("{:<62} {:>10.3g}  <= {:<8g} {}\n", row.quantity, row.value, row.bound,
                    row.ok() ? "ok" : "DISAGREES");
     }
+    const Verdict judged = verdict(reference.report, candidate.report, found);
+    if (!judged.why.empty()) fmt::print("{}: {}\n", judged.name, one_line(judged.why));
     const RunReport &a = reference.report, &b = candidate.report;
     nlohmann::json result = provenance;
     result.update({{"schema", "nscdd.compare/1"},
@@ -64,9 +64,10 @@ int compare(const std::string& reference_file, const std::string& candidate_file
                    {"steps", std::min(a.steps, b.steps)},
                    {"last_step", a.last_step()},
                    {"rows", rows},
-                   {"ok", all}});
+                   {"verdict", judged.name},
+                   {"ok", judged.exit_code == 0}});
     if (!json_file.empty()) write_json(json_file, result);
-    return all ? 0 : 2;
+    return judged.exit_code;
 }
 
 }  // namespace nscdd

@@ -56,7 +56,8 @@ of data sets are counted from 0 in messages.
 
 Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
 disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance;
-4 the run was stopped by SIGUSR1 and goes on from its checkpoint.)");
+4 the run was stopped by SIGUSR1 and goes on from its checkpoint; 5 compare found another answer: the runs differ, and
+each is exact to 1e-8.)");
 
     nscdd::PackArguments pack;
     auto* pack_command = app.add_subcommand(

@@ -51,7 +51,21 @@ void write_packing(hdf5::Writer& file, const Packing& packing) {
     file.attribute("dim", static_cast<std::int64_t>(packing.dim));
 }
 
-Packing read_packing(const std::string& path, const Share& share) { return read_packing(hdf5::Reader(path), share); }
+Packing read_packing(const std::string& path, const Share& share) {
+    const hdf5::Reader file(path);
+    Packing packing = read_packing(file, share);
+    const hsize_t n = packing.total(), dim = static_cast<hsize_t>(packing.dim);
+    const hdf5::Rows rows = share.of(n);
+    if (file.has("velocity")) packing.velocity = file.read<double>("velocity", {n, dim}, rows);
+    if (file.has("spin")) packing.spin = file.read<double>("spin", {n, hsize_t{dim == 3 ? 3u : 1u}}, rows);
+    if (!file.has("material")) return packing;
+    packing.material = file.read<int>("material", {n}, rows);
+    if (file.has("materials/name")) {
+        const hdf5::Shape names = file.shape("materials/name");
+        packing.materials = file.texts("materials/name", names.empty() ? 0 : names[0]);
+    }
+    return packing;
+}
 
 void write_packing(const std::string& path, const Packing& packing,
                    const std::map<std::string, std::string>& attributes) {

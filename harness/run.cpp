@@ -104,6 +104,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     if (!arguments.checkpoint.empty() && arguments.repeat > 1)
         throw InputError("--checkpoint is of one run, not of --repeat");
     request.subdomains = arguments.subdomains > 0 ? arguments.subdomains : over_mpi ? processes : 1;
+    request.undivided = !sequential(request.scheme) && arguments.subdomains == 0 && processes == 1 && !launched();
     if (over_mpi && request.subdomains < processes)
         throw InputError(fmt::format("--subdomains {}: mpirun started {} processes, which need at least one each",
                                      request.subdomains, processes));
@@ -172,9 +173,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     const std::string& packing = arguments.packing.empty() ? scene.packing_file : arguments.packing;
     if (!packing.empty() && (!request.goes_on() || !arguments.packing.empty() || std::filesystem::exists(packing))) {
         request.packing = read_packing(packing, share);
-        if (request.packing.dim != scene.dimension)
-            throw InputError(
-                fmt::format("{}: {} dimensions, {} has {}", packing, request.packing.dim, scene.file, scene.dimension));
+        fit_packing(request.packing, packing, scene);
     }
     if (request.goes_on()) {
         if (!arguments.adopt) require_same_scene(request.from, arguments.from, scene, request.packing);
@@ -240,11 +239,12 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
             };
             std::vector<RunResult> results;
             for (int k = 1; k < arguments.repeat; ++k) {
-                RunRequest earlier = request;
+                RunRequest earlier = request;  // which says the notes, once
                 earlier.state.clear();
                 earlier.series.clear();
                 earlier.frames.clear();
                 results.push_back(once(earlier));
+                request.says_notes = false;
             }
             results.push_back(once(request));
             const auto median = results.begin() + (arguments.repeat - 1) / 2;

@@ -7,6 +7,8 @@
 
 #include "calibrate_model.hpp"
 #include "local_form.hpp"
+#include "notes.hpp"
+#include "problem.hpp"
 #include "progress.hpp"
 #include "recorder.hpp"
 #include "registry/schemes.hpp"
@@ -143,6 +145,16 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     BuiltScene<M> built = build_scene<M>(request, comm);
     request.packing = {};
     request.from = {};
+    const bool steps = !request.window && !request.calibration;
+    Problem problem;
+    std::vector<std::string> said;
+    if (steps) {
+        problem = problem_of<M>(built, scene, comm);
+        said = notes(request, problem.grains_of);
+        if (request.says_notes && comm.ranks()[0] == 0)
+            for (const std::string& note : said)
+                std::fputs(fmt::format("nscdd: note: {}\n", one_line(note)).c_str(), stderr);
+    }
     const SolveOptions options = solve_options(scene.solver, request.scheme);
     const auto [solve, interface] = choose_solver<M>(request, options);
 
@@ -173,7 +185,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
                              built.rough ? &*built.rough : nullptr);
     const double grains = static_cast<double>(simulation.grain_count());
     built = {};
-    if (request.window || request.calibration) {
+    if (!steps) {
         push_walls<M>(scene, simulation.walls());
         result.json = request.provenance;
         result.json.update(
@@ -242,6 +254,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     const int processes = request.over_mpi ? request.share.parts : 1;
     json.update({{"schema", "nscdd.run/1"},
                  {"scene", scene.name},
+                 {"problem", problem.checksum},
+                 {"notes", said},
                  {"dimension", M::dim},
                  {"grains", simulation.grain_count()},
                  {"model", model_name<M>(simulation.walls())},

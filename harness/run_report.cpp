@@ -38,6 +38,12 @@ class JsonObject {
         return value.get<std::int64_t>();
     }
 
+    bool truth(const char* key) const {
+        const json& value = at(key);
+        if (!value.is_boolean()) fail(key, "true or false", value);
+        return value.get<bool>();
+    }
+
     double number(const char* key) const { return number(key, at(key)); }
 
     double non_negative(const char* key) const {
@@ -121,6 +127,8 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     run.transport = top.text("transport");
     run.state = top.text("state");
     run.state_checksum = top.text("state_checksum");
+    if (top.has("problem")) run.problem = top.text("problem");
+    run.friction = top.truth("friction");
     run.dimension = top.integer("dimension", 2, 3);
     run.grains = top.integer("grains", 1, most);
     run.steps = top.integer("steps", 1, most);

@@ -13,6 +13,7 @@ namespace nscdd {
 struct RunReport {
     std::string file;  // it was read from
     std::string scene, scheme, transport, state, state_checksum;
+    std::string problem;  // its checksum; empty in files of earlier programs
     std::int64_t dimension = 0, grains = 0, steps = 0, start_step = 0, subdomains = 0, unconverged_steps = 0;
     double h = 0, tolerance = 0, kinetic_energy = 0, free_velocity_norm = 0;
     double velocity_error_allowed = 0;                                       // of a step
@@ -21,6 +22,7 @@ struct RunReport {
     std::vector<double> densities, wall_masses;
     std::vector<std::vector<double>> stress;  // or the virial: dimension x dimension
     bool boxed = false;                       // stress
+    bool friction = false;
 
     std::int64_t last_step() const { return start_step + steps; }
 };

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "registry/laws.hpp"
+
 namespace nscdd {
 namespace {
 
@@ -31,6 +33,42 @@ class Differences {
 };
 
 }  // namespace
+
+void fit_packing(Packing& packing, const std::string& packing_file, const Scene& scene) {
+    if (packing.dim != scene.dimension)
+        throw InputError(
+            fmt::format("{}: {} dimensions, {} has {}", packing_file, packing.dim, scene.file, scene.dimension));
+    const auto refuse = [&](const char* dataset, std::size_t row, const std::string& problem) {
+        throw InputError(
+            fmt::format("{}: dataset '{}': row {} {}", packing_file, dataset, packing.before + row, problem));
+    };
+    const bool named = !packing.materials.empty();
+    const std::size_t known = named ? packing.materials.size() : scene.materials.size();
+    std::vector<int> of_scene;  // by material of the file; -1: not in the scene
+    for (std::size_t m = 0; m < known; ++m) {
+        const auto found = named ? std::ranges::find(scene.materials, packing.materials[m], &SceneMaterial::name)
+                                 : scene.materials.begin() + static_cast<std::ptrdiff_t>(m);
+        of_scene.push_back(found == scene.materials.end() ? -1 : static_cast<int>(found - scene.materials.begin()));
+    }
+    for (std::size_t g = 0; g < packing.material.size(); ++g) {
+        int& material = packing.material[g];
+        if (material < 0 || static_cast<std::size_t>(material) >= known)
+            refuse("material", g,
+                   fmt::format("must lie in [0, {}], the materials of {}, found {}", known - 1,
+                               named ? "the file" : scene.file, material));
+        const int mine = of_scene[static_cast<std::size_t>(material)];
+        if (mine < 0)
+            refuse("material", g,
+                   fmt::format("is of '{}', which is not a [[material]] of {}",
+                               packing.materials[static_cast<std::size_t>(material)], scene.file));
+        material = mine;
+    }
+    const auto turning = std::ranges::find_if(packing.spin, [](double spin) { return spin != 0; });
+    if (turning != packing.spin.end() && !law_has_friction(scene.law))
+        refuse("spin", static_cast<std::size_t>(turning - packing.spin.begin()) / (scene.dimension == 3 ? 3 : 1),
+               fmt::format("turns, which the law \"{}\" of {} does not see: give law = \"coulomb\"", scene.law,
+                           scene.file));
+}
 
 void require_fitting_state(const State& state, const std::string& state_file, const Scene& scene) {
     const auto refuse = [&](const std::string& has, const std::string& wants) {
@@ -83,7 +121,8 @@ void require_same_scene(const State& state, const std::string& state_file, const
         if (g >= packed)
             compare(g, scene.grains[g - packed].radius, scene.grains[g - packed].material);
         else if (g - begin < packing.size())  // the same rows of both files
-            compare(g, packing.radius[g - begin], scene.packing_material);
+            compare(g, packing.radius[g - begin],
+                    packing.material.empty() ? scene.packing_material : packing.material[g - begin]);
     if (differences.count() > 0)
         throw InputError(fmt::format("{}: is not a state of {}: {}; --adopt goes on from it all the same", state_file,
                                      scene.file, differences.text()));

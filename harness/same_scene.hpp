@@ -1,4 +1,4 @@
-// Whether a state is one of this scene.
+// Whether a packing or a state fits this scene, and whether a state is one of it.
 #pragma once
 
 #include <string>
@@ -7,6 +7,10 @@
 #include "state.hpp"
 
 namespace nscdd {
+
+// Turns the packing's materials, if it has any, into rows of the scene's. Throws InputError, one line, for a packing of
+// another dimension, with a material that the scene lacks, or with spins that the scene's law would not see.
+void fit_packing(Packing& packing, const std::string& packing_file, const Scene& scene);
 
 // Throws InputError, one line, for a state that the scene cannot go on from: of another dimension, with other numbers
 // of walls or too few grains, or with materials that the scene lacks.

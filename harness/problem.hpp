@@ -1,0 +1,87 @@
+// What the steps of a run are asked to solve, whoever solves it: counted over all processes before the first step.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "build_scene.hpp"
+#include "replace_file.hpp"
+
+namespace nscdd {
+
+struct Problem {
+    std::vector<double> grains_of;  // their number by material
+    std::string
+        checksum;  // of grains with their motion, walls, loads, coefficients, h and theta; of no solver, no rank
+};
+
+namespace problem_detail {
+
+inline void add(std::string& bytes, double value) {
+    char eight[sizeof value];
+    std::memcpy(eight, &value, sizeof value);
+    bytes.append(eight, sizeof value);
+}
+void add(std::string& bytes, const auto& values)
+    requires requires { values.size(); }
+{
+    for (const double value : values) add(bytes, value);
+}
+
+inline std::uint64_t number(std::string_view bytes) { return std::stoull(checksum(bytes), nullptr, 16); }
+
+}  // namespace problem_detail
+
+// Collective; each process passes its share of the grains.
+template <class M>
+Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator& comm) {
+    using problem_detail::add, problem_detail::number;
+    // The checksums of the grains are added, modulo 2^64, so that their order does not count. Sums of 16 bits are
+    // exact.
+    constexpr std::size_t pieces = 4;
+    const std::size_t materials = scene.materials.size();
+    Buffer mine(materials + pieces);
+    for (const Grain<M>& grain : built.grains) {
+        ++mine[static_cast<std::size_t>(grain.material)];
+        std::string bytes;
+        for (const double value : {double(grain.id), double(grain.material), grain.radius, grain.mass})
+            add(bytes, value);
+        add(bytes, grain.position);
+        add(bytes, grain.velocity);
+        add(bytes, grain.load);
+        const std::uint64_t own = number(bytes);
+        for (std::size_t k = 0; k < pieces; ++k) mine[materials + k] += static_cast<double>(own >> (16 * k) & 0xffff);
+    }
+    const std::span<const double> all = reduce(comm, mine.size(), [&](std::size_t k) {  //
+        return k == 0 ? mine : Buffer(mine.size());
+    });
+    Problem problem;
+    problem.grains_of.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(materials));
+    std::uint64_t sum = 0;
+    for (std::size_t k = 0; k < pieces; ++k) sum += static_cast<std::uint64_t>(all[materials + k]) << (16 * k);
+
+    const SimulationSettings<M>& settings = built.settings;
+    std::string bytes = fmt::format("{} {:x}", M::Law::name, sum);
+    for (const double value : {settings.h, settings.theta}) add(bytes, value);
+    add(bytes, settings.gravity);
+    for (std::size_t w = 0; w < settings.walls.size(); ++w) {
+        const Wall<M>& wall = settings.walls[w];
+        for (const double value : {double(wall.material), wall.offset, wall.mass, wall.force, wall.speed,
+                                   scene.walls[w].pressure, double(scene.walls[w].motion)})
+            add(bytes, value);
+        add(bytes, wall.normal);
+        add(bytes, wall.velocity);
+    }
+    for (const ScenePair& pair : scene.pairs) {
+        if (pair.restitution == 0 &&
+            std::ranges::all_of(pair.coefficients, [](const auto& c) { return c.second == 0; }))
+            continue;  // as if it were not given
+        bytes += fmt::format(" {} {} {}", pair.a, pair.b, pair.restitution);
+        for (const auto& [key, value] : pair.coefficients) bytes += fmt::format(" {} {}", key, value);
+    }
+    problem.checksum = checksum(bytes);
+    return problem;
+}
+
+}  // namespace nscdd
