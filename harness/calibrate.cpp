@@ -9,6 +9,7 @@
 #include "number_option.hpp"
 #include "replace_file.hpp"
 #include "run_options.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 
@@ -23,7 +24,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateArguments& arguments) {
                      "cores are busy as this machine has and there are subdomains")
         ->delimiter(',')
         ->allow_extra_args(false)  // what follows is the scene
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--seconds", arguments.seconds, "Of a measurement, the median of five of which counts")
         ->check(positive_number())
@@ -47,8 +48,7 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
         FileSet none;
         const nlohmann::json measured = choose_model(request.scene)(request, comm, none).json;
         if (measured["costs"].empty()) {
-            if (!run.quiet)
-                fmt::print(stderr, "{} subdomains: left out, the one to measure has no contact\n", subdomains);
+            if (!run.quiet) say(stderr, "{} subdomains: left out, the one to measure has no contact\n", subdomains);
             continue;
         }
         costs.model = measured["model"];
@@ -62,8 +62,8 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
             told += fmt::format("  {} {:.2f}", work, cost["ns"].get<double>());
         }
         if (!run.quiet)
-            fmt::print(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains,
-                       measured["contacts"].get<double>(), told);
+            say(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains, measured["contacts"].get<double>(),
+                told);
     }
     for (std::size_t k = 0; k < work_names.size(); ++k) {
         if (costs.units[k].empty() && !may_lack(k))
@@ -77,7 +77,7 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
     json["seconds"] = arguments.seconds;
     json.update(nlohmann::json(costs));
     write_json(arguments.output, json);
-    if (!run.quiet) fmt::print("{}: costs of {}, {}\n", arguments.output, provenance.machine.cpu, costs.model);
+    if (!run.quiet) say("{}: costs of {}, {}\n", arguments.output, provenance.machine.cpu, costs.model);
     return 0;
 }
 

@@ -1,4 +1,5 @@
 #include "compare.hpp"
+#include "say.hpp"
 
 #include <fmt/format.h>
 
@@ -47,8 +48,7 @@ int compare(const std::string& reference_file, const std::string& candidate_file
     nlohmann::json rows = nlohmann::json::array();
     for (const AgreementRow& row : found) {
         rows.push_back({{"quantity", row.quantity}, {"value", row.value}, {"bound", row.bound}, {"ok", row.ok()}});
-        fmt::print("{:<62} {:>10.3g}  <= {:<8g} {}\n", row.quantity, row.value, row.bound,
-                   row.ok() ? "ok" : "DISAGREES");
+        say("{:<62} {:>10.3g}  <= {:<8g} {}\n", row.quantity, row.value, row.bound, row.ok() ? "ok" : "DISAGREES");
     }
     const Verdict judged = verdict(reference.report, candidate.report, found);
     if (!judged.why.empty()) fmt::print("{}: {}\n", judged.name, one_line(judged.why));

@@ -5,6 +5,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "number_option.hpp"
 #include "run_options.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 
@@ -13,7 +14,7 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
         app.add_subcommand("export-fclib", "Write a step's contact problem as FCLIB, with its solution");
     add_source_options(*command, arguments.run, "Go on from a state that `nscdd run --state` wrote");
     command->add_option("--step", arguments.step, "Step to export, counted from 1")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command
         ->add_option("--tolerance", arguments.tolerance,
@@ -21,7 +22,7 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
         ->check(positive_number())
         ->capture_default_str();
     command->add_option("--max-iterations", arguments.max_iterations, "Cap of the step exported")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local, /solution)")->required();
     command->add_flag("--quiet", arguments.run.quiet, "No progress, no summary");
@@ -55,9 +56,9 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
                                             provenance.commit, provenance.command),
                  .math_info = "W symmetric positive semi-definite"});
     if (!arguments.run.quiet)
-        fmt::print("{}: {} contacts, {} more iterations: natural map {:.3g}, eta {:.3g}{}\n", arguments.output,
-                   problem.friction.size(), report.iterations, solution.natural_map, solution.eta,
-                   report.converged ? "" : ": NOT CONVERGED");
+        say("{}: {} contacts, {} more iterations: natural map {:.3g}, eta {:.3g}{}\n", arguments.output,
+            problem.friction.size(), report.iterations, solution.natural_map, solution.eta,
+            report.converged ? "" : ": NOT CONVERGED");
     return report.converged ? 0 : 3;
 }
 

@@ -25,48 +25,50 @@ std::string collection(std::string_view name, std::string_view grids) {
 }  // namespace
 
 FrameWriter::FrameWriter(FileSet& files, const std::string& path, const std::string& scene)
-    : files_(files), path_(path), file_(files, path) {
-    file_.attribute("scene", scene);
+    : files_(files), path_(path), file_(std::in_place, files, path) {
+    file_->attribute("scene", scene);
+    file_->save();
 }
 
 void FrameWriter::begin(const FrameHead& head) {
-    frames_.push_back(head);
+    file_.emplace(files_, path_);
+    frame_ = head;
     points_ = ends_ = 0;
     const std::string at = group(head);
     const hsize_t n = head.grains, c = head.contacts;
-    file_.attribute("step", head.step, at);
-    file_.attribute("time", head.time, at);
-    for (const char* name : {"x", "velocity", "spin"}) file_.declare<double>(at + "/grains/" + name, {n, 3});
-    file_.declare<double>(at + "/grains/radius", {n});
-    for (const char* name : {"id", "subdomain", "multiplicity"}) file_.declare<int>(at + "/grains/" + name, {n});
-    file_.declare<double>(at + "/contacts/ends", {2 * c, 3});
-    file_.declare<int>(at + "/contacts/lines", {c, 2});
-    file_.declare<int>(at + "/contacts/grains", {c, 2});
-    file_.declare<double>(at + "/contacts/force", {c, 3});
-    for (const char* name : {"normal_force", "gap"}) file_.declare<double>(at + "/contacts/" + name, {c});
-    file_.declare<int>(at + "/contacts/subdomain", {c});
+    file_->attribute("step", head.step, at);
+    file_->attribute("time", head.time, at);
+    for (const char* name : {"x", "velocity", "spin"}) file_->declare<double>(at + "/grains/" + name, {n, 3});
+    file_->declare<double>(at + "/grains/radius", {n});
+    for (const char* name : {"id", "subdomain", "multiplicity"}) file_->declare<int>(at + "/grains/" + name, {n});
+    file_->declare<double>(at + "/contacts/ends", {2 * c, 3});
+    file_->declare<int>(at + "/contacts/lines", {c, 2});
+    file_->declare<int>(at + "/contacts/grains", {c, 2});
+    file_->declare<double>(at + "/contacts/force", {c, 3});
+    for (const char* name : {"normal_force", "gap"}) file_->declare<double>(at + "/contacts/" + name, {c});
+    file_->declare<int>(at + "/contacts/subdomain", {c});
 }
 
 void FrameWriter::append(const FrameRows& rows) {
-    const std::string grains = group(frames_.back()) + "/grains/", contacts = group(frames_.back()) + "/contacts/";
+    const std::string grains = group(frame_) + "/grains/", contacts = group(frame_) + "/contacts/";
     std::vector<int> ids(rows.radius.size());
     for (int& id : ids) id = points_++;
-    file_.append(grains + "id", ids);
-    file_.append(grains + "x", rows.x);
-    file_.append(grains + "radius", rows.radius);
-    file_.append(grains + "velocity", rows.velocity);
-    file_.append(grains + "spin", rows.spin);
-    file_.append(grains + "subdomain", rows.subdomain);
-    file_.append(grains + "multiplicity", rows.multiplicity);
+    file_->append(grains + "id", ids);
+    file_->append(grains + "x", rows.x);
+    file_->append(grains + "radius", rows.radius);
+    file_->append(grains + "velocity", rows.velocity);
+    file_->append(grains + "spin", rows.spin);
+    file_->append(grains + "subdomain", rows.subdomain);
+    file_->append(grains + "multiplicity", rows.multiplicity);
     std::vector<int> lines(rows.contacts.grains.size());  // the ends of each contact follow each other
     for (int& end : lines) end = ends_++;
-    file_.append(contacts + "lines", lines);
-    file_.append(contacts + "ends", rows.contacts.ends);
-    file_.append(contacts + "grains", rows.contacts.grains);
-    file_.append(contacts + "force", rows.contacts.force);
-    file_.append(contacts + "normal_force", rows.contacts.normal_force);
-    file_.append(contacts + "gap", rows.contacts.gap);
-    file_.append(contacts + "subdomain", rows.contacts.subdomain);
+    file_->append(contacts + "lines", lines);
+    file_->append(contacts + "ends", rows.contacts.ends);
+    file_->append(contacts + "grains", rows.contacts.grains);
+    file_->append(contacts + "force", rows.contacts.force);
+    file_->append(contacts + "normal_force", rows.contacts.normal_force);
+    file_->append(contacts + "gap", rows.contacts.gap);
+    file_->append(contacts + "subdomain", rows.contacts.subdomain);
 }
 
 std::string FrameWriter::grid_of_grains(const FrameHead& head) const {
@@ -102,16 +104,26 @@ std::string FrameWriter::grid_of_contacts(const FrameHead& head) const {
     return grid(head, "contacts", inside);
 }
 
-void FrameWriter::save() {
-    file_.save();
-    std::string grains, contacts;
-    for (const FrameHead& head : frames_) {
-        grains += grid_of_grains(head);
-        if (head.contacts > 0) contacts += grid_of_contacts(head);
+void FrameWriter::end() {
+    file_->save();
+    files_.place(path_, &file_->written());
+    grains_ += grid_of_grains(frame_);
+    if (frame_.contacts > 0) contacts_ += grid_of_contacts(frame_);
+    ++frames_;
+    // it is written whole: with every frame, many would take ever longer
+    if (frames_ < 100 || frames_ >= listed_ + listed_ / 100) {
+        add_xdmf();
+        files_.place(xdmf_beside(path_));
     }
-    std::string grids = collection("grains", grains);
-    if (!contacts.empty()) grids += collection("contacts", contacts);
-    files_.add(xdmf_beside(path_), xdmf::document(grids));
 }
+
+void FrameWriter::add_xdmf() {
+    std::string grids = collection("grains", grains_);
+    if (!contacts_.empty()) grids += collection("contacts", contacts_);
+    files_.add(xdmf_beside(path_), xdmf::document(grids));
+    listed_ = frames_;
+}
+
+void FrameWriter::save() { add_xdmf(); }
 
 }  // namespace nscdd

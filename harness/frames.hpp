@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,24 +35,29 @@ struct FrameHead {
     std::size_t grains = 0, contacts = 0;
 };
 
-// Throws OutputError.
+// Writes frames so that whatever ends the process, the file and its .xdmf can be read: after each frame the file is
+// closed and takes its place, while the set goes on with a copy. Throws OutputError.
 class FrameWriter {
   public:
     FrameWriter(FileSet& files, const std::string& path, const std::string& scene);
 
     void begin(const FrameHead& head);
     void append(const FrameRows& rows);  // behind those that have come
-    void save();                         // with the .xdmf
+    void end();                          // of the frame
+    void save();                         // what the set is to commit
 
   private:
     std::string grid_of_grains(const FrameHead& head) const;
     std::string grid_of_contacts(const FrameHead& head) const;
+    void add_xdmf();
 
     FileSet& files_;
     std::string path_;
-    hdf5::Writer file_;
-    int points_ = 0, ends_ = 0;  // of the frame, that have come
-    std::vector<FrameHead> frames_;
+    std::optional<hdf5::Writer> file_;  // open during a frame
+    int points_ = 0, ends_ = 0;         // of the frame, that have come
+    FrameHead frame_;
+    std::size_t frames_ = 0, listed_ = 0;  // written; that the .xdmf has
+    std::string grains_, contacts_;        // grids of the frames so far
 };
 
 }  // namespace nscdd

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "error.hpp"
+#include "hdf5_driver.hpp"
 #include "replace_file.hpp"
 
 namespace nscdd::hdf5 {
@@ -88,7 +89,8 @@ class Reader {
 // Writes to a file beside its place, which it takes when the set is committed.
 class Writer {
   public:
-    // Throws OutputError. Without `files` the writer has a set of its own, which save() commits.
+    // Throws OutputError. Without `files` the writer has a set of its own, which save() commits. A file that the set
+    // has already is written on.
     explicit Writer(std::string path);
     Writer(FileSet& files, std::string path);
     Writer(const Writer&) = delete;
@@ -123,6 +125,7 @@ class Writer {
 
     // Throws OutputError, also where a dataset lacks rows; an old file is then left as it was.
     void save();
+    const std::vector<ByteRange>& written() const { return disk_.written; }  // by this writer
 
   private:
     struct Growing {
@@ -137,7 +140,7 @@ class Writer {
 
     std::string path_;
     FileSet own_;
-    int disk_error_ = 0;  // errno
+    Disk disk_;
     bool commits_;
     Handle file_;
     std::map<std::string, Growing> growing_;

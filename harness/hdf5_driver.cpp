@@ -13,27 +13,29 @@ namespace {
 
 struct File : H5FD_t {
     int descriptor = -1;
-    int* error = nullptr;
+    Disk* disk = nullptr;
     haddr_t end_of_addresses = 0, end_of_file = 0;
 };
 
 File& mine(H5FD_t* file) { return *static_cast<File*>(file); }
 const File& mine(const H5FD_t* file) { return *static_cast<const File*>(file); }
 
-// Opens the file, which is there already and empty (FileSet).
+// Opens the file, which is there already (FileSet).
 H5FD_t* open_file(const char* name, unsigned, hid_t access, haddr_t) {
-    const auto* error = static_cast<int* const*>(H5Pget_driver_info(access));
-    const int descriptor = error ? ::open(name, O_RDWR | O_CLOEXEC) : -1;
+    const auto* disk = static_cast<Disk* const*>(H5Pget_driver_info(access));
+    const int descriptor = disk ? ::open(name, O_RDWR | O_CLOEXEC) : -1;
     if (descriptor < 0) return nullptr;
     auto file = std::make_unique<File>();
     file->descriptor = descriptor;
-    file->error = *error;
+    file->disk = *disk;
+    const off_t size = ::lseek(descriptor, 0, SEEK_END);
+    file->end_of_file = size > 0 ? static_cast<haddr_t>(size) : 0;
     return file.release();
 }
 
 herr_t close_file(H5FD_t* closed) {
     const std::unique_ptr<File> file(&mine(closed));
-    if (::close(file->descriptor) != 0 && *file->error == 0) *file->error = errno;
+    if (::close(file->descriptor) != 0 && file->disk->error == 0) file->disk->error = errno;
     return 0;
 }
 
@@ -67,9 +69,10 @@ herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size, cons
     File& to = mine(file);
     const auto* from = static_cast<const char*>(buffer);
     to.end_of_file = std::max<haddr_t>(to.end_of_file, address + size);
-    while (size > 0 && *to.error == 0) {
+    to.disk->written.push_back({address, size});
+    while (size > 0 && to.disk->error == 0) {
         const ssize_t count = ::pwrite(to.descriptor, from, size, static_cast<off_t>(address));
-        if (count < 0 && errno != EINTR) *to.error = errno;
+        if (count < 0 && errno != EINTR) to.disk->error = errno;
         if (count > 0) from += count, size -= static_cast<size_t>(count), address += static_cast<haddr_t>(count);
     }
     return 0;
@@ -77,9 +80,9 @@ herr_t write(H5FD_t* file, H5FD_mem_t, hid_t, haddr_t address, size_t size, cons
 
 herr_t truncate(H5FD_t* file, hid_t, hbool_t) {
     File& f = mine(file);
-    if (f.end_of_addresses != f.end_of_file && *f.error == 0 &&
+    if (f.end_of_addresses != f.end_of_file && f.disk->error == 0 &&
         ::ftruncate(f.descriptor, static_cast<off_t>(f.end_of_addresses)) != 0)
-        *f.error = errno;
+        f.disk->error = errno;
     f.end_of_file = f.end_of_addresses;
     return 0;
 }
@@ -94,7 +97,7 @@ hid_t forbearing_driver() {
                                      .sb_size = nullptr,
                                      .sb_encode = nullptr,
                                      .sb_decode = nullptr,
-                                     .fapl_size = sizeof(int*),
+                                     .fapl_size = sizeof(Disk*),
                                      .fapl_get = nullptr,
                                      .fapl_copy = nullptr,
                                      .fapl_free = nullptr,

@@ -4,10 +4,20 @@
 
 #include <hdf5.h>
 
+#include <vector>
+
+#include "replace_file.hpp"
+
 namespace nscdd::hdf5 {
 
-// For H5Pset_driver and H5Fcreate, with the address of an int* as its information: that int becomes the errno of the
-// first write that fails, after which nothing more is written. It must live until the file is closed.
+// What the driver tells its user of a file.
+struct Disk {
+    int error = 0;  // errno of the first write that failed, after which nothing more is written
+    std::vector<ByteRange> written;
+};
+
+// For H5Pset_driver and H5Fcreate or H5Fopen, with the address of a Disk* as its information: that Disk must live until
+// the file is closed.
 hid_t forbearing_driver();
 
 }  // namespace nscdd::hdf5

@@ -3,7 +3,6 @@
 #include <cstring>
 
 #include "hdf5_detail.hpp"
-#include "hdf5_driver.hpp"
 
 namespace nscdd::hdf5 {
 namespace {
@@ -30,23 +29,28 @@ herr_t leads_elsewhere(hid_t group, const char* name, const H5L_info_t* info, vo
     return object.valid() && H5Iget_type(object) == H5I_DATASET && !stored_here(object) ? 1 : 0;
 }
 
-hid_t create(const std::string& part, int& disk_error) {
+// there: whether the file has something, which stays.
+hid_t open(const std::string& part, Disk& disk, bool there) {
     silence();
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    int* const told = &disk_error;
+    Disk* const told = &disk;
     H5Pset_driver(access, forbearing_driver(), &told);
-    return H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    return there ? H5Fopen(part.c_str(), H5F_ACC_RDWR, access)
+                 : H5Fcreate(part.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
 }
 
 }  // namespace
 
 Writer::Writer(std::string path)
-    : path_(std::move(path)), commits_(true), file_(create(own_.begin(path_), disk_error_), H5Fclose) {
+    : path_(std::move(path)), commits_(true), file_(open(own_.begin(path_), disk_, false), H5Fclose) {
     if (!file_.valid()) throw error("the file");
 }
 
 Writer::Writer(FileSet& files, std::string path)
-    : path_(std::move(path)), commits_(false), file_(create(files.begin(path_), disk_error_), H5Fclose) {
+    : path_(std::move(path)),
+      commits_(false),
+      file_(files.has(path_) ? open(files.part(path_), disk_, true) : open(files.begin(path_), disk_, false),
+            H5Fclose) {
     if (!file_.valid()) throw error("the file");
 }
 
@@ -55,7 +59,7 @@ OutputError Writer::error(const std::string& thing) const {
 }
 
 void Writer::check_disk() const {
-    if (disk_error_ != 0) throw OutputError(fmt::format("{}: cannot write: {}", path_, std::strerror(disk_error_)));
+    if (disk_.error != 0) throw OutputError(fmt::format("{}: cannot write: {}", path_, std::strerror(disk_.error)));
 }
 
 template <class T>

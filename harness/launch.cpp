@@ -1,5 +1,8 @@
 #include "launch.hpp"
 
+#include <fcntl.h>
+
+#include <csignal>
 #include <cstdlib>
 
 #include "session.hpp"
@@ -14,9 +17,21 @@ bool launched() {
     return false;
 }
 
-bool at_start(const std::function<void(int, int)>& part) {
-    const Session session(launched());
-    return session.together([&] { part(session.rank(), session.size()); });
+int begin_together(std::span<char*> words, bool with_mpi, const std::function<void(int)>& check,
+                   const std::function<int(const Session&, int)>& part) {
+    std::string line;
+    for (const char* word : words.subspan(1)) (line += word) += '\0';  // the program's own name may differ
+    const Session session(with_mpi || launched());
+    if (!session.together([&] { check(session.size()); }) ||
+        !session.together([&] { session.require_same("scenes or options", line); }))
+        return 1;
+    return part(session, session.rank());
+}
+
+void survive_streams_and_limits() {
+    for (const int stream : {0, 1, 2})  // open() takes the lowest number that is free
+        if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
+    for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
 }
 
 }  // namespace nscdd

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <span>
 
 #include "calibrate.hpp"
 #include "compare.hpp"
@@ -10,6 +11,7 @@
 #include "launch.hpp"
 #include "pack.hpp"
 #include "run_options.hpp"
+#include "say.hpp"
 #include "scale.hpp"
 #include "solve_fclib.hpp"
 #include "window.hpp"
@@ -29,6 +31,7 @@ int report(const std::string& results, const std::string& out) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    nscdd::survive_streams_and_limits();
     CLI::App app{"nscdd: Nonsmooth Contact Domain Decomposition for disks and spheres"};
     app.require_subcommand(1);
     app.set_version_flag("--version", [] {
@@ -51,8 +54,8 @@ int main(int argc, char** argv) {
 
 Files to write are checked before the first step: they are regular files or new ones, in folders that can be written, and
 neither an input nor another output. All of a command's files are written before the first takes its place: the old ones
-stay, whole, where one fails. A symbolic link stays and the file that it leads to is replaced. Grains, [[grain]]s and rows
-of data sets are counted from 0 in messages.
+stay, whole, where one fails. Frames and checkpoints alone take their place on the way, each whole. A symbolic link stays
+and the file that it leads to is replaced. Grains, [[grain]]s and rows of data sets are counted from 0 in messages.
 
 Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
 disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance;
@@ -99,39 +102,44 @@ each is exact to 1e-8.)");
     nscdd::ScaleArguments scale;
     auto* scale_command = add_scale(app, scale);
 
+    const std::span<char*> words(argv, static_cast<std::size_t>(argc));
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        const bool asked = nscdd::at_start([&](int rank, int) {
+        const auto check = [&error](int) {
             if (error.get_exit_code() != 0) throw nscdd::InputError(fmt::format("{}; see --help", error.what()));
-            if (rank == 0) app.exit(error);  // prints the help or the version
+        };
+        return nscdd::begin_together(words, false, check, [&](const nscdd::Session&, int rank) {
+            return rank == 0 ? app.exit(error) : 0;  // prints the help or the version
         });
-        return asked ? 0 : 1;
     }
     try {
-        const CLI::App* const command = app.get_subcommands()[0];
-        const bool on_ranks = command == run_command || command == window_command;
-        if (!on_ranks && !nscdd::at_start([&](int, int ranks) {
-                if (ranks > 1)
-                    throw nscdd::InputError(
-                        fmt::format("{} is of one process, and {} were started: start it without mpirun",
-                                    command->get_name(), ranks));
-            }))
-            return 1;
         const nscdd::Provenance provenance = nscdd::provenance(argc, argv);
+        if (*run_command || *window_command)
+            return nscdd::begin_together(
+                words, *window_command || run.transport == "mpi", [](int) {},
+                [&](const nscdd::Session& session, int) {
+                    return *run_command ? nscdd::run(run, provenance, session)
+                                        : nscdd::window(window, provenance, session);
+                });
+        const auto alone = [&](int ranks) {
+            if (ranks > 1)
+                throw nscdd::InputError(
+                    fmt::format("{} is of one process, and {} were started: start it without mpirun",
+                                app.get_subcommands()[0]->get_name(), ranks));
+        };
+        if (nscdd::begin_together(words, false, alone, [](const nscdd::Session&, int) { return 0; }) != 0) return 1;
         if (*pack_command) return nscdd::pack(pack, provenance);
-        if (*run_command) return nscdd::run(run, provenance);
         if (*compare_command) return nscdd::compare(reference, candidate, compare_json, provenance);
         if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
         if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
         if (*report_command) return report(results, page);
-        if (*window_command) return nscdd::window(window, provenance);
         if (*calibrate_command) return nscdd::calibrate(calibrate, provenance);
         if (*scale_command) return nscdd::scale(scale, provenance);
     } catch (const std::bad_alloc&) {
-        fmt::print(stderr, "nscdd: out of memory\n");
+        nscdd::say(stderr, "nscdd: out of memory\n");
     } catch (const std::exception& error) {
-        fmt::print(stderr, "nscdd: {}\n", nscdd::one_line(error.what()));
+        nscdd::say(stderr, "nscdd: {}\n", nscdd::one_line(error.what()));
     }
     return 1;
 }

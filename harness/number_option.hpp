@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace nscdd {
@@ -21,6 +22,21 @@ inline CLI::Validator between(double low, double high, bool closed = false) {
             return std::isinf(high) ? fmt::format("must be a finite number > {}, found {}", low, text)
                                     : fmt::format("must be a number in {}{}, {}{}, found {}", closed ? '[' : '(', low,
                                                   high, closed ? ']' : ')', text);
+        },
+        "NUMBER");
+}
+
+// Checks that a number is whole and within [low, high].
+inline CLI::Validator whole_number(int low = 1, int high = std::numeric_limits<int>::max()) {
+    return CLI::Validator(
+        [=](std::string& text) -> std::string {
+            int value = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+            const bool whole = end == text.data() + text.size() && !text.empty();
+            if (whole && error == std::errc{} && value >= low && value <= high) return {};
+            const bool bounded = high < std::numeric_limits<int>::max() || error == std::errc::result_out_of_range;
+            return fmt::format("must be a whole number, at least {}{}, found {}", low,
+                               bounded ? fmt::format(" and at most {}", high) : "", text);
         },
         "NUMBER");
 }

@@ -6,6 +6,7 @@
 #include "pack_generators.hpp"
 #include "packing_checks.hpp"
 #include "replace_file.hpp"
+#include "say.hpp"
 #include "toml_table.hpp"
 
 namespace nscdd {
@@ -69,9 +70,8 @@ int pack(const PackArguments& arguments, const Provenance& provenance) {
                    {"coordination", fmt::format("{:.4f}", measures.core_coordination)},
                    {"rattlers", fmt::format("{:.4f}", measures.rattlers)},
                    {"largest_overlap", fmt::format("{:.2e}", measures.overlap)}});
-    fmt::print("{}: {} grains by {}\n", arguments.output, packing.size(), by);
-    fmt::print(
-        "solid fraction {:.4f}, {:.4f} in the core of {} grains; coordination there {:.3f} without rattlers ({:.1f} % "
+    say("{}: {} grains by {}\n", arguments.output, packing.size(), by);
+    say("solid fraction {:.4f}, {:.4f} in the core of {} grains; coordination there {:.3f} without rattlers ({:.1f} % "
         "of all); largest overlap {:.1e} d, taken away by radii shrunk by {:.1e}\n",
         measures.solid_fraction, measures.core_fraction, measures.core_grains, measures.core_coordination,
         100 * measures.rattlers, measures.overlap, measures.shrink);

@@ -7,6 +7,8 @@
 #include <chrono>
 #include <cstdio>
 
+#include "say.hpp"
+
 namespace nscdd {
 
 class Progress {
@@ -25,7 +27,7 @@ class Progress {
         if (done < total_ && elapsed - shown_ < 0.2) return;
         shown_ = elapsed;
         const int left = static_cast<int>(elapsed * (total_ - done) / std::max(done, 1));
-        fmt::print(stderr, "\r\033[Kstep {}/{}, {}, {}:{:02} left", done, total_, what, left / 60, left % 60);
+        say(stderr, "\r\033[Kstep {}/{}, {}, {}:{:02} left", done, total_, what, left / 60, left % 60);
         std::fflush(stderr);
     }
 

@@ -13,6 +13,7 @@
 #include <optional>
 
 #include "error.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 namespace {
@@ -85,6 +86,44 @@ Descriptor open_part(const std::string& target, std::string& part) {
     }
 }
 
+// `old`, which is the file of `part` as it was placed last, under a new name beside it. False where it is not there any
+// more, is another file, or cannot have two names on this disk.
+bool link_part(const std::string& old, std::uint64_t device, std::uint64_t inode, std::string& part) {
+    for (int k = 0;; ++k) {
+        part = fmt::format("{}.{}-{}.part", old, ::getpid(), k);
+        if (::link(old.c_str(), part.c_str()) == 0) break;
+        if (errno != EEXIST || k == 1000) return false;
+    }
+    const auto found = status(part);
+    if (found && found->st_dev == device && found->st_ino == inode) return true;
+    ::unlink(part.c_str());
+    return false;
+}
+
+// Makes these bytes, and the size, of a file those of another.
+void copy_ranges(const std::string& from, const std::string& to, const std::vector<ByteRange>& ranges) {
+    Descriptor source(::open(from.c_str(), O_RDONLY | O_CLOEXEC)), target(::open(to.c_str(), O_WRONLY | O_CLOEXEC));
+    struct stat found {};
+    if (source < 0 || target < 0 || ::fstat(source, &found) != 0 || ::ftruncate(target, found.st_size) != 0)
+        refuse(errno);
+    std::string block(1 << 16, '\0');
+    for (auto [begin, size] : ranges)
+        while (size > 0) {
+            const ssize_t count =
+                ::pread(source, block.data(), std::min<std::size_t>(size, block.size()), static_cast<off_t>(begin));
+            if (count < 0) refuse(errno);
+            if (count == 0) break;  // beyond the end, which was cut off
+            for (ssize_t done = 0; done < count;) {
+                const ssize_t put = ::pwrite(target, block.data() + done, static_cast<std::size_t>(count - done),
+                                             static_cast<off_t>(begin) + done);
+                if (put < 0 && errno != EINTR) refuse(errno);
+                if (put > 0) done += put;
+            }
+            begin += static_cast<std::uint64_t>(count), size -= static_cast<std::uint64_t>(count);
+        }
+    if (target.close() != 0) refuse(errno);
+}
+
 // Owner and mode of the file that is there.
 void keep_mode(const Descriptor& file, const std::string& target) {
     const auto old = status(target);
@@ -131,8 +170,8 @@ void check_output(const NamedFile& output) {
     struct statvfs disk {};
     if (::fstatvfs(made, &disk) != 0) return;
     if (const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize; free < output.bytes)
-        fmt::print(stderr, "nscdd: warning: {}: {:.3g} MB are free, the file may take {:.3g} MB\n",
-                   one_line(output.path), 1e-6 * static_cast<double>(free), 1e-6 * static_cast<double>(output.bytes));
+        say(stderr, "nscdd: warning: {}: {:.3g} MB are free, the file may take {:.3g} MB\n", one_line(output.path),
+            1e-6 * static_cast<double>(free), 1e-6 * static_cast<double>(output.bytes));
 }
 
 }  // namespace
@@ -162,12 +201,47 @@ void FileSet::make(const std::string& path, const auto& fill) {
     }
 }
 
-std::string FileSet::checksum(const std::string& path) const {
+bool FileSet::has(const std::string& path) const {
+    return std::ranges::find(parts_, path, &Part::path) != parts_.end();
+}
+
+const FileSet::Part& FileSet::find(const std::string& path) const {
     const auto part = std::ranges::find(parts_, path, &Part::path);
-    if (part == parts_.end()) throw std::logic_error("FileSet::checksum: " + path + " is not of the set");
-    Checksum sum;
-    visit_blocks(part->part, [&sum](std::string_view block) { sum.add(block); });
-    return sum.text();
+    if (part == parts_.end()) throw std::logic_error("FileSet: " + path + " is not of the set");
+    return *part;
+}
+
+const std::string& FileSet::part(const std::string& path) const { return find(path).part; }
+
+std::string FileSet::checksum(const std::string& path) const { return checksum_of_file(part(path)); }
+
+void FileSet::place(const std::string& path, const std::vector<ByteRange>* written) {
+    Part& part = parts_[static_cast<std::size_t>(&find(path) - parts_.data())];
+    try {
+        const std::string whole = part.part;
+        const auto found = status(whole);
+        if (!found) refuse(ENOENT);
+        std::string before;  // what was placed last time lacks only what was written since
+        const bool lags = written && part.inode != 0 && link_part(part.target, part.device, part.inode, before);
+        if (std::rename(whole.c_str(), part.target.c_str()) != 0) {
+            const int error = errno;
+            if (lags) ::unlink(before.c_str());
+            refuse(error);
+        }
+        if (!written) {
+            parts_.erase(parts_.begin() + (&part - parts_.data()));
+            return;
+        }
+        part.device = found->st_dev, part.inode = found->st_ino;
+        if (lags)
+            part.part = before;
+        else
+            keep_mode(open_part(part.target, part.part), part.target);
+        copy_ranges(part.target, part.part,
+                    lags ? *written : std::vector<ByteRange>{{0, static_cast<std::uint64_t>(found->st_size)}});
+    } catch (const Refused& refused) {
+        throw OutputError(fmt::format("{}: cannot write: {}", path, refused.why));
+    }
 }
 
 void FileSet::commit() {
@@ -199,6 +273,12 @@ void replace_file(const std::string& path, std::string_view bytes) {
 std::string checksum(std::string_view bytes) {
     Checksum sum;
     sum.add(bytes);
+    return sum.text();
+}
+
+std::string checksum_of_file(const std::string& path) {
+    Checksum sum;
+    visit_blocks(path, [&sum](std::string_view block) { sum.add(block); });
     return sum.text();
 }
 

@@ -8,6 +8,11 @@
 
 namespace nscdd {
 
+// Some bytes of a file.
+struct ByteRange {
+    std::uint64_t begin, size;
+};
+
 // Files that take their places together. Each is written beside its place under a name that no other process uses,
 // PATH.*.part; commit() renames them all. A reader meets the old file or the whole new one, and where one file cannot
 // be written no old one is replaced. A symbolic link stays, the file that it leads to is replaced. New files have the
@@ -23,14 +28,21 @@ class FileSet {
     void add(const std::string& path, std::string_view bytes);
     // Makes the file beside its place, empty, for the caller to write and close before commit(); returns its name.
     std::string begin(const std::string& path);
-    std::string checksum(const std::string& path) const;  // of a file of the set as it is now
+    bool has(const std::string& path) const;
+    const std::string& part(const std::string& path) const;  // the name that begin() returned, or the copy's
+    std::string checksum(const std::string& path) const;     // of a file of the set as it is now
+    // The file takes its place now, whole, before the others and without waiting for the disk. Where it is written on,
+    // the set keeps a copy beside it: `written` has what was written since the file was begun or placed.
+    void place(const std::string& path, const std::vector<ByteRange>* written = nullptr);
     // What has been written is on the disk before the first file takes its place.
     void commit();
 
   private:
     struct Part {
         std::string path, target, part;
+        std::uint64_t device = 0, inode = 0;  // of the file that was placed
     };
+    const Part& find(const std::string& path) const;
     void make(const std::string& path, const auto& fill);
 
     std::vector<Part> parts_;
@@ -41,6 +53,7 @@ void replace_file(const std::string& path, std::string_view bytes);
 
 // Tells files apart: FNV-1a of 64 bits, as 16 hexadecimal digits.
 std::string checksum(std::string_view bytes);
+std::string checksum_of_file(const std::string& path);  // throws InputError
 
 // Whether two names are of one file, which need not exist yet.
 bool same_file(const std::string& a, const std::string& b);

@@ -11,7 +11,9 @@
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "replace_file.hpp"
+#include "same_files.hpp"
 #include "same_scene.hpp"
+#include "say.hpp"
 #include "series.hpp"
 #include "session.hpp"
 
@@ -49,7 +51,7 @@ void check_run_outputs(const RunArguments& arguments, const RunRequest& request)
                                       {"the .xdmf beside --state", xdmf_beside(arguments.state)}};
     for (const auto& path : arguments.series) outputs.push_back({"--series", path, 1000 * steps});
     const std::uint64_t frames = steps / static_cast<std::uint64_t>(request.frame_every);
-    outputs.push_back({"--frames", arguments.frames, 600 * grains * frames});
+    outputs.push_back({"--frames", arguments.frames, 2 * 600 * grains * frames});  // with the copy
     outputs.push_back({"the .xdmf beside --frames", xdmf_beside(arguments.frames), 4000 * frames});
     check_outputs(outputs, inputs);
 }
@@ -199,24 +201,12 @@ RunFunction choose_model(const Scene& scene) {
     return scene.dimension == 2 ? choose_law<2>(scene.law) : choose_law<3>(scene.law);
 }
 
-// All that the ranks of one run must have in common, as text.
-static std::string what_is_solved(const RunRequest& request) {
-    const StepSettings& step = request.scene.step;
-    const SolverSettings& solver = request.scene.solver;
-    return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", request.scheme,
-                       request.interface, request.multiplicity, request.partition, fmt::join(request.grid, "x"),
-                       request.imbalance, request.subdomains, request.start_step, step.count, solver.method,
-                       solver.tolerance, solver.velocity_error, solver.energy_made, solver.penetration,
-                       solver.gap_error, solver.distance, solver.check_every, solver.max_iterations, solver.sweeps,
-                       solver.window.value_or(-1), read_file(request.scene.file));
-}
-
-int run(const RunArguments& arguments, const Provenance& provenance) {
-    const bool among_ranks = launched();
-    const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && among_ranks);
+int run(const RunArguments& arguments, const Provenance& provenance, const Session& session) {
+    const bool over_mpi = arguments.transport == "mpi" || (arguments.transport == "auto" && launched());
     if (!arguments.checkpoint.empty()) listen_for_checkpoint_signal();
-    Session session(over_mpi || among_ranks);
     RunRequest request;
+    std::vector<NamedFile> inputs;
+    std::vector<std::string> sums;
     RunResult result;
     FileSet files;  // rank 0 writes
     if (!session.together([&] {
@@ -225,8 +215,10 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
                 throw InputError(
                     "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");
             if (session.rank() == 0) check_run_outputs(arguments, request);
+            inputs = inputs_of(arguments, request.scene);
+            sums = sums_of_files(session, inputs);
         }) ||
-        !session.together([&] { session.require_same("scenes or options", what_is_solved(request)); }))
+        !session.together([&] { require_same_files(session, inputs, sums); }))
         return 1;
     if (!session.together([&] {
             const auto once = [&files, &arguments, over_mpi](RunRequest& one) {
@@ -256,8 +248,8 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
     if (result.stopped) {
         if (!session.together([&] { files.commit(); })) return 1;
         if (session.rank() == 0)
-            fmt::print(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
-                       result.last_step, one_line(request.checkpoint));
+            say(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
+                result.last_step, one_line(request.checkpoint));
         return 4;
     }
     const bool written = session.together([&] {
@@ -277,12 +269,10 @@ int run(const RunArguments& arguments, const Provenance& provenance) {
         double iterations = 0;
         for (double count : json["iterations"]) iterations += count;
         if (!arguments.quiet)
-            fmt::print("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n",
-                       request.scene.name, json["grains"].get<int>(), request.scene.step.count, request.scheme,
-                       json["subdomains"].get<int>(), json["subdomains"] == 1 ? "" : "s", iterations,
-                       json["seconds"]["total"].get<double>());
-        if (result.unconverged_steps > 0)
-            fmt::print(stderr, "nscdd: {}\n", unconverged(json, result.unconverged_steps));
+            say("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
+                json["grains"].get<int>(), request.scene.step.count, request.scheme, json["subdomains"].get<int>(),
+                json["subdomains"] == 1 ? "" : "s", iterations, json["seconds"]["total"].get<double>());
+        if (result.unconverged_steps > 0) say(stderr, "nscdd: {}\n", unconverged(json, result.unconverged_steps));
     }
     return result.unconverged_steps > 0 ? 3 : 0;
 }

@@ -119,6 +119,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
 // The files that a run reads.
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);
 
-int run(const RunArguments& arguments, const Provenance& provenance);
+class Session;
+int run(const RunArguments& arguments, const Provenance& provenance, const Session& session);
 
 }  // namespace nscdd

@@ -134,6 +134,37 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
     return out;
 }
 
+// Collective. With an .xdmf for ParaView.
+template <class M>
+State write_last_state(const Simulation<M>& simulation, const RunRequest& request, FileSet& files) {
+    const State head = state_head(simulation, request);
+    if (!request.state.empty()) {
+        write_state(simulation, head, files, request.state);
+        write_on_first(simulation.comm(), [&] { write_xdmf(files, request.state, head, simulation.grain_count()); });
+    }
+    return head;
+}
+
+// After a step that was refused: the state with which it began, series and frames take their places, and the reason is
+// told with the names of the walls. `before`: the simulation before the step, if a state is asked for. Collective.
+template <class M>
+[[noreturn]] void end_refused(Refusal refusal, const Simulation<M>& simulation,
+                              const std::optional<Simulation<M>>& before, const RunRequest& request,
+                              Recorder<M>& recorder, FileSet& files) {
+    refusal.step += static_cast<int>(request.start_step);
+    std::vector<std::string> walls;
+    for (const auto& wall : request.scene.walls) walls.push_back(wall.name);
+    std::string told = describe(refusal, walls);
+    if (simulation.steps() > 0) {
+        if (before)
+            told += fmt::format("; the state before it, of step {}, is in {}",
+                                write_last_state(*before, request, files).step, request.state);
+        recorder.save();
+        write_on_first(simulation.comm(), [&] { files.commit(); });
+    }
+    throw InputError(told);
+}
+
 }  // namespace run_detail
 
 template <class M>
@@ -206,9 +237,16 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     std::optional<Checkpoints> checkpoints;
     if (!request.checkpoint.empty()) checkpoints.emplace(comm, request.every);
     Recorder<M> recorder(simulation, request, files);
+    std::optional<Simulation<M>> before;  // the step under way
     for (int step = 1; step <= scene.step.count; ++step) {
+        if (!request.state.empty()) before.emplace(simulation);
         push_walls<M>(scene, simulation.walls());
-        const StepReport report = simulation.step(counted);
+        StepReport report;
+        try {
+            report = simulation.step(counted);
+        } catch (const StepRefused& refused) {
+            end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
+        }
         iterations.push_back(report.solve.iterations);
         residual.push_back(report.solve.residual);
         velocity_error.push_back(report.solve.velocity_error);
@@ -245,12 +283,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;
     measures["turned_velocity_norm"] = velocity_change_norm;
-    const State head = state_head(simulation, request);
-    result.last_step = head.step;
-    if (!request.state.empty()) {
-        write_state(simulation, head, files, request.state);
-        write_on_first(comm, [&] { write_xdmf(files, request.state, head, simulation.grain_count()); });
-    }
+    result.last_step = write_last_state(simulation, request, files).step;
     const int processes = request.over_mpi ? request.share.parts : 1;
     json.update({{"schema", "nscdd.run/1"},
                  {"scene", scene.name},

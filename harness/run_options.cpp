@@ -61,9 +61,9 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
     command
         ->add_option("-n,--subdomains", run.subdomains,
                      "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
-        ->check(CLI::PositiveNumber);
+        ->check(whole_number(1, largest_subdomains));
     command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
-        ->check(CLI::PositiveNumber);
+        ->check(whole_number());
     command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     command
         ->add_option("--imbalance", run.imbalance,
@@ -74,7 +74,7 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
     command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
         ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
         ->capture_default_str();
-    command->add_option("--steps", run.steps, "Instead of the scene's")->check(CLI::PositiveNumber);
+    command->add_option("--steps", run.steps, "Instead of the scene's")->check(whole_number());
     command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")->check(positive_number());
     command
         ->add_option("--velocity-error", run.velocity_error,
@@ -101,27 +101,29 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
                      "component, instead of the scene's (default: 0.3)")
         ->check(positive_number());
     command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
-        ->check(CLI::PositiveNumber);
+        ->check(whole_number());
     command
         ->add_option("--max-iterations", run.max_iterations,
                      "Cap per step, also where fewer than --check-every are left")
-        ->check(CLI::PositiveNumber);
+        ->check(whole_number());
     command
         ->add_option("--newton-contacts", run.newton_contacts,
                      "Where sweeps get nowhere, Newton's method solves components of at most so many contacts, instead "
                      "of the scene's (default: 2000, none by --method paper)")
-        ->check(CLI::NonNegativeNumber);
-    command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(CLI::PositiveNumber);
+        ->check(whole_number(0));
+    command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(whole_number());
     command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
-        ->check(CLI::Range(0, Anderson::largest_window));
+        ->check(whole_number(0, Anderson::largest_window));
     command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")->check(between(0, 2));
     command
         ->add_option("--repeat", run.repeat,
                      "Runs from the start, to keep the one with the median CPU time of the solver")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
-    command->add_option("--state", run.state, "Last state to write (HDF5), with an .xdmf beside it for ParaView");
+    command->add_option(
+        "--state", run.state,
+        "Last state to write (HDF5), with an .xdmf beside it for ParaView; where a step is refused, the one before it");
     command
         ->add_option("--series", run.series,
                      "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
@@ -130,9 +132,8 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
     command->add_option(
         "--frames", run.frames,
         "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
-        "an .xdmf beside it for ParaView");
-    command->add_option("--frame-every", run.frame_every, "Steps between frames (default: 1)")
-        ->check(CLI::PositiveNumber);
+        "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
+    command->add_option("--frame-every", run.frame_every, "Steps between frames (default: 1)")->check(whole_number());
     command->add_option("--checkpoint", run.checkpoint,
                         "State to write on the way, from which --from goes on to the end of this run, to the last bit "
                         "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "

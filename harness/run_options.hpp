@@ -9,6 +9,9 @@
 
 namespace nscdd {
 
+// The most subdomains of one process: each takes some KB, whether there is a grain in it or not.
+inline constexpr int largest_subdomains = 65536;
+
 // The scene, --packing, --from (`going_on`: what it says to this subcommand), --adopt.
 void add_source_options(CLI::App& command, RunArguments& run, const std::string& going_on);
 

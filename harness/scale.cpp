@@ -13,6 +13,7 @@
 #include "number_option.hpp"
 #include "replace_file.hpp"
 #include "run_options.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 
@@ -120,7 +121,7 @@ class Job {
     }
 
     void tell(const std::string& what) const {
-        if (!arguments_.run.quiet) fmt::print(stderr, "scale: {}\n", what);
+        if (!arguments_.run.quiet) say(stderr, "scale: {}\n", what);
     }
     void save() const { write_json(arguments_.output, json_); }
 
@@ -258,12 +259,12 @@ class Job {
     }
 
     void print() const {
-        fmt::print("SIMULATED {}, costs {}{}; us an iteration, counts of {} steps in process\n", arguments_.platform,
-                   arguments_.costs, arguments_.slower == 1 ? "" : fmt::format(" x {:g}", arguments_.slower),
-                   json_["points"][0]["iterations"].size());
-        fmt::print("{:>6} {:>11} {:>9} {:>8} {:>8} {:>9} {:>8} {:>9} {:>10} {:>10}  {}\n", "ranks", "iterations",
-                   "simulated", "sweep", "largest", "interface", "wait", "transfer", "efficiency", "equal err.",
-                   "measured, simulated / measured");
+        say("SIMULATED {}, costs {}{}; us an iteration, counts of {} steps in process\n", arguments_.platform,
+            arguments_.costs, arguments_.slower == 1 ? "" : fmt::format(" x {:g}", arguments_.slower),
+            json_["points"][0]["iterations"].size());
+        say("{:>6} {:>11} {:>9} {:>8} {:>8} {:>9} {:>8} {:>9} {:>10} {:>10}  {}\n", "ranks", "iterations", "simulated",
+            "sweep", "largest", "interface", "wait", "transfer", "efficiency", "equal err.",
+            "measured, simulated / measured");
         for (const Json& p : json_["points"])
             for (const Json& window : p["windows"]) {
                 const auto us = [&window](const char* phase, const char* which) {
@@ -278,10 +279,10 @@ class Job {
                 else if (p.contains("measured"))
                     end = fmt::format("{:.4g}, {:.3f}", 1e6 * p["measured"]["seconds_per_iteration"].get<double>(),
                                       seconds / p["measured"]["seconds_per_iteration"].get<double>());
-                fmt::print("{:6} {:11.0f} {:9.4g} {:8.4g} {:8.4g} {:9.4g} {:8.4g} {:9.4g} {:10.3f} {:10.3f}  {}\n",
-                           p["ranks"].get<int>(), iterations(p), 1e6 * seconds, us("sweep", "mean"),
-                           us("sweep", "largest"), us("interface", "mean"), us("wait", "mean"), us("transfer", "mean"),
-                           window["efficiency_of_iteration"].get<double>(), window["efficiency"].get<double>(), end);
+                say("{:6} {:11.0f} {:9.4g} {:8.4g} {:8.4g} {:9.4g} {:8.4g} {:9.4g} {:10.3f} {:10.3f}  {}\n",
+                    p["ranks"].get<int>(), iterations(p), 1e6 * seconds, us("sweep", "mean"), us("sweep", "largest"),
+                    us("interface", "mean"), us("wait", "mean"), us("transfer", "mean"),
+                    window["efficiency_of_iteration"].get<double>(), window["efficiency"].get<double>(), end);
             }
     }
 
@@ -308,7 +309,7 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
         ->required()
         ->delimiter(',')
         ->allow_extra_args(false)  // what follows is the scene
-        ->check(CLI::PositiveNumber);
+        ->check(whole_number());
     command->add_option("--platform", arguments.platform, "Machine: XML of SimGrid, with a .hosts beside it")
         ->required();
     command->add_option("--costs", arguments.costs, "What work costs there: a file that `nscdd calibrate` wrote")
@@ -317,13 +318,13 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
         ->check(positive_number())
         ->capture_default_str();
     command->add_option("--steps", run.steps, "Steps whose iterations are counted")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--skip", arguments.skip, "Iterations of the step before those that are timed")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--iterations", arguments.iterations, "Iterations that are timed")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_flag("--bands", arguments.bands,
                       "Also with half and twice the latency and the bandwidth, and with 5 % of noise on all work");

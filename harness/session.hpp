@@ -13,6 +13,7 @@
 
 #include "error.hpp"
 #include "nscdd/comm/mpi_node.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 
@@ -29,8 +30,8 @@ inline WithinNode within_node(const std::string& asked) {
     return simulated ? WithinNode::modelled : WithinNode::memory;
 }
 
-// MPI for the time of one run, unless the process was started alone and did not ask for it: starting it takes more time
-// than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
+// MPI for the time of one command, unless the process was started alone and did not ask for it: starting it takes more
+// time than many a scene, and jobs of Open MPI side by side on one machine now and then fail to start (its issue 8510).
 // Ranks that fail alone would leave the others waiting: every risky part goes through together(), after which all go on
 // or all stop.
 class Session {
@@ -56,14 +57,14 @@ class Session {
         try {
             part();
         } catch (const std::bad_alloc&) {  // of this rank alone, amid calls that the others are waiting in
-            fmt::print(stderr, "nscdd: rank {} is out of memory\n", rank_);
+            say(stderr, "nscdd: rank {} is out of memory\n", rank_);
             if (with_mpi_) MPI_Abort(MPI_COMM_WORLD, 1);
             return false;
         } catch (const std::exception& error) {
             problem = error.what();
         }
         const int first = first_with(problem);
-        if (first == rank_) fmt::print(stderr, "nscdd: {}\n", one_line(problem));
+        if (first == rank_) say(stderr, "nscdd: {}\n", one_line(problem));
         return first == size_;
     }
 
@@ -95,7 +96,7 @@ class Session {
             MPI_Test(&all, &done, MPI_STATUS_IGNORE);
             if (done) return first;
             if (!problem.empty() && MPI_Wtime() - began > 10) {
-                fmt::print(stderr, "nscdd: rank {} alone: {}\n", rank_, one_line(problem));
+                say(stderr, "nscdd: rank {} alone: {}\n", rank_, one_line(problem));
                 MPI_Abort(MPI_COMM_WORLD, 1);
             }
             std::this_thread::sleep_for(std::chrono::milliseconds(1));

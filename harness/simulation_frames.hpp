@@ -53,6 +53,7 @@ void write_frame(const Simulation<M>& simulation, const RunRequest& request, std
         const FrameRows rows = gather_frame_rows(simulation, ids);
         writing.write([&] { writer->append(rows); });
     });
+    writing.write([&] { writer->end(); });
     writing.end();
 }
 

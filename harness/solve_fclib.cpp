@@ -9,6 +9,7 @@
 #include "registry/local_solvers.hpp"
 #include "registry/registry.hpp"
 #include "replace_file.hpp"
+#include "say.hpp"
 
 namespace nscdd {
 
@@ -76,12 +77,12 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
         ->check(positive_number())
         ->capture_default_str();
     auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap on sweeps or gradient steps")
-                           ->check(CLI::PositiveNumber)
+                           ->check(whole_number())
                            ->capture_default_str();
     auto* check_every = command
                             ->add_option("--check-every", arguments.check_every,
                                          "Sweeps or gradient steps between two tests; 1 for studies of counts")
-                            ->check(CLI::PositiveNumber)
+                            ->check(whole_number())
                             ->capture_default_str();
     command->parse_complete_callback([&arguments, max_sweeps, check_every] {
         for (const auto* option : {max_sweeps, check_every})
@@ -133,8 +134,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         write_json(files, arguments.json, json);
     }
     files.commit();
-    fmt::print(
-        "{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
+    say("{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
         arguments.file, local.friction.size(), local.dim, solved.report.iterations,
         offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess, e.complementarity,

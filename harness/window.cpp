@@ -13,6 +13,8 @@
 #include "number_option.hpp"
 #include "replace_file.hpp"
 #include "run_options.hpp"
+#include "same_files.hpp"
+#include "say.hpp"
 #include "session.hpp"
 #ifdef NSCDD_SIMULATED
 #include <simgrid/host.h>
@@ -104,14 +106,14 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     add_scheme_options(*command, run, [](const SchemeInfo& s) { return s.sweeps; });
     command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
     command->add_option("--skip", arguments.skip, "Iterations before the window")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--iterations", arguments.iterations, "Iterations of the window")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     add_within_node_option(*command, run);
     command->add_option("--repeat", run.repeat, "Times that the window is measured; the median is told")
-        ->check(CLI::PositiveNumber)
+        ->check(whole_number())
         ->capture_default_str();
     command->add_option("--json", run.json, "Result to write");
     command->add_flag("--quiet", run.quiet, "No summary");
@@ -137,10 +139,11 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     return command;
 }
 
-int window(const WindowArguments& arguments, const Provenance& provenance) {
-    Session session(true);
+int window(const WindowArguments& arguments, const Provenance& provenance, const Session& session) {
     std::optional<Meter> meter;
     RunRequest request;
+    std::vector<NamedFile> inputs;
+    std::vector<std::string> sums;
     RunResult result;
     if (!session.together([&] {
             request = prepare_run(arguments.run, provenance, {session.rank(), session.size()}, true);
@@ -150,9 +153,11 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
             if (simulated && driven.empty() && std::ranges::any_of(request.scene.walls, &SceneWall::driven))
                 throw InputError(
                     fmt::format("{}: has no cost of driven walls, which {} has", arguments.costs, request.scene.file));
-            if (session.rank() == 0)
-                check_outputs({{"--json", arguments.run.json}}, inputs_of(arguments.run, request.scene));
-        }))
+            inputs = inputs_of(arguments.run, request.scene);
+            sums = sums_of_files(session, inputs);
+            if (session.rank() == 0) check_outputs({{"--json", arguments.run.json}}, inputs);
+        }) ||
+        !session.together([&] { require_same_files(session, inputs, sums); }))
         return 1;
     request.window->done = [&meter] { return meter->done(); };
     if (!session.together([&] {
@@ -175,9 +180,9 @@ int window(const WindowArguments& arguments, const Provenance& provenance) {
                                 {"bandwidth", arguments.bandwidth}, {"seed", arguments.seed}};
         if (!arguments.run.json.empty()) write_json(arguments.run.json, json);
         if (!arguments.run.quiet)
-            fmt::print("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme,
-                       session.size(), session.size() == 1 ? "" : "s", simulated ? ", simulated" : "",
-                       1e6 * json["seconds_per_iteration"].get<double>());
+            say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme, session.size(),
+                session.size() == 1 ? "" : "s", simulated ? ", simulated" : "",
+                1e6 * json["seconds_per_iteration"].get<double>());
     })
                ? 0
                : 1;

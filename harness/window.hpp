@@ -21,6 +21,6 @@ struct WindowArguments {
 CLI::App* add_window(CLI::App& app, WindowArguments& arguments);
 
 // Collective over all MPI ranks. Returns the exit code.
-int window(const WindowArguments& arguments, const Provenance& provenance);
+int window(const WindowArguments& arguments, const Provenance& provenance, const Session& session);
 
 }  // namespace nscdd

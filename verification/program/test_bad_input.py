@@ -1,4 +1,5 @@
 """Bad input gives one clear line and a non-zero exit on every rank, without a hang, and leaves old results alone."""
+import json
 import os
 import resource
 import subprocess
@@ -182,7 +183,7 @@ class BadPacking(Refusals):
         """All pairs of them would take gigabytes."""
         many = 20_000
         scene = self.packing(x=np.zeros((many, 3)) + (1, 1, 0.5), radius=np.full(many, 0.5))
-        self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", "-n", 2)
+        self.refused(["overlap by 200 %"], "run", scene, "--scheme", "dcs", "-n", 2)
         self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, 1_000_000)  # kB
 
     def test_many_grains_that_move_far(self):
@@ -210,6 +211,22 @@ class BadState(Refusals):
         scene = self.scene("[[wall]]", more + "[[wall]]")
         for options in ((), ("--adopt",)):
             self.refused(["state.h5", "2 grains", "has 4"], "run", scene, "--from", path, *options)
+
+
+class Numbers(Refusals):
+    def test_ranges(self):
+        """As people say them."""
+        for value in ("0", "-3", "x", "1.5", "99999999999"):
+            self.refused(["--steps: must be a whole number, at least 1", f"found {value}"], "run", self.scene(), "--steps", value)
+        self.refused(["--window: must be a whole number, at least 0 and at most "], "run", self.scene(), "--window", -1)
+
+    def test_subdomains(self):
+        """A number that no memory holds is refused at once; what they take grows with their number, not with its square."""
+        most = "must be a whole number, at least 1 and at most 65536, found 1000000000"
+        self.refused([most], "run", self.scene(), "--scheme", "dcs", "-n", 1_000_000_000)
+        for scheme in ("dcs", "ccs"):
+            self.succeeds("run", self.scene(), "--scheme", scheme, "--steps", 1, "-n", 10_000, "--quiet", "--json", self.folder / "out.json")
+            self.assertLess(json.loads((self.folder / "out.json").read_text())["peak_memory"]["largest"], 500e6, scheme)
 
 
 class OnAllRanks(Refusals):
@@ -264,18 +281,39 @@ class OnAllRanks(Refusals):
             file["material"][28] = 7
         self.refused(["state.h5: dataset 'material': row 28 must lie in [0, 0], found 7"], "run", scene, "--scheme", "dcs", "--from", state, ranks=3)
 
+    def told_by(self, *starts):
+        words = [word for start in starts for word in (":", *start)][1:]
+        done = subprocess.run([MPIRUN, *map(str, words)], capture_output=True, text=True, timeout=60)
+        return done.returncode, [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
+
     def test_ranks_of_different_runs(self):
         """They would wait for each other without end."""
         first = [NSCDD, "run", self.scene(), "--quiet", "--scheme", "dcs"]
-        for other in ([*first[:-1], "ccs"], [*first, "--steps", "3"]):
-            command = [MPIRUN, "-np", "1", *first, ":", "-np", "1", *other]
-            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=60)
-            said = [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
-            self.assertEqual((done.returncode, said), (1, ["nscdd: ranks were started with different scenes or options"]))
+        out = self.folder / "out"
+        for other in ([*first[:-1], "ccs"], [*first, "--series", f"{out}.csv"], [*first, "--repeat", 2], [*first, "--within-node", "messages"],
+                      [*first, "--checkpoint", f"{out}.h5"], [NSCDD, "--help"], [NSCDD, "run", "--help"], [NSCDD, "--version"]):
+            with self.subTest(other=other[1:]):
+                self.assertEqual(self.told_by(["-np", 1, *first], ["-np", 1, *other]), (1, ["nscdd: ranks were started with different scenes or options"]))
+                self.assertEqual(self.told_by(["-np", 1, *other], ["-np", 1, *first])[0], 1)
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["scene.toml"])
+
+    def test_ranks_that_read_different_files(self):
+        """One name, and another content where the second rank is."""
+        scene, folder = self.scene(), self.folder / "other"
+        folder.mkdir()
+        (folder / "scene.toml").write_text(scene.read_text().replace("friction = 0.3", "friction = 0.4"))
+        command = ["-np", "1", NSCDD, "run", "scene.toml", "--scheme", "dcs", "--quiet"]
+        here, there = ["-wdir", self.folder, *command], ["-wdir", folder, *command]
+        different = "nscdd: ranks were started with different contents of {}"
+        self.assertEqual(self.told_by(here, there), (1, [different.format("the scene, scene.toml")]))
+        self.succeeds("run", scene, "--quiet", "--scheme", "dcs", "--state", self.folder / "state.h5", ranks=2)
+        self.succeeds("run", scene, "--quiet", "--scheme", "dcs", "--steps", 1, "--state", folder / "state.h5", ranks=2)
+        (folder / "scene.toml").write_text(scene.read_text())
+        self.assertEqual(self.told_by([*here, "--from", "state.h5"], [*there, "--from", "state.h5"]), (1, [different.format("--from, state.h5")]))
 
     def test_overlap_on_one_rank(self):
         scene = self.packing(x=np.concatenate((np.zeros((50, 3)) + (1, 1, 0.5), [(3, 1, 0.5)])), radius=np.full(51, 0.5))
-        self.refused(["overlap by 200.0"], "run", scene, "--scheme", "dcs", ranks=2)
+        self.refused(["overlap by 200 %"], "run", scene, "--scheme", "dcs", ranks=2)
 
     def test_more_subdomains_than_contacts_is_valid(self):
         scene = self.scene()

@@ -9,6 +9,7 @@ import stat
 import subprocess
 import time
 import unittest
+import xml.etree.ElementTree
 
 import h5py
 import numpy as np
@@ -171,10 +172,8 @@ class Faults(CheckpointTest):
 
         def small_disk():
             resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
-        done = subprocess.run(self.command("--checkpoint", self.checkpoint, "--every", 10), capture_output=True, text=True, timeout=60,
-                              preexec_fn=small_disk, restore_signals=False)
+        done = subprocess.run(self.command("--checkpoint", self.checkpoint, "--every", 10), capture_output=True, text=True, timeout=60, preexec_fn=small_disk)
         self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.checkpoint}: cannot write: File too large\n"))
         arguments = self.command("--checkpoint", self.checkpoint, "--every", "10", ranks=3)[4:]
         self.assertEqual(self.run_on_small_disk(*arguments, ranks=3, kib=8), (1, [f"nscdd: {self.checkpoint}: cannot write: File too large"]))
@@ -194,17 +193,35 @@ class Faults(CheckpointTest):
                 time.sleep(0.001)
         time.sleep(choose.uniform(0, 0.02))
 
+    def frames(self, path):
+        """Steps of the frames of a run that may have been killed; reads all that is in the file, and what the .xdmf lists of it."""
+        if not path.exists():
+            return []
+        with h5py.File(path) as file:
+            file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)
+            steps = [int(frame.attrs["step"]) for frame in file.values()]
+            self.assertEqual(steps, list(range(steps[0], steps[0] + len(steps))))
+            xdmf = path.with_suffix(".xdmf")
+            if xdmf.exists():  # else it was killed between the two first ones
+                items = [item.text.partition(":")[2] for item in xml.etree.ElementTree.parse(xdmf).iter("DataItem")]
+                self.assertGreater(len(items), 0)
+                self.assertEqual([item for item in items if item not in file], [])
+                xdmf.unlink()
+        return steps
+
     def killed(self, kills, ranks, seed):
         """Runs are killed at random moments, and others go on, until one comes to its end; then from the start again, until there were
         enough. Each checkpoint is whole, and each end that of the run that was left alone."""
         choose = random.Random(seed)
         self.run_to_end(out="plain", ranks=ranks)
         self.checkpoint.unlink(missing_ok=True)
+        frames = self.folder / "frames.h5"
         done = ends = 0
         while done < kills or ends == 0:
             go_on = ("--from", self.checkpoint) if self.checkpoint.exists() else ()
             out = [self.folder / "out.h5", self.folder / "out.json", self.folder / "out.xdmf"]
-            run = self.start(*go_on, "--checkpoint", self.checkpoint, "--every", 1 if done < kills else 50, ranks=ranks)
+            frames.unlink(missing_ok=True)
+            run = self.start(*go_on, "--checkpoint", self.checkpoint, "--every", 1 if done < kills else 50, "--frames", frames, ranks=ranks)
             if done < kills:
                 self.wait_a_while(run, choose)
                 victims = ranks_of(run)
@@ -218,32 +235,40 @@ class Faults(CheckpointTest):
             for pid in victims if done < kills else ():
                 self.wait_until_gone(pid)
             self.assertNotIn("nscdd:", run.stderr.read())
+            shown = self.frames(frames)
             if code == 0:
                 self.assertEqual(self.result(), self.result("plain"))
+                self.assertEqual(shown[-1], STEPS)
                 ends += 1
                 for path in (*out, self.checkpoint):
                     path.unlink()
             else:
                 done += 1
+                for part in self.folder.glob("frames.*.part"):
+                    part.unlink()
                 if self.checkpoint.exists():
                     made, left = self.steps()
                     self.assertEqual(made + left, STEPS)
                     self.moments.add(made)
+                    if shown and shown[-1] > made - 1:
+                        self.shown += 1
 
     def test_killed_at_random_moments(self):
-        self.moments, self.launchers_hung = set(), 0
+        self.moments, self.launchers_hung, self.shown = set(), 0, 0
         for ranks, kills in ((0, 8), (2, 4)):
             self.killed(kills, ranks, seed=ranks)
         self.assertGreater(len(self.moments), 4)
+        self.assertGreater(self.shown, 2)
 
 
 class HundredKills(Faults):
     def test_killed_at_random_moments(self):
-        self.moments, self.launchers_hung = set(), 0
+        self.moments, self.launchers_hung, self.shown = set(), 0, 0
         for ranks, kills in ((0, 60), (2, 25), (3, 15)):
             self.killed(kills, ranks, seed=100 + ranks)
         self.assertGreater(len(self.moments), 50)
-        print(f"100 kills: checkpoints of {len(self.moments)} different steps were left, mpiexec hung {self.launchers_hung} times")
+        self.assertGreater(self.shown, 50)
+        print(f"100 kills: checkpoints of {len(self.moments)} different steps were left, frames up to them {self.shown} times, mpiexec hung {self.launchers_hung} times")
 
 
 if __name__ == "__main__":

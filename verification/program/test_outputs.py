@@ -3,13 +3,13 @@ import json
 import os
 import re
 import resource
-import signal
 import socket
 import stat
 import subprocess
 import threading
 import unittest
 
+import h5py
 import numpy as np
 
 from fclib_files import write_local
@@ -180,12 +180,29 @@ class Writing(ProgramTest):
 
         def small_disk():
             resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
-        done = self.run_pair(preexec_fn=small_disk, restore_signals=False)
-        self.assertEqual(done.returncode, 1)
-        self.assertIn("out.json: cannot write: File too large", done.stderr)
+        done = self.run_pair(preexec_fn=small_disk)
+        self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.json}: cannot write: File too large\n"))
         self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, before)
+
+    def test_streams_that_are_closed_or_full(self):
+        """The exit code tells how the run ended, and no file gets what was to be printed."""
+        touching = self.write("touching.toml", SCENE.replace("0.1, 1.5]", "0.1, 1.44]"))
+        cases = (0, ["run", self.scene, "--json", self.json, "--state", self.state]), (1, ["run", "nofile"]), (1, ["run", "--wrong"]), (0, ["--help"]), \
+            (3, ["run", touching, "--max-iterations", 1, "--tolerance", 1e-15, "--json", self.json, "--state", self.state])
+        for code, arguments in cases:
+            for redirected in ("2>&-", "2>/dev/full", ">&-", ">/dev/full", ">/dev/full 2>&1", "<&- >&- 2>&-"):
+                with self.subTest(arguments=arguments[1:2], redirected=redirected):
+                    done = subprocess.run(["bash", "-c", f'exec "$@" {redirected}', "bash", NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=60)
+                    self.assertEqual(done.returncode, code, done.stderr)
+                    if code in (0, 3) and "--state" in arguments:
+                        json.loads(self.json.read_text())
+                        with h5py.File(self.state) as file:
+                            self.assertIn("x", file)
+        with subprocess.Popen([NSCDD, "run", touching, "--max-iterations", "1", "--tolerance", "1e-15"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            run.stdout.close()
+            run.stderr.close()  # nobody reads
+            self.assertEqual(run.wait(60), 3)
 
     def test_a_disk_that_is_full_on_the_rank_that_writes(self):
         """All ranks stop, with one line, whichever had the error."""

@@ -211,12 +211,12 @@ class AnotherScene(ProgramTest):
 
 class Passage(ProgramTest):
     def test_a_step_too_long_to_see_a_contact(self):
-        """Four radii a step at another grain, and at a wall: exit 1 and no results; with the step that it asks for they meet."""
+        """Four radii a step at another grain, and at a wall: exit 1 and the state before; with the step that it asks for they meet."""
         flight = SCENE.replace("[0, 0, -10]", "[0, 0, 0]").replace("friction = 0.3", "restitution = 0.5").replace("count = 5", "count = 2")
         fast = flight.replace("[0.3, 0.1, 1.5]", "[0, 0, 4.51]\nvelocity = [0, 0, -2000]")  # detected at 3.51, 1.51, -0.49
         grain = fast.replace("through = [0, 0, 0]", "through = [0, 0, -50]")
         wall = fast.replace("[0, 0, 0.5]", "[9, 0, 0.5]").replace("4.51", "3.7")
-        for text, pair in ((grain, "grain 0 and grain 1"), (wall, "grain 1 and wall 0")):
+        for text, pair in ((grain, "grain 0 and grain 1"), (wall, "grain 1 and wall 'floor'")):
             out = self.folder / "out"
             for ranks in (0, 2):
                 done = self.run_program("run", self.write("scene.toml", text), "--scheme", "dcs", "--quiet", "--json", f"{out}.json",
@@ -225,7 +225,10 @@ class Passage(ProgramTest):
                 with self.subTest(pair=pair, ranks=ranks):
                     self.assertEqual((done.returncode, len(lines)), (1, 1), done.stderr)
                     self.assertIn(f"step 2: {pair} pass into or through each other within the step: take h <= ", lines[0])
-                    self.assertFalse((self.folder / "out.h5").exists() or (self.folder / "out.json").exists())
+                    self.assertTrue(lines[0].endswith(f"; the state before it, of step 1, is in {out}.h5"), lines[0])
+                    self.assertFalse((self.folder / "out.json").exists())
+                    self.succeeds("run", self.folder / "scene.toml", "--scheme", "dcs", "--steps", 1, "--quiet", "--state", f"{out}-1.h5", ranks=ranks)
+                    self.assertEqual((self.folder / "out.h5").read_bytes(), (self.folder / "out-1.h5").read_bytes())
             h = re.search(r"h <= (\S+) s", lines[0])[1]
             self.succeeds("run", self.write("fine.toml", text.replace("h = 0.001", f"h = {h}")), "--steps", 300, "--quiet",
                           "--state", f"{out}.h5")

@@ -232,21 +232,28 @@ class Targets(SeriesTest):
         self.assertEqual([path.read_text() for path in old], ["old"] * 3)
         self.assertEqual(len(list(self.folder.iterdir())), 4)
 
-
-    def test_old_files_stay_where_the_disk_is_full(self):
+    def test_where_the_disk_is_full(self):
+        """Old files stay, but for frames: there are those that there was room for."""
         def small_disk():
             resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 
         for name, *options in (("out.csv", "--series"), ("out.h5", "--series"), ("frames.h5", "--frame-every", 2, "--frames")):
             old = self.write(name, "old")
-            done = self.run_program(*self.biaxial(), "--steps", 200, *options, old, preexec_fn=small_disk, restore_signals=False)
-            lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
             full = (1, [f"nscdd: {old}: cannot write: File too large"])
-            self.assertEqual((done.returncode, lines), full)
-            with self.subTest("all ranks stop, whichever had the error", name=name):
-                self.assertEqual(self.run_on_small_disk(*self.biaxial(), "--scheme", "dcs", "--steps", 200, *options, old, ranks=3, kib=60), full)
-            self.assertEqual((old.read_text(), list(self.folder.glob("*.part"))), ("old", []))
+            for ranks in (0, 3):
+                if ranks == 0:
+                    done = self.run_program(*self.biaxial(), "--steps", 200, *options, old, preexec_fn=small_disk)
+                    told = done.returncode, [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
+                else:
+                    told = self.run_on_small_disk(*self.biaxial(), "--scheme", "dcs", "--steps", 200, *options, old, ranks=ranks, kib=60)
+                with self.subTest("all ranks stop, whichever had the error", name=name, ranks=ranks):
+                    self.assertEqual(told, full)
+                    self.assertEqual(list(self.folder.glob("*.part")), [])
+                    if "--frames" in options:
+                        with h5py.File(old) as file:
+                            self.assertIn("step_0000000002/grains/x", file)
+                    else:
+                        self.assertEqual(old.read_text(), "old")
 
 
 def pictures(path, out):
@@ -307,6 +314,41 @@ class Frames(SeriesTest):
         self.check_last(*own, (0.02, 0.04))
         over_mpi = self.run_frames(*command, every=1, steps=2, ranks=2, name="mpi")
         self.assertEqual(own[0].read_bytes(), over_mpi[0].read_bytes())
+
+    def test_after_a_step_that_is_refused(self):
+        """Series, frames and state are those of a run that ends before it."""
+        text = SCENE.replace("[0, 0, -10]", "[0, 0, 0]").replace("friction = 0.3", "restitution = 0.5")
+        scene = self.write("fast.toml", text.replace("[0.3, 0.1, 1.5]", "[0, 0, 7.51]\nvelocity = [0, 0, -2000]"))
+        out = {name: [self.folder / f"{name}.{end}" for end in ("csv", "h5", "xdmf", "state.h5")] for name in ("refused", "stopped")}
+        ends = {}
+        for name, files in out.items():
+            done = self.run_program("run", scene, "--quiet", "--series", files[0], "--frames", files[1], "--state", files[3],
+                                    *(("--steps", 2) if name == "stopped" else ()))
+            ends[name] = done.returncode
+            self.assertEqual(list(self.folder.glob("*.part")), [])
+        self.assertEqual(ends, {"refused": 1, "stopped": 0})
+        for refused, stopped in zip(*out.values()):
+            self.assertEqual(refused.read_bytes(), stopped.read_bytes().replace(b"stopped", b"refused"), refused)
+
+    def test_they_are_read_while_the_run_goes_on(self):
+        path = self.folder / "frames.h5"
+        command = (NSCDD, *self.biaxial(), "--steps", 1_000_000, "--frames", path)
+        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            path.unlink(missing_ok=True)
+            with subprocess.Popen([str(part) for part in command], stderr=subprocess.PIPE, text=True) as run:
+                seen = 0
+                while seen < 8:
+                    if path.with_suffix(".xdmf").exists() and path.exists():
+                        with h5py.File(path) as file:
+                            self.assertGreaterEqual(len(file), seen)
+                            seen = len(file)
+                    self.assertIsNone(run.poll())
+                run.send_signal(end)
+                run.communicate(timeout=60)
+            self.assertEqual(run.returncode, -end)
+            with h5py.File(path) as file:
+                file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)
+                self.assertEqual([frame.attrs["step"] for frame in file.values()], list(range(1, len(file) + 1)))
 
     def test_a_run_that_goes_on_keeps_the_rhythm(self):
         _, state = self.run_frames(*self.biaxial(), steps=8)

@@ -95,6 +95,34 @@ TEST_CASE("a route by the square of the ranks brings what a route does, with few
     }
 }
 
+TEST_CASE("ranks that add nothing to a reduction need no row", "[communicator]") {
+    const Buffer nothing{0, -std::numeric_limits<double>::infinity()};
+    for (const int size : {1, 2, 3, 7, 48}) {
+        INFO(size << " ranks");
+        std::vector<Buffer> some(static_cast<std::size_t>(size)), all;
+        for (std::size_t rank = 0; rank < some.size(); ++rank) {
+            if (rank % 5 == 0) some[rank] = {rank == 0 ? -0.0 : std::sin(double(rank)), rank < 5 ? -0.0 : -double(rank)};
+            all.push_back(some[rank].empty() ? nothing : some[rank]);
+        }
+        InProcess comm(size);
+        const std::span<const double> found = comm.reduce(all, 1);
+        const Buffer expected(found.begin(), found.end());
+        const auto same = [&expected](std::span<const double> row) {
+            CHECK(std::ranges::equal(row, expected));
+            for (std::size_t n = 0; n < row.size(); ++n) CHECK(std::signbit(row[n]) == std::signbit(expected[n]));
+        };
+        same(comm.reduce(some, 1));
+        const HostedRanks hosted(0, 1, size);
+        ReducedRows rows(hosted);
+        rows.start(some, 1, 0);
+        while (rows.under_way()) {
+            rows.trade([](int, Buffer&) {}, [](int, Buffer&) {}, [](std::span<const double>) {});
+            rows.finish_round();
+        }
+        same(rows.row(0));
+    }
+}
+
 TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[communicator]") {
     for (const int size : {1, 2, 3, 4, 5, 7, 8, 13, 31, 48, 64, 100})
         for (const int processes : {size, (size + 2) / 3}) {

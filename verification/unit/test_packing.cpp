@@ -233,6 +233,45 @@ TEST_CASE("files of a set take their places together or not at all", "[files]") 
     CHECK(scratch.files() == std::vector<std::string>{"a"});
 }
 
+TEST_CASE("a file that is written on is whole in its place all the while", "[files]") {
+    const Scratch scratch;
+    const std::string path = scratch.path("a.h5");
+    scratch.write("a.h5", "old");
+    const auto more = [&path](FileSet& files, int number) {
+        hdf5::Writer file(files, path);
+        file.write("part" + std::to_string(number), std::vector<int>(20'000, number), {20'000});
+        file.save();
+        files.place(path, &file.written());
+    };
+    const auto numbers = [](const std::string& name) {
+        const hdf5::Reader file(name);
+        int found = 0;
+        while (file.has("part" + std::to_string(found)))
+            CHECK(file.read<int>("part" + std::to_string(found), {20'000}) == std::vector<int>(20'000, found)), ++found;
+        return found;
+    };
+    {
+        FileSet files;
+        files.begin(path);
+        std::filesystem::remove(files.part(path));
+    }
+    CHECK(scratch.read("a.h5") == "old");
+    {
+        FileSet files;
+        hdf5::Writer(files, path).save();
+        for (int k = 0; k < 12; ++k) {
+            more(files, k);
+            CHECK(numbers(path) == k + 1);
+            CHECK(std::filesystem::file_size(files.part(path)) == std::filesystem::file_size(path));
+            if (k == 4) std::filesystem::rename(path, scratch.path("kept"));  // what others do with it is theirs
+            if (k == 6) scratch.write("a.h5", "another");
+        }
+        CHECK(numbers(scratch.path("kept")) == 5);
+    }
+    CHECK(numbers(path) == 12);
+    CHECK(scratch.files() == std::vector<std::string>{"a.h5", "kept"});
+}
+
 TEST_CASE("checksums are those of FNV-1a", "[files]") {
     CHECK(checksum("") == "cbf29ce484222325");
     CHECK(checksum("foobar") == "85944171f73967e8");

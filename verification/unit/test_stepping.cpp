@@ -266,6 +266,45 @@ TEST_CASE("where a pair overlaps already, the step that would do is shorter than
     CHECK(step_that_would_do(said) > 0.018);
 }
 
+TEST_CASE("a refusal is data, and its step does for pairs that come later too", "[stepping]") {
+    using M = SmoothDisks;
+    Scene<M> scene = bullet<M>(1, 1, 0.5);
+    scene.grains.resize(2);
+    scene.settings.walls.emplace_back().normal = {-1, 0};
+    scene.settings.gravity.setZero();
+    scene.settings.h = 0.1;
+    // the first is 0.06 deep after a step, where 0.05 are allowed; the second, four times as fast, two steps later
+    const double gaps[] = {0.04, 0.85}, speeds[] = {1, 4};
+    for (std::size_t g = 0; g < 2; ++g) {
+        scene.grains[g].position = {-0.5 - gaps[g] - 0.5 * scene.settings.h * speeds[g], 5.0 * double(g)};
+        scene.grains[g].velocity.setZero();
+        scene.grains[g].velocity[0] = speeds[g];
+    }
+    const auto refused_by = [](const Scene<M>& one, int steps) -> std::optional<Refusal> {
+        InProcess comm(2);
+        try {
+            run(one, comm, steps, by_nscdd<Dcs<M>>({.tolerance = 1e-8}));
+        } catch (const StepRefused& refused) {
+            CHECK(refused.what() == describe(refused.refusal));
+            return refused.refusal;
+        }
+        return {};
+    };
+    const std::optional<Refusal> first = refused_by(scene, 1);
+    REQUIRE(first);
+    CHECK(first->step == 1);
+    CHECK(first->i == 0);
+    CHECK(first->j == -1);
+    CHECK(first->h == Approx(0.05 / 4));
+    const std::vector<std::string> names{"lid"};
+    CHECK(describe(*first, names) ==
+          "step 1: grain 0 and wall 'lid' pass into or through each other within the step: take h <= 0.012 s");
+    scene.settings.h = first->h;
+    CHECK_FALSE(refused_by(scene, 100));
+    CHECK(describe({.step = 3, .i = 1, .j = 2, .overlap = 2.034, .allowed = 0.1}) ==
+          "step 3: grain 1 and grain 2 overlap by 200 % of a radius (at most 10 %)");
+}
+
 TEMPLATE_TEST_CASE("passing by, grazing, sliding and resting are not refused", "[stepping]", SmoothDisks, Spheres) {
     using M = TestType;
     for (const double restitution : {0.0, 0.5, 1.0})

@@ -143,7 +143,8 @@ class Communicator {
     // use: the result grows with the number of ranks.
     virtual std::span<const double> all_gather(const std::vector<Buffer>& mine) = 0;
     // mine[k], all of one length: returns, valid until the next reduction, the sums over all ranks of the first `added`
-    // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree).
+    // entries and the largest of the others, NaN if there is one. In the order of the tree (combine_in_tree). Of the
+    // ranks of a process all but the first may have an empty one, which changes nothing: so many ranks need no memory.
     std::span<const double> reduce(const std::vector<Buffer>& mine, std::size_t added) {
         start_reduce(mine, added);
         return finish_reduce();
@@ -185,6 +186,12 @@ inline void combine_in_tree(std::span<double> mine, std::span<const double> othe
         if (!(mine[n] >= other[n]) && mine[n] == mine[n]) mine[n] = other[n];
         mine[n] += 0.0;  // of zeros of both signs the positive one
     }
+}
+// The same where either may be empty: as if it had zeros to be added and nothing that is larger, to the last bit.
+inline void combine_in_tree(Buffer& mine, const Buffer& other, std::size_t added) {
+    if (!mine.empty() && !other.empty()) return combine_in_tree(std::span(mine), std::span(other), added);
+    if (mine.empty()) mine = other;
+    for (double& number : mine) number += 0.0;
 }
 
 // reduce() of the numbers that task(k) returns for each hosted rank.

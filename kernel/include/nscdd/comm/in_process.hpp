@@ -75,7 +75,7 @@ class InProcess final : public Communicator {
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
         for (int rank : ranks_)
-            if (mine[rank].size() != n) throw mismatch("reduce", rank, mine[rank].size(), 0, n);
+            if (!mine[rank].empty() && mine[rank].size() != n) throw mismatch("reduce", rank, mine[rank].size(), 0, n);
         tree_ = mine;
         const int p = tree_size(size());
         for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[rank - p], tree_[rank], added);

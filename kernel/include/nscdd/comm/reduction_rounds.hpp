@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -76,17 +77,20 @@ class ReducedRows {
     explicit ReducedRows(const HostedRanks& hosted)
         : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
 
-    // Begins with mine[k] of the k-th hosted rank and one stamp for all of them, such as a time [s]; `added` as in
-    // reduce(). Throws std::logic_error when the hosted ranks' rows are not of one length, or shorter than `added`, or
-    // others are under way.
+    // Begins with mine[k] of the k-th hosted rank, empty where reduce() allows it, and one stamp for all of them, such
+    // as a time [s]; `added` as in reduce(). Throws std::logic_error when the hosted ranks' rows are not of one length,
+    // or shorter than `added`, or others are under way.
     void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
         if (under_way()) throw std::logic_error("reduce: another reduction is under way");
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
         for (std::size_t k = 0; k < mine.size(); ++k) {
-            if (mine[k].size() != n) throw std::logic_error("reduce: hosted ranks have rows of different lengths");
-            rows_[k].resize(n + 1);
-            *std::ranges::copy(mine[k], rows_[k].begin()).out = stamp;
+            if (!mine[k].empty() && mine[k].size() != n)
+                throw std::logic_error("reduce: hosted ranks have rows of different lengths");
+            rows_[k].assign(n + 1, -std::numeric_limits<double>::infinity());  // what an empty one stands for
+            std::fill_n(rows_[k].begin(), added, 0.0);
+            std::ranges::copy(mine[k], rows_[k].begin());
+            rows_[k].back() = stamp;
             for (Buffer& row : groups_[k]) row.resize(n + 1);
         }
         added_ = added;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "nscdd/comm/route_by_square.hpp"
+#include "nscdd/core/two_digits.hpp"
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/detect/rough.hpp"
@@ -145,10 +146,10 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
         if (all[p + 3] == 0) continue;
         if (all[p + 1] >= 0)
             throw std::runtime_error("grain " + std::to_string(int(all[p + 1])) + " and grain " +
-                                     std::to_string(int(all[p + 2])) + " overlap by " + std::to_string(100 * all[p]) +
+                                     std::to_string(int(all[p + 2])) + " overlap by " + two_digits(100 * all[p]) +
                                      " % of a radius");
         throw std::runtime_error("more than " + std::to_string(std::size_t(all[p + 3])) +
-                                 " pairs of grains are closer than the " + std::to_string(skin) +
+                                 " pairs of grains are closer than the " + two_digits(skin) +
                                  " m that they may move until the next detection: take a smaller step");
     }
 }

@@ -61,6 +61,36 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
     return worst;
 }
 
+// The step at which each pair with restitution whose straight paths lead to more overlap than is allowed, however late,
+// is detected before [s]: the least allowed overlap over the speed at which it closes; infinity if there is no such
+// pair. The pair that a step is refused for is not always the one that needs the smallest step. velocity(g): of a local
+// grain [m/s]; speed(w): of a wall along its normal [m/s].
+template <class M>
+double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
+                          double largest_overlap, auto&& velocity, auto&& speed) {
+    constexpr double always = std::numeric_limits<double>::infinity();
+    double least = always;
+    const auto note = [&](double when, double allowed, double closing) {
+        if (when < always) least = std::min(least, allowed / closing);
+    };
+    for (const auto& c : part.pairs) {
+        const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
+        const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
+        if (!(materials(a.material, b.material).restitution > 0)) continue;
+        const double allowed = largest_overlap * std::min(a.radius, b.radius);
+        const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
+        note(detail::when_nearer(d, w, a.radius + b.radius - allowed, always), allowed, w.norm());
+    }
+    for (const auto& c : part.wall_pairs) {
+        const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
+        const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
+        if (!(materials(a.material, wall.material).restitution > 0)) continue;
+        const double allowed = largest_overlap * a.radius, closing = speed(c.j) - velocity(c.i).dot(wall.normal);
+        note(detail::when_deeper(wall.distance(a.position) - a.radius, closing, allowed, always), allowed, closing);
+    }
+    return least;
+}
+
 // What find_unseen() finds in a subdomain.
 struct Unseen {
     bool again = false;  // a candidate without restitution is to be a contact, or none: the step is solved again

@@ -80,8 +80,9 @@ class Bisection {
 
 namespace detail {
 
-// Cuts all pieces of a level together. A process has its own points alone; one reduction counts the points of all
-// processes in each slice of a piece.
+// Cuts all pieces of a level together. A process has its own points alone, and counts those of all its ranks as one: so
+// memory grows with the pieces, not with pieces times ranks. One reduction counts the points of all processes in each
+// slice of a piece.
 template <class M>
 class Bisector {
   public:
@@ -141,12 +142,13 @@ class Bisector {
     void shrink_to_points() {
         constexpr double none = -std::numeric_limits<double>::infinity();
         constexpr std::size_t size = 2 * M::dim;
-        std::vector<Buffer> mine(points_.size(), Buffer(pieces_.size() * size, none));
-        visit_points([&](std::size_t k, std::size_t piece, const Vec& x) {
+        std::vector<Buffer> mine(points_.size());
+        mine[0].assign(pieces_.size() * size, none);
+        visit_points([&](std::size_t piece, const Vec& x) {
             for (std::size_t d = 0; d < M::dim; ++d) {
                 // minus the lowest coordinate, because reduce() takes the largest
-                double& low = mine[k][piece * size + d];
-                double& high = mine[k][piece * size + M::dim + d];
+                double& low = mine[0][piece * size + d];
+                double& high = mine[0][piece * size + M::dim + d];
                 low = std::max(low, -x[static_cast<int>(d)]);
                 high = std::max(high, x[static_cast<int>(d)]);
             }
@@ -169,12 +171,13 @@ class Bisector {
     // slice.
     void narrow(bool last) {
         constexpr std::size_t size = slices + 2;  // points below, in each slice, above
-        std::vector<Buffer> mine(points_.size(), Buffer(pieces_.size() * size, 0.0));
-        visit_points([&](std::size_t k, std::size_t p, const Vec& point) {
+        std::vector<Buffer> mine(points_.size());
+        mine[0].assign(pieces_.size() * size, 0.0);
+        visit_points([&](std::size_t p, const Vec& point) {
             const Piece& piece = pieces_[p];
             const double x = point[piece.axis];
             const int at = x < piece.from ? 0 : x < piece.to ? 1 + piece.slice(x) : slices + 1;
-            ++mine[k][p * size + static_cast<std::size_t>(at)];
+            ++mine[0][p * size + static_cast<std::size_t>(at)];
         });
         const std::span<const double> counts = comm_.reduce(mine, pieces_.size() * size);
         for (std::size_t p = 0; p < pieces_.size(); ++p) {
@@ -222,11 +225,11 @@ class Bisector {
         pieces_.swap(halves);
     }
 
-    // Calls visit(hosted rank, piece, point) for the points in pieces still to be cut.
+    // Calls visit(piece, point) for the points in pieces still to be cut.
     void visit_points(auto&& visit) const {
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            for (const Point& point : points_[k])
-                if (point.piece >= 0) visit(k, static_cast<std::size_t>(point.piece), point.x);
+        for (const auto& points : points_)
+            for (const Point& point : points)
+                if (point.piece >= 0) visit(static_cast<std::size_t>(point.piece), point.x);
     }
 
     Communicator& comm_;

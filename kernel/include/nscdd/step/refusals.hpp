@@ -1,52 +1,83 @@
-// Why a step is refused, in one line.
+// Why a step is refused: as data, and in one line.
 #pragma once
 
-#include <cmath>
-#include <sstream>
+#include <limits>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "nscdd/comm/communicator.hpp"
+#include "nscdd/core/two_digits.hpp"
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Names the two bodies, such as "step 12: grain 3 and wall 1"; ids as in GatheredContact.
-inline std::string pair_of_step(int step, int i, int j) {
-    return "step " + std::to_string(step) + ": grain " + std::to_string(i) + " and " +
-           (j < 0 ? "wall " + std::to_string(-1 - j) : "grain " + std::to_string(j));
+// Of all pairs that make a step impossible the worst one.
+struct Refusal {
+    int step = 0;        // counted from 1, as the simulation has made them
+    int i = -1, j = -1;  // ids; j < 0: wall -1-j
+    double overlap = 0;  // when detected, over the smaller radius [1]; 0: they pass into or through each other unseen
+    double allowed = 0;  // the largest overlap that is allowed, over the smaller radius [1]
+    double h = 0;        // a step that would do for all pairs of the scene as they move now [s]; 0: none is known
+};
+
+// In one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)". `walls`: their
+// names, empty for their numbers.
+inline std::string describe(const Refusal& refusal, std::span<const std::string> walls = {}) {
+    std::string text = "step " + std::to_string(refusal.step) + ": grain " + std::to_string(refusal.i) + " and ";
+    const auto wall = static_cast<std::size_t>(-1 - refusal.j);
+    if (refusal.j >= 0)
+        text += "grain " + std::to_string(refusal.j);
+    else
+        text += "wall " + (wall < walls.size() ? "'" + walls[wall] + "'" : std::to_string(wall));
+    const std::string allowed = two_digits(100 * refusal.allowed) + " %";
+    if (refusal.overlap > 0)
+        return text + " overlap by " + two_digits(100 * refusal.overlap) + " % of a radius (at most " + allowed + ")";
+    if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and close";
+    // rounded down; with the step itself round-off would decide
+    return text +
+           " pass into or through each other within the step: take h <= " + two_digits(0.999 * refusal.h, std::floor) +
+           " s";
 }
 
-// The message of Simulation::step() when it refuses. largest_overlap: that of SimulationSettings, over a radius [1].
-inline std::string refusal(int step, const Overlap& worst, double largest_overlap) {
-    return pair_of_step(step, worst.i, worst.j) + " overlap by " + std::to_string(100 * worst.ratio) +
-           " % of a radius (at most " + std::to_string(100 * largest_overlap) + " %)";
-}
+// What Simulation::step() throws, the same on every rank; what() is describe(refusal).
+class StepRefused : public std::runtime_error {
+  public:
+    explicit StepRefused(const Refusal& why) : std::runtime_error(describe(why)), refusal(why) {}
 
-inline std::string refusal(int step, const Passage& worst, double largest_overlap) {
-    const std::string pair = pair_of_step(step, worst.i, worst.j);
-    if (worst.h <= 0)
-        return pair + " overlap by more than " + std::to_string(100 * largest_overlap) + " % of a radius, and close";
-    // two figures, rounded down; with the step itself round-off would decide
-    const double least = 0.999 * worst.h, digit = std::pow(10, std::floor(std::log10(least)) - 1);
-    std::ostringstream h;
-    h << std::floor(least / digit) * digit;
-    return pair + " pass into or through each other within the step: take h <= " + h.str() + " s";
-}
+    Refusal refusal;
+};
 
-// Throws std::runtime_error with the worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted
-// rank. Collective.
+namespace detail {
+
+// The worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted rank. Collective.
 template <class Found>
-[[noreturn]] void refuse(Communicator& comm, int step, const std::vector<Found>& found, double largest_overlap) {
+Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     std::vector<Buffer> mine;
     for (const auto& [amount, i, j] : found) mine.push_back({amount, double(i), double(j)});
     const std::span<const double> all = comm.all_gather(mine);
     Found worst;
     for (std::size_t p = 0; p < all.size(); p += mine[0].size())
         worst.note({all[p], static_cast<int>(all[p + 1]), static_cast<int>(all[p + 2])});
-    throw std::runtime_error(refusal(step, worst, largest_overlap));
+    return worst;
+}
+
+}  // namespace detail
+
+// Throws StepRefused with the worst that the ranks have found. Collective.
+[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Overlap>& found, double allowed) {
+    const Overlap worst = detail::worst_of_all(comm, found);
+    throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .overlap = worst.ratio, .allowed = allowed});
+}
+
+// The same for passages; within[k]: the step that would do for all pairs of the k-th hosted rank [s]. Collective.
+[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Passage>& found,
+                                const std::vector<double>& within, double allowed) {
+    const Passage worst = detail::worst_of_all(comm, found);
+    const double others = -reduce(comm, 0, [&within](std::size_t k) { return Buffer{-within[k]}; })[0];
+    throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = std::min(worst.h, others)});
 }
 
 }  // namespace nscdd

@@ -75,10 +75,10 @@ class Simulation {
         watch.lap(seconds_.detect);
     }
 
-    // One step of h. Collective. Throws, the same on every rank, std::runtime_error when grains overlap too much, pass
-    // through each other unseen, or the numbers are no longer finite, std::invalid_argument for no solver and for walls
-    // that have become what no scene can have; std::logic_error, on its own process, when a solver has left another
-    // number of contacts, bodies or walls than it was given.
+    // One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
+    // through each other unseen, another std::runtime_error when the numbers are no longer finite,
+    // std::invalid_argument for no solver and for walls that have become what no scene can have; std::logic_error, on
+    // its own process, when a solver has left another number of contacts, bodies or walls than it was given.
     template <class Solver>
     StepReport step(const Solver& solve) {
         using Held = std::decay_t<Solver>;  // a function is held by its address
@@ -234,7 +234,7 @@ class Simulation {
                                                      settings_.theta, settings_.largest_overlap));
             return Unsettled{.passages = double(passages[k].found())};
         });
-        if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
+        if (any.passages > 0) refuse_passages(passages, Velocities::known);
     }
 
     struct Unsettled {  // on any rank, above 0: a candidate that is to be a contact, or none; a passage
@@ -263,8 +263,29 @@ class Simulation {
             return Unsettled{double(unseen.again), double(unseen.passage.found())};
         });
         if (any.again > 0) return false;
-        if (any.passages > 0) refuse(comm_, steps_ + 1, passages, settings_.largest_overlap);
+        if (any.passages > 0) refuse_passages(passages, Velocities::solved);
         return true;
+    }
+
+    // Throws StepRefused. Collective.
+    [[noreturn]] void refuse_passages(const std::vector<Passage>& passages, Velocities which) const {
+        std::vector<double> within;
+        for (const Subdomain<M>& part : parts_) {
+            const auto velocity = [&](int grain) -> typename M::Vec {
+                const auto g = static_cast<std::size_t>(grain);
+                if (which == Velocities::solved) return part.problem.bodies[g].linear();
+                return part.grains[g].velocity.template head<M::dim>();
+            };
+            const auto speed = [&](int number) {
+                const auto w = static_cast<std::size_t>(number);
+                const Wall<M>& wall = settings_.walls[w];
+                return wall.velocity.dot(wall.normal) +
+                       (which == Velocities::solved ? part.problem.walls[w].speed : wall.speed);
+            };
+            within.push_back(step_that_sees_all<M>(part, settings_.walls, settings_.materials,
+                                                   settings_.largest_overlap, velocity, speed));
+        }
+        refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
 
     // Velocities of the step into grains and walls.
