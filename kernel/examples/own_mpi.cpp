@@ -14,6 +14,7 @@ using Model = nscdd::Model<3, nscdd::Coulomb>;
 // By ascending id on the process that has rank 0 of `comm`, none elsewhere.
 std::vector<nscdd::GatheredGrain<Model>> fall(nscdd::Communicator& comm, std::span<const nscdd::Grain<Model>> grains) {
     nscdd::SimulationSettings<Model> settings;
+    settings.h = 1e-3;
     settings.gravity = {0, 0, -9.81};
     settings.materials.set(0, 0, {.friction = 0.3});
     settings.walls.emplace_back().normal = {0, 0, 1};

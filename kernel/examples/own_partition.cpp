@@ -74,6 +74,7 @@ int main() {
     for (int k = 0; k < 400; ++k) grains.push_back(nscdd::make_grain<Model>(k, 0.5, 1, {0.5 + k % 20, 0.5 + k / 20}));
     grains.push_back(nscdd::make_grain<Model>(400, 0.5, 1, {500, 0.5}));  // far away, so that the box is large
     nscdd::SimulationSettings<Model> settings;
+    settings.h = 1e-3;
     settings.gravity = {0, -9.81};
     settings.materials.set(0, 0, {.friction = 0.3});
     settings.walls.resize(3);

@@ -66,6 +66,7 @@ int main() {
         grains.back().velocity[0] = 0.5 * std::sin(k);
     }
     nscdd::SimulationSettings<Model> settings;
+    settings.h = 1e-3;
     settings.gravity = {0, -9.81};
     settings.materials.set(0, 0, {.friction = 0.3});
     settings.walls.resize(3);

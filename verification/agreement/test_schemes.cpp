@@ -1,4 +1,6 @@
 // The schemes against one another: sequential NLGS, CCS and DCS, closed form, factorised and elementary.
+#include <functional>
+
 #include "../catch.hpp"
 #include "../small_scenes.hpp"
 
@@ -32,6 +34,20 @@ double velocity_difference(const Outcome<M>& a, const Outcome<M>& b) {
         difference = std::max(difference, std::abs(a.walls[w].speed - b.walls[w].speed));
     return difference / largest;
 }
+
+// DCS that does something else while its first messages are under way.
+struct Interrupted : CommunicationScheme<Spheres> {
+    inline static std::function<void()> once;
+    Dcs<Spheres> dcs;
+
+    void setup(std::span<Subdomain<Spheres>> parts, Communicator& comm) override { dcs.setup(parts, comm); }
+    std::size_t pack(Subdomain<Spheres>& part, std::size_t k) override { return dcs.pack(part, k); }
+    void start() override {
+        dcs.start();
+        if (const auto call = std::exchange(once, nullptr)) call();
+    }
+    void finish(std::span<Subdomain<Spheres>> parts, Communicator& comm) override { dcs.finish(parts, comm); }
+};
 
 }  // namespace
 
@@ -72,6 +88,20 @@ TEMPLATE_TEST_CASE("any number of threads gives the same bits", "", EVERY_MODEL)
             check_same_bits(run_nscdd<Dcs, ClosedForm>(scene, 8, 5, paper, threads), hidden);
         }
     }
+}
+
+TEST_CASE("copies of a solver share nothing") {
+    const auto scene = settled(heap<Spheres>(false), 100);
+    const auto work = [&scene](const AnyStepSolver<Spheres>& solve) {
+        InProcess comm(4);
+        return run(scene, comm, 3, solve).state();
+    };
+    const AnyStepSolver<Spheres> solve = by_nscdd<Interrupted>(every_iteration), copy = solve;
+    const Buffer alone = work(solve);
+    Buffer amid;
+    Interrupted::once = [&] { amid = work(copy); };
+    CHECK(first_difference(work(solve), alone) == -1);
+    CHECK(first_difference(amid, alone) == -1);
 }
 
 TEMPLATE_TEST_CASE("factorised and elementary interface problems give the closed form's iterates", "", EVERY_MODEL) {

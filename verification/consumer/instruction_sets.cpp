@@ -13,6 +13,7 @@ template <class M>
 double error_of(const nscdd::AnyStepSolver<M>& solve, int ranks) {
     constexpr double gravity = 10;
     nscdd::SimulationSettings<M> settings;
+    settings.h = 1e-3;
     settings.gravity = -gravity * M::Vec::UnitY();
     settings.walls.resize(1);
     settings.walls[0].normal = M::Vec::UnitY();

@@ -102,13 +102,38 @@ TEST_CASE("several subdomains a process are those in process, bit for bit") {
     }
 }
 
+TEST_CASE("a partition that loses the grain of one rank is refused on every rank") {
+    using M = Disks;
+    struct Forgetful {
+        int owner(const M::Vec& x) const { return static_cast<int>(x[0]); }
+        void visit_owners(const M::Vec& x, double, auto&& visit) const {
+            if (x[0] < 1) visit(0);
+        }
+        const char* name() const { return "forgetful"; }
+    };
+    Mpi comm;
+    SimulationSettings<M> settings{.h = 1e-3};
+    settings.partition = {.kind = "forgetful", .make = [](const auto&) { return Forgetful{}; }};
+    const std::vector<Grain<M>> mine{make_grain<M>(comm.ranks()[0], 0.1, 1.0, {comm.ranks()[0] + 0.5, 0.0})};
+    std::string said;
+    try {
+        Simulation<M>(comm, settings, mine);
+    } catch (const std::invalid_argument& error) {
+        said = error.what();
+    }
+    const std::string lost =
+        "grain 1: the partition `forgetful` does not visit rank 1, which owns a point within reach";
+    CHECK(said == (comm.size() > 1 ? lost : ""));
+    MPI_Barrier(MPI_COMM_WORLD);
+}
+
 TEST_CASE("two grains of one id, each of another rank, are refused on every rank") {
     using M = Disks;
     Mpi comm;
     const std::vector<Grain<M>> mine{make_grain<M>(7, 0.5, 1.0, {2.0 * comm.ranks()[0], 0.0})};
     std::string said;
     try {
-        Simulation<M>(comm, SimulationSettings<M>{}, mine);
+        Simulation<M>(comm, {.h = 1e-3}, mine);
     } catch (const std::invalid_argument& error) {
         said = error.what();
     }

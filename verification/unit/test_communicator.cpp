@@ -1,5 +1,6 @@
 // The communicator contract, by in-process ranks. The same pattern over MPI: mpi/test_communicator_mpi.cpp.
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -212,6 +213,43 @@ TEST_CASE("threads share the ranks", "[communicator]") {
     CHECK_THROWS_WITH(comm.each_rank(throw_from_two), "rank 1");
     comm.each_rank([&](std::size_t k) { ++calls[k]; });
     CHECK(calls == std::vector<int>(5, 101));
+}
+
+TEST_CASE("a communicator is called by one thread at a time, and not by tasks", "[communicator]") {
+    const int threads = GENERATE(1, 3);
+    InProcess comm(3, threads);
+    const std::vector<Buffer> numbers(3, Buffer{1});
+    const std::map<std::string, std::function<void()>> calls{
+        {"each_rank", [&] { comm.each_rank([](std::size_t) {}); }},
+        {"open", [&] { comm.open(std::vector<Links>(3)); }},
+        {"route", [&] { comm.route(std::vector<nscdd::Outbox>(3)); }},
+        {"all_gather", [&] { comm.all_gather(numbers); }},
+        {"reduce", [&] { comm.reduce(numbers, 1); }},
+    };
+    for (const auto& [name, call] : calls) {
+        const std::string why =
+            name + ": a communicator is called by one thread at a time, and not by tasks of each_rank()";
+        for (const std::size_t rank : {0U, 2U})
+            CHECK_THROWS_WITH(comm.each_rank([&, rank](std::size_t k) {
+                if (k == rank) call();
+            }),
+                              why);
+        std::string said;
+        {
+            const nscdd::Turn::Hold hold(comm.turn(), "several calls");
+            CHECK_NOTHROW(call());
+            std::thread([&] {
+                try {
+                    call();
+                } catch (const std::logic_error& error) {
+                    said = error.what();
+                }
+            }).join();
+        }
+        CHECK(said == why);
+        std::thread(call).join();  // whoever comes when the turn is free
+        CHECK_NOTHROW(call());
+    }
 }
 
 TEST_CASE("disagreeing ranks are an error that names them", "[communicator]") {

@@ -218,7 +218,7 @@ std::vector<Grain<M>> two_grains(double distance) {
 }
 
 template <class M, class Error>
-std::string complaint_of(const std::vector<Grain<M>>& grains, const SimulationSettings<M>& settings = {},
+std::string complaint_of(const std::vector<Grain<M>>& grains, const SimulationSettings<M>& settings = {.h = 1e-3},
                          int ranks = 1) {
     return complaint<Error>([&] {
         Run<M> run({ranks == 1 ? Scheme::nlgs : Scheme::dcs, ranks}, settings, grains);
@@ -240,10 +240,10 @@ TEMPLATE_TEST_CASE("an overlap of more than 10 % of a radius is an error that na
     using M = TestType;
     const auto refused = complaint_of<M, std::runtime_error>;
     for (const int ranks : {1, 4}) {
-        CHECK(refused(two_grains<M>(0.951), {}, ranks) == "");
-        CHECK(lacks(refused(two_grains<M>(0.949), {}, ranks), {"grain 3", "grain 7", "10.2"}) == "");
-        CHECK(lacks(refused(two_grains<M>(0), {}, ranks), {"grain 3", "grain 7"}) == "");
-        SimulationSettings<M> settings;
+        CHECK(refused(two_grains<M>(0.951), {.h = 1e-3}, ranks) == "");
+        CHECK(lacks(refused(two_grains<M>(0.949), {.h = 1e-3}, ranks), {"grain 3", "grain 7", "10.2"}) == "");
+        CHECK(lacks(refused(two_grains<M>(0), {.h = 1e-3}, ranks), {"grain 3", "grain 7"}) == "");
+        SimulationSettings<M> settings{.h = 1e-3};
         settings.walls.resize(2);
         settings.walls[0].offset = -5;
         settings.walls[1].offset = -0.44;
@@ -282,7 +282,7 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", SmoothD
     using M = TestType;
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     const auto spoilt = [&](auto&& spoil) {
-        SimulationSettings<M> settings;
+        SimulationSettings<M> settings{.h = 1e-3};
         settings.walls.resize(1);
         settings.walls[0].offset = -5;
         spoil(settings);
@@ -334,7 +334,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
         INFO("ranks: " << ranks);
         const Solver solver{ranks == 1 ? Scheme::nlgs : Scheme::dcs, ranks};
         CHECK(lacks((complaint<std::invalid_argument>([&] {
-                        auto settings = SimulationSettings<M>{};
+                        auto settings = SimulationSettings<M>{.h = 1e-3};
                         settings.walls.resize(1);
                         settings.walls[0].offset = -5;
                         Run<M> run(solver, settings, two_grains<M>(2));
@@ -346,7 +346,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
         for (const double bad : {nan, std::numeric_limits<double>::infinity()})
             for (const bool touches : {false, true})
                 CHECK(lacks((complaint<std::invalid_argument>([&] {
-                                auto settings = SimulationSettings<M>{};
+                                auto settings = SimulationSettings<M>{.h = 1e-3};
                                 settings.walls.resize(1);
                                 settings.walls[0].offset = touches ? -0.5 : -5;
                                 settings.walls[0].driven = true;

@@ -93,7 +93,7 @@ TEST_CASE("projected gradients refuse what is not finite, or that nothing can mo
 
 TEMPLATE_TEST_CASE("walls that leave no room stop projected gradients at the cap", "[gradient]", SmoothDisks, Spheres) {
     using M = TestType;
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.h = 1e-3};
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     for (const double sign : {1.0, -1.0}) {
         Wall<M>& wall = settings.walls.emplace_back();

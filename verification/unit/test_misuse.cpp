@@ -2,6 +2,7 @@
 // need not fill may stay empty.
 #include <functional>
 #include <limits>
+#include <thread>
 
 #include "random_scenes.hpp"
 #include "scratch.hpp"
@@ -286,7 +287,7 @@ TEST_CASE("options without an end are refused", "[misuse]") {
 TEST_CASE("what is no scene is refused by name", "[misuse]") {
     using M = FrictionDisks;
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, {0, 0.5}), make_grain<M>(1, 0.5, 1.0, {3, 0.5})};
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.h = 1e-3};
     settings.walls.resize(1);
     settings.walls[0].normal = M::Vec::UnitY();
 
@@ -328,8 +329,23 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     CHECK(lacks(solved_by([](Problem& p) { p.contacts.resize(9); }), "subdomain 1: contacts between grains") == "");
     CHECK(lacks(solved_by([](Problem& p) { p.bodies.pop_back(); }), "subdomain 1: bodies") == "");
     CHECK(lacks(solved_by([](Problem& p) { p.walls.clear(); }), "subdomain 1: walls") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.multiplicity.clear(); }), "subdomain 1: multiplicities were") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.wall_contacts[0].i = 7; }),
+                "step 1, subdomain 1: the solver has made wall contact 0 another one") == "");
+    CHECK(lacks(solved_by([](Problem& p) { p.wall_contacts[0].j = -1; }), "made wall contact 0 another one") == "");
     const Simulation<M> moved = std::move(simulation);
-    CHECK_THROWS_AS(simulation.step(solve), std::logic_error);  // nothing is left of it
+    const std::function<void()> uses[]{[&] { simulation.step(solve); },     [&] { measure(simulation); },
+                                       [&] { observe(simulation); },        [&] { gather_grains(simulation); },
+                                       [&] { gather_rough(simulation); },   [&] { last_rough(simulation); },
+                                       [&] { gather_contacts(simulation); }};
+    for (const auto& use : uses)
+        CHECK(complaint<std::logic_error>(use) == "Simulation: nothing is left of one that was moved");
+    CHECK_NOTHROW(gather_rough(moved));
+
+    settings.h = 0;
+    CHECK(refusal([&] { Simulation<M>(two, settings, grains); }) == "the step h of the settings has not been set");
+    settings.h = -1;
+    CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "the step h must be positive") == "");
 
     CHECK_THROWS_AS(Grid<M>({0, 1}, M::Vec::Zero(), M::Vec::Ones()), std::invalid_argument);
     for (const double bad : {not_a_number, inf})
@@ -345,4 +361,36 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     CHECK(lacks(refusal([] { InProcess(-1); }), "InProcess") == "");
     CHECK(lacks(refusal([] { InProcess(2, 0); }), "InProcess") == "");
     CHECK(lacks(refusal([] { InProcess(2, 3); }), "InProcess") == "");
+}
+
+TEST_CASE("a step within tasks, or beside another thread's on one communicator, is refused", "[misuse]") {
+    using M = FrictionSpheres;
+    SimulationSettings<M> settings{.h = 1e-3};
+    settings.walls.emplace_back().normal = M::Vec::UnitY();
+    const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, {0, 0.5, 0}),
+                                       make_grain<M>(1, 0.5, 1.0, {3, 0.5, 0})};
+    const int threads = GENERATE(1, 2);
+    InProcess comm(2, threads);
+    Simulation<M> simulation(comm, settings, grains), other(comm, settings, grains);
+    const AnyStepSolver<M> solve = by_nscdd<Dcs<M>>({});
+    const auto refused = [&](auto&& call) {
+        return lacks(complaint<std::logic_error>(call), "a communicator is called by one thread at a time");
+    };
+    for (const std::size_t rank : {0U, 1U})
+        CHECK(refused([&] {
+                  comm.each_rank([&, rank](std::size_t k) {
+                      if (k == rank) simulation.step(solve);
+                  });
+              }) == "");
+    std::vector<std::string> beside;  // what another thread is told, while the solver of this one's step runs
+    simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds& seconds) {
+        const std::function<void()> uses[]{[&] { other.step(solve); }, [&] { measure(other); },
+                                           [&] { Simulation<M>(comm, settings, grains); }};
+        for (const auto& use : uses) std::thread([&] { beside.push_back(refused(use)); }).join();
+        return solve(parts, comm, seconds);
+    });
+    CHECK(beside == std::vector<std::string>(3));
+    std::thread([&] { other.step(solve); }).join();
+    CHECK(simulation.steps() == 1);
+    CHECK(other.steps() == 1);
 }

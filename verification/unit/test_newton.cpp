@@ -240,7 +240,7 @@ TEST_CASE("a contact that nothing can move is refused", "[newton]") {
 TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "[newton]", SmoothDisks, Disks,
                    Spheres) {
     using M = TestType;
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.h = 1e-3};
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     for (const double sign : {1.0, -1.0}) {
         Wall<M>& wall = settings.walls.emplace_back();

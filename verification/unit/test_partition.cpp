@@ -338,7 +338,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
 TEMPLATE_TEST_CASE("a column of grains is cut along its axis", "[partition]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const int ranks = GENERATE(2, 4);
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.h = 1e-3};
     settings.walls = box_walls<M>(20);
     settings.gravity[M::dim - 1] = -1;
     std::vector<Grain<M>> grains;
@@ -354,7 +354,7 @@ TEMPLATE_TEST_CASE("a column of grains is cut along its axis", "[partition]", Sm
 TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every step", "[partition]", SmoothDisks,
                    FrictionSpheres) {
     using M = TestType;
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.h = 1e-3};
     settings.walls = box_walls<M>(20);
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     settings.gravity[M::dim - 1] = -1;

@@ -1,4 +1,5 @@
 // Every partition: grid, bisection, METIS, and one that a stranger writes.
+#include <map>
 #include <set>
 
 #include "../small_scenes.hpp"
@@ -22,6 +23,27 @@ static_assert(PartitionOf<Grid<SmoothDisks>, SmoothDisks> && PartitionOf<Shells<
 static_assert(PartitionOf<Bisection<SmoothSpheres>, SmoothSpheres> &&
               PartitionOf<CellTable<SmoothSpheres>, SmoothSpheres>);
 static_assert(!PartitionOf<Unnamed<SmoothDisks>, SmoothDisks> && !PartitionOf<Empty, SmoothDisks>);
+
+// Slabs of width 2 along the first axis, with a lapse.
+enum class Lapse { none, owner_unvisited, neighbour_unvisited, twice, stranger_visited, counted_from_1 };
+template <class M>
+struct Slabs {
+    int ranks;
+    Lapse lapse;
+
+    int owner(const typename M::Vec& x) const { return slab(x[0]) + (lapse == Lapse::counted_from_1); }
+    void visit_owners(const typename M::Vec& x, double reach, auto&& visit) const {
+        for (int k = slab(x[0] - reach); k <= slab(x[0] + reach); ++k) {
+            if (lapse == (k == slab(x[0]) ? Lapse::owner_unvisited : Lapse::neighbour_unvisited)) continue;
+            visit(lapse == Lapse::stranger_visited ? k - 1 : k);
+            if (lapse == Lapse::twice) visit(k);
+        }
+    }
+    std::string name() const { return "slabs"; }
+
+  private:
+    int slab(double x) const { return std::clamp(static_cast<int>(std::floor(x / 2)), 0, ranks - 1); }
+};
 
 // Grains that fill a corner of the box.
 template <class M>
@@ -253,11 +275,43 @@ TEMPLATE_TEST_CASE("grains with one id are refused wherever they are, and a scen
     InProcess comm(3);
     const auto grain = [](int id, double x) { return make_grain<M>(id, 0.5, 1.0, {x, 0.0}); };
     const auto refused = [&](const std::vector<Grain<M>>& grains) {
-        return complaint<std::invalid_argument>([&] { Simulation<M>(comm, SimulationSettings<M>{}, grains); });
+        return complaint<std::invalid_argument>([&] { Simulation<M>(comm, {.h = 1e-3}, grains); });
     };
     CHECK(refused({grain(0, 0), grain(5, 40), grain(1, 10)}) == "");
     CHECK(refused({grain(5, 0), grain(1, 10), grain(5, 40)}) == "grain 5: there are two of this id");
     CHECK(refused({}) == "the scene has no grains");
+}
+
+TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it", "[partition]", SmoothDisks,
+                   FrictionSpheres) {
+    using M = TestType;
+    std::vector<Grain<M>> grains;  // a row, from the second slab into the third
+    for (int k = 0; k < 4; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (2.5 + k) * M::Vec::UnitX()));
+    Lapse lapse = Lapse::none;
+    SimulationSettings<M> settings{.h = 0.01, .rough_every = 0};
+    settings.partition = {.kind = "slabs", .make = [&lapse](const PartitionInput<M>& scene) {
+                              return Slabs<M>{scene.comm.size(), lapse};
+                          }};
+    const int threads = GENERATE(1, 3);
+    for (const auto& [which, said] : std::map<Lapse, std::string>{
+             {Lapse::owner_unvisited,
+              "grain 0: the partition `slabs` does not visit rank 1, which owns a point within reach"},
+             {Lapse::neighbour_unvisited,
+              "grain 2: the partition `slabs` does not visit rank 1, which owns a point within reach"},
+             {Lapse::twice, "grain 0: the partition `slabs` visits rank 1 twice"},
+             {Lapse::stranger_visited,
+              "grain 0: the partition `slabs` does not visit rank 1, which owns a point within reach"},
+             {Lapse::counted_from_1, "grain 2: the partition `slabs` gives it to rank 3 of 3"},
+         }) {
+        InProcess comm(3, threads);
+        lapse = Lapse::none;
+        Simulation<M> simulation(comm, settings, grains);
+        CHECK(gather_grains(simulation).size() == 4);
+        lapse = which;
+        CHECK(complaint<std::invalid_argument>([&] { Simulation<M>(comm, settings, grains); }) == said);
+        // found by the rank that has the grain then
+        CHECK(complaint<std::invalid_argument>([&] { simulation.step(by_nscdd<Dcs<M>>({})); }) == said);
+    }
 }
 
 TEMPLATE_TEST_CASE("a partition that cannot be even is not made anew at every detection", "[partition]", SmoothDisks) {

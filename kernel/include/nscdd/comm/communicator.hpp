@@ -20,6 +20,7 @@
 #include <span>
 #include <vector>
 
+#include "nscdd/comm/turn.hpp"
 #include "nscdd/core/abi.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -129,8 +130,14 @@ class Communicator {
     virtual int size() const = 0;                    // number of ranks, on all processes together
     virtual std::span<const int> ranks() const = 0;  // hosted here, ascending
 
-    // task(k) once for each hosted rank ranks()[k], perhaps several at a time: it must not touch what is another's.
+    // Turn::Hold on this, for calls that belong together: other threads are then refused until the last of them.
+    // Collective calls of InProcess and Mpi take it themselves, each for its own time, and throw what Turn::Hold does.
+    Turn& turn() { return turn_; }
+
+    // task(k) once for each hosted rank ranks()[k], perhaps several at a time: it must not touch what is another's, and
+    // of the communicator it may call size(), ranks(), now() and charge() alone.
     virtual void each_rank(const std::function<void(std::size_t)>& task) {
+        const Turn::Hold hold(turn_, "each_rank", true);
         for (std::size_t k = 0; k < ranks().size(); ++k) task(k);
     }
 
@@ -163,6 +170,9 @@ class Communicator {
     virtual std::span<const double> work() const = 0;  // contacts swept so far, per hosted rank
     virtual Traffic traffic() const = 0;               // so far, of the ranks that this process hosts
     virtual CommSeconds seconds() const = 0;           // so far, of this process
+
+  private:
+    Turn turn_;
 };
 
 // How much of `count` units Communicator::work() counts: all of swept contacts, nothing of other work.

@@ -36,14 +36,19 @@ class InProcess final : public Communicator {
 
     int size() const override { return static_cast<int>(ranks_.size()); }
     std::span<const int> ranks() const override { return ranks_; }
-    void each_rank(const std::function<void(std::size_t)>& task) override { team_.each(ranks_.size(), task); }
+    void each_rank(const std::function<void(std::size_t)>& task) override {
+        const Turn::Hold hold(turn(), "each_rank", true);
+        team_.each(ranks_.size(), task);
+    }
 
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
+        const Turn::Hold hold(turn(), "open");
         check_count(links.size(), "open");
         return std::make_unique<Messages>(*this, links);
     }
 
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
+        const Turn::Hold hold(turn(), "route");
         check_count(out.size(), "route");
         std::vector<Buffer> in(ranks_.size());
         for (int source : ranks_)
@@ -56,6 +61,7 @@ class InProcess final : public Communicator {
     }
 
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
+        const Turn::Hold hold(turn(), "all_gather");
         check_count(mine.size(), "all_gather");
         const std::size_t n = mine[0].size();
         gathered_.clear();
@@ -71,6 +77,7 @@ class InProcess final : public Communicator {
     }
 
     void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+        const Turn::Hold hold(turn(), "reduce");
         check_count(mine.size(), "reduce");
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");

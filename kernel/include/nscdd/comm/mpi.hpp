@@ -49,6 +49,7 @@ class Mpi final : public Communicator {
     // Throws std::logic_error for a peer that is no rank, and for a message through memory of another length than
     // expected. Of other messages finish() throws std::logic_error when one is shorter, std::runtime_error when longer.
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
+        const Turn::Hold hold(turn(), "open");
         check_count(links.size(), "open");
         for (std::size_t k = 0; k < links.size(); ++k)
             for (const Link& link : links[k]) check_peer("open", k, link.peer);
@@ -60,6 +61,7 @@ class Mpi final : public Communicator {
     // Siebert, Lumsdaine, PPoPP 2010, does by synchronous sends). The barrier is a reduction of nothing: SimGrid 3.32
     // lets ranks through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
+        const Turn::Hold hold(turn(), "route");
         const double entry = now();
         check_count(out.size(), "route");
         std::map<int, Buffer> staged, arrived;  // by process: target, source, length, message, of each; then a stamp
@@ -129,6 +131,7 @@ class Mpi final : public Communicator {
 
     // Every process sends as many doubles, also one with fewer ranks than others.
     std::span<const double> all_gather(const std::vector<Buffer>& mine) override {
+        const Turn::Hold hold(turn(), "all_gather");
         const double entry = now();
         check_count(mine.size(), "all_gather");
         const std::size_t n = mine[0].size(), most = mpi_.hosted().most() * n + 1,
@@ -159,12 +162,14 @@ class Mpi final : public Communicator {
 
     // MPI_Allreduce may add in any order, so the kernel sends messages of its own.
     void start_reduce(const std::vector<Buffer>& mine, std::size_t added) override {
+        const Turn::Hold hold(turn(), "reduce");
         const double entry = now();
         check_count(mine.size(), "reduce");
         reduction_.start(mine, added, entry);
         mpi_.spent(Operation::reduction, entry, entry);
     }
     std::span<const double> finish_reduce() override {
+        const Turn::Hold hold(turn(), "reduce");
         const double entry = now();
         reduction_.go_on(true);
         mpi_.spent(Operation::reduction, entry, reduction_.rows().stamp());

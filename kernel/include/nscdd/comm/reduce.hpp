@@ -52,6 +52,7 @@ Buffer numbers(T value) {
 // task(k) of each hosted rank, combined over all ranks: the same bits on each. Collective.
 template <Reducible T>
 T reduce(Communicator& comm, auto&& task) {
+    const Turn::Hold hold(comm.turn(), "reduce");  // until the sums are read
     T total{};
     std::size_t added = 0;
     each_member(total.summed(), [&added](std::span<double> x) { added += x.size(); });

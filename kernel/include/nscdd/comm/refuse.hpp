@@ -12,6 +12,7 @@ namespace nscdd::inline NSCDD_ABI {
 // Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
 // that has one, on every process.
 inline void refuse_together(Communicator& comm, const std::vector<std::string>& complaints) {
+    const Turn::Hold hold(comm.turn(), "refuse_together");
     std::vector<Buffer> lengths;
     for (const auto& complaint : complaints) lengths.push_back({static_cast<double>(complaint.size())});
     const std::span<const double> all = comm.all_gather(lengths);

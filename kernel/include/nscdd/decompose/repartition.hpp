@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "nscdd/comm/refuse.hpp"
 #include "nscdd/comm/route_by_square.hpp"
 #include "nscdd/core/two_digits.hpp"
 #include "nscdd/core/wall.hpp"
@@ -52,6 +53,32 @@ namespace detail {
 template <class M>
 double reach(const Grain<M>& grain, double skin, double largest_radius) {
     return 0.5 * (grain.radius + largest_radius + skin);
+}
+
+// What is wrong with a partition as a grain finds it, in one line; empty if nothing is. visited: by visit_owners() for
+// the centre and `reach`. Of all points within reach one is asked for, in a direction that goes by the id, so that
+// several grains find a neighbour that is not visited.
+template <class M>
+std::string partition_fault(const Partition<M>& partition, int ranks, const Grain<M>& grain, double reach,
+                            const std::vector<int>& visited) {
+    const auto unknown = [ranks](int rank) { return rank < 0 || rank >= ranks; };
+    const auto fault = [&](const std::string& text) {
+        return "grain " + std::to_string(grain.id) + ": the partition `" + partition.name() + "` " + text;
+    };
+    const auto named = [](int rank) { return "rank " + std::to_string(rank); };
+    for (auto v = visited.begin(); v != visited.end(); ++v) {
+        if (unknown(*v)) return fault("visits " + named(*v) + " of " + std::to_string(ranks));
+        if (std::find(visited.begin(), v, *v) != v) return fault("visits " + named(*v) + " twice");
+    }
+    typename M::Vec near = grain.position;
+    near[grain.id / 2 % M::dim] += (grain.id % 2 == 0 ? 0.99 : -0.99) * reach;
+    for (const typename M::Vec& point : {grain.position, near}) {
+        const int owner = partition.owner(point);
+        if (unknown(owner)) return fault("gives it to " + named(owner) + " of " + std::to_string(ranks));
+        if (std::find(visited.begin(), visited.end(), owner) == visited.end())
+            return fault("does not visit " + named(owner) + ", which owns a point within reach");
+    }
+    return {};
 }
 
 enum class Use : char { none, here, here_only };  // here_only: no other rank has the grain
@@ -158,21 +185,29 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 
 // In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
 // `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
-// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws
-// std::runtime_error, the same on every rank, when there are too many candidates (TooManyPairs).
+// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws,
+// the same on every rank, std::runtime_error when there are too many candidates (TooManyPairs), std::invalid_argument
+// with the id of a grain that the partition would lose or have twice.
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
     using Wire = detail::Wire<M>;
     std::vector<Outbox> grains(parts.size()), impulses(parts.size());
+    std::vector<std::string> faults(parts.size());
+    std::vector<int> visited;
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const Subdomain<M>& part = parts[k];
-        for (std::size_t g = 0; g < part.grains.size(); ++g) {
+        for (std::size_t g = 0; g < part.grains.size() && faults[k].empty(); ++g) {
             if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
-            partition.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
-                                   [&](int rank) { Wire::put(grain, grains[k][rank]); });
+            const double reach = detail::reach(grain, skin, largest_radius);
+            visited.clear();
+            partition.visit_owners(grain.position, reach, [&](int rank) { visited.push_back(rank); });
+            faults[k] = detail::partition_fault(partition, comm.size(), grain, reach, visited);
+            if (faults[k].empty())
+                for (const int rank : visited) Wire::put(grain, grains[k][rank]);
         }
+        if (!faults[k].empty()) continue;  // told below, when all ranks have come there
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
@@ -227,8 +262,11 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         }
     });
     // Who has refused is gathered only where somebody has: a step has no message to all ranks.
-    if (reduce(comm, 0, [&](std::size_t k) { return Buffer{refused[k][3]}; })[0] > 0)
+    const auto any = [&](std::size_t k) { return Buffer{faults[k].empty() ? refused[k][3] : 1.0}; };
+    if (reduce(comm, 0, any)[0] > 0) {
+        refuse_together(comm, faults);
         detail::throw_if_refused(comm.all_gather(refused), skin);
+    }
 
     const auto holdings = detail::agree_on_sharers(parts, uses, comm, partition);
     for (std::size_t k = 0; k < parts.size(); ++k) {

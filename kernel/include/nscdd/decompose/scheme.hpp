@@ -29,7 +29,8 @@ class CommunicationScheme {
     virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
 
-// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from CommunicationScheme<M>, made without arguments.
+// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from CommunicationScheme<M>, made without arguments
+// for each solve.
 template <class S>
 concept GluingScheme = requires { typename S::Model; } &&
                        std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;

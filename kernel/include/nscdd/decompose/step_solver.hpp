@@ -19,8 +19,8 @@ namespace nscdd::inline NSCDD_ABI {
 // times a step. In, of each subdomain's `problem`: contacts; bodies and driven walls with split masses (whole mass over
 // multiplicity) and V_free + M_E^-1 H_E r [m/s], r the impulses of the warm start [N s]. Out: impulses of the contacts,
 // and velocities that satisfy V = V_free + M^-1 H r, the same in all active copies of a body and of a driven wall on
-// all ranks. There are as many contacts, bodies and walls as before. The report is the same on every rank. Its time
-// goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
+// all ranks. There are the contacts, bodies and walls of before, in their order. The report is the same on every rank.
+// Its time goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
 template <class S, class M>
 concept StepSolver = std::copy_constructible<S> &&
                      requires(S& solve, std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {

@@ -1,8 +1,6 @@
 // Steps solved by the paper's method, NSCDD, and by the sequential NLGS that it is compared with.
 #pragma once
 
-#include <memory>
-
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/step/simulation.hpp"
 
@@ -42,12 +40,12 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
         charge);
 }
 
-// Alg. 1 with a scheme of its own: Ccs, Dcs or another GluingScheme.
+// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
 AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
-    return [scheme = std::make_shared<Scheme>(), options](std::span<Subdomain<M>> parts, Communicator& comm,
-                                                          PhaseSeconds& seconds) {
-        return nscdd_solve<M>(parts, comm, *scheme, options, seconds);
+    return [options](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+        Scheme scheme;
+        return nscdd_solve<M>(parts, comm, scheme, options, seconds);
     };
 }
 

@@ -70,6 +70,7 @@ template <class M>
 Observables<M> observe(const Simulation<M>& simulation) {
     using Vec = typename M::Vec;
     const auto& parts = simulation.parts();
+    const Turn::Hold hold(simulation.comm().turn(), "observe");
     Observables<M> total;
     total.measures = measure(simulation);
     const std::vector<double> touched = detail::carrying_grains(simulation);

@@ -20,10 +20,10 @@ namespace nscdd::inline NSCDD_ABI {
 // All that a scene has beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
-    std::vector<Wall<M>> walls;                // their index is their name in messages and in GatheredContact
+    std::vector<Wall<M>> walls{};              // their index is their name in messages and in GatheredContact
     MaterialsOf<M> materials{1};               // coefficients of the law for each pair of materials
     typename M::Vec gravity = M::Vec::Zero();  // [m/s^2]
-    double h = 1e-3;                           // time step [s]
+    double h = 0;                              // time step [s], has to be set
     double theta = 0.5;                        // of the Moreau-Jean scheme, 0.5 to 1 in use
     int rough_every = 10;                      // steps between rough detections; sooner when grains have moved too far
     Partitioner<M> partition = by_grid<M>();   // how space is dealt to subdomains; a regular grid as in the paper
@@ -81,8 +81,9 @@ void check_walls(std::span<const Wall<M>> walls, int materials) {
 template <class M>
 void check_settings(const SimulationSettings<M>& settings) {
     if (!settings.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
+    if (settings.h == 0) throw std::invalid_argument("the step h of the settings has not been set");
     if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
-        throw std::invalid_argument("the step must be positive and theta within [0, 1]");
+        throw std::invalid_argument("the step h must be positive and finite, and theta within [0, 1]");
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
     check_walls<M>(settings.walls, settings.materials.count());
     if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");

@@ -44,11 +44,14 @@ class Simulation {
     // many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
     // `last` still tells when the next rough detection comes.
     //
-    // Throws std::invalid_argument, the same on every process, for what no scene can have: no grain, two of one id, a
-    // radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without mass.
+    // Throws std::invalid_argument, the same on every process, for what no scene can have: no step h, no grain, two of
+    // one id, a radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without
+    // mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
+    // Communicator::turn().
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr)
         : comm_(comm), settings_(std::move(settings)) {
+        const Turn::Hold hold(comm_.turn(), "Simulation");
         check_settings(settings_);
         refuse_together(comm_, [&](std::size_t k) {
             if (k > 0) return;
@@ -77,8 +80,9 @@ class Simulation {
 
     // One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
     // through each other unseen, another std::runtime_error when the numbers are no longer finite,
-    // std::invalid_argument for no solver and for walls that have become what no scene can have; std::logic_error, on
-    // its own process, when a solver has left another number of contacts, bodies or walls than it was given.
+    // std::invalid_argument for no solver and for walls that have become what no scene can have, and what repartition()
+    // throws; std::logic_error, on its own process, when a solver has left other contacts, bodies or walls than it was
+    // given, and for a call within tasks of each_rank() or beside another thread that uses the communicator.
     template <class Solver>
     StepReport step(const Solver& solve) {
         using Held = std::decay_t<Solver>;  // a function is held by its address
@@ -91,7 +95,8 @@ class Simulation {
     }
     StepReport step(const AnyStepSolver<M>& solve) {
         if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
-        if (parts_.empty()) throw std::logic_error("Simulation::step: nothing is left of a simulation that was moved");
+        const Turn::Hold hold(comm_.turn(), "Simulation::step");
+        check_there();
         check_walls<M>(settings_.walls, settings_.materials.count());
         Stopwatch watch(comm_);
         StepReport report;
@@ -110,7 +115,7 @@ class Simulation {
             if (report.contacts > 0) report.solve = solve_checked(solve);
             iterations += report.solve.iterations;
             watch.skip();
-            for (auto& part : parts_) keep_impulses(part);
+            for (auto& part : parts_) keep_impulses(part);  // checks the contacts that the solver leaves
             share_velocities(parts_, comm_);
             watch.lap(seconds_.advance);
             const bool done = complete(report.attempts);
@@ -126,8 +131,13 @@ class Simulation {
         return report;
     }
 
-    Communicator& comm() const { return comm_; }                         // that it was made with
-    const std::vector<Subdomain<M>>& parts() const { return parts_; }    // of the ranks that the process hosts
+    Communicator& comm() const { return comm_; }  // that it was made with
+    // Of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved, and so does all
+    // that is measured or gathered of one.
+    const std::vector<Subdomain<M>>& parts() const {
+        check_there();
+        return parts_;
+    }
     const SimulationSettings<M>& settings() const { return settings_; }  // with the walls as they are now
     std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }  // as they are now
@@ -135,10 +145,18 @@ class Simulation {
     std::size_t grain_count() const { return grains_; }                    // of the whole scene
     double least_radius() const { return radii_.least; }                   // of the whole scene [m]
     int steps() const { return steps_; }                                   // number of steps made by step()
-    const BroadPhase<M>& broad_phase() const { return broad_; }            // the last rough detection
+    // The last rough detection. Throws std::logic_error for a simulation that was moved.
+    const BroadPhase<M>& broad_phase() const {
+        check_there();
+        return broad_;
+    }
 
   private:
     using Velocities = detail::Velocities;
+
+    void check_there() const {
+        if (parts_.empty()) throw std::logic_error("Simulation: nothing is left of one that was moved");
+    }
 
     void drift(double dt) {
         for (auto& part : parts_)
@@ -198,16 +216,19 @@ class Simulation {
     }
 
     SolveReport solve_checked(const AnyStepSolver<M>& solve) {
-        const auto sizes = [](const ContactProblem<M>& p) {
-            return std::array{p.contacts.size(), p.wall_contacts.size(), p.bodies.size(), p.walls.size()};
+        const auto sizes = [](const Subdomain<M>& part) {
+            const ContactProblem<M>& p = part.problem;
+            return std::array{p.contacts.size(),     p.wall_contacts.size(),     p.bodies.size(),   p.walls.size(),
+                              p.multiplicity.size(), p.wall_multiplicity.size(), part.grains.size()};
         };
-        constexpr std::array names{"contacts between grains", "contacts with walls", "bodies", "walls"};
+        constexpr std::array names{"contacts between grains", "contacts with walls",     "bodies", "walls",
+                                   "multiplicities",          "multiplicities of walls", "grains"};
         std::vector<std::array<std::size_t, names.size()>> given;
-        for (const auto& part : parts_) given.push_back(sizes(part.problem));
+        for (const auto& part : parts_) given.push_back(sizes(part));
         const SolveReport report = solve(parts_, comm_, seconds_);
         for (std::size_t k = 0; k < parts_.size(); ++k)
             for (std::size_t n = 0; n < names.size(); ++n)
-                if (const std::size_t left = sizes(parts_[k].problem)[n]; left != given[k][n])
+                if (const std::size_t left = sizes(parts_[k])[n]; left != given[k][n])
                     throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
                                            std::to_string(parts_[k].rank) + ": " + names[n] + " were " +
                                            std::to_string(given[k][n]) + ", the solver has made them " +
@@ -215,11 +236,22 @@ class Simulation {
         return report;
     }
 
-    static void keep_impulses(Subdomain<M>& part) {
-        for (std::size_t c = 0; c < part.source.size(); ++c)
-            part.pairs[static_cast<std::size_t>(part.source[c])].r = part.problem.contacts[c].r;
-        for (std::size_t c = 0; c < part.wall_source.size(); ++c)
-            part.wall_pairs[static_cast<std::size_t>(part.wall_source[c])].r = part.problem.wall_contacts[c].r;
+    // Into the candidates. Throws std::logic_error for a contact that is no longer that of its candidate.
+    void keep_impulses(Subdomain<M>& part) const {
+        const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
+                              std::vector<Candidate<M>>& candidates, const char* name) {
+            for (std::size_t c = 0; c < contacts.size(); ++c) {
+                const auto from = c < source.size() ? static_cast<std::size_t>(source[c]) : candidates.size();
+                if (from >= candidates.size() || candidates[from].i != contacts[c].i ||
+                    candidates[from].j != contacts[c].j)
+                    throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
+                                           std::to_string(part.rank) + ": the solver has made " + name +
+                                           std::to_string(c) + " another one");
+                candidates[from].r = contacts[c].r;
+            }
+        };
+        keep(part.problem.contacts, part.source, part.pairs, "contact ");
+        keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ");
     }
 
     // Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
