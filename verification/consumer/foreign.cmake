@@ -1,8 +1,8 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DNM=... -DWORK=... "-DSYSTEM=dir;..." -P foreign.cmake
 #
-# What only a compiler can be asked. Under options that are not ours: -ffast-math is refused; C++23 with strict warnings,
-# optimised for this machine, gives none; units for two instruction sets in one program share nothing of the kernel. SYSTEM:
-# directories of Eigen.
+# What only a compiler can be asked. Under options that are not ours: -ffast-math is refused; a plain -I under strict warnings,
+# with macros of other headers, gives none, nor does libc++ where it is there; C++23, optimised for this machine, gives none;
+# units for two instruction sets in one program share nothing of the kernel. SYSTEM: directories of Eigen and MPI.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
 set(compile ${CXX} -std=c++20 -I${INCLUDE})
@@ -18,6 +18,31 @@ foreach(option -ffast-math -Ofast -ffinite-math-only)
     execute_process(COMMAND ${compile} ${option} -Wfatal-errors -fsyntax-only ${WORK}/fast.cpp RESULT_VARIABLE result ERROR_VARIABLE text)
     if(result EQUAL 0 OR NOT text MATCHES "nscdd: compile without -ffast-math")
         message(SEND_ERROR "${option} is not refused:\n${text}")
+    endif()
+endforeach()
+
+# Strict warnings and foreign macros. What the kernel includes of other libraries comes first: the macros are not for these.
+file(GLOB_RECURSE headers ${INCLUDE}/nscdd/*.hpp)
+set(others)
+foreach(header IN LISTS headers)
+    file(STRINGS ${header} lines REGEX "^#include <[^>]+>")
+    list(FILTER lines EXCLUDE REGEX "<nscdd/|<mpi.h>|<metis.h>")
+    list(APPEND others ${lines})
+endforeach()
+list(REMOVE_DUPLICATES others)
+list(JOIN others "\n" others)
+foreach(library mpi metis)
+    string(PREPEND others "#if __has_include(<${library}.h>)\n#include <${library}.h>\n#endif\n")
+endforeach()
+file(WRITE ${WORK}/others.hpp "${others}\n")
+file(WRITE ${WORK}/any.cpp "#include <version>\n")
+set(strict -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wdouble-promotion -Werror)
+foreach(library "" -stdlib=libc++)
+    execute_process(COMMAND ${compile} ${library} -fsyntax-only ${WORK}/any.cpp RESULT_VARIABLE missing ERROR_QUIET)
+    if(missing)
+        message("${library}: skipped, this compiler has none")
+    else()
+        call(text ${compile} ${library} ${strict} -I${WORK} -fsyntax-only ${CMAKE_CURRENT_LIST_DIR}/strict.cpp)
     endif()
 endforeach()
 

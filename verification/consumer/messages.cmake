@@ -1,7 +1,7 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P messages.cmake
 #
-# What the compiler says of a partition, a contact law, a solver, a scheme or a gluing that lacks something: a sentence.
-# Nothing is compiled but syntax. SYSTEM: directories of Eigen.
+# What the compiler says of a partition, a contact law, a solver, a scheme or a gluing that lacks something, and of C++17:
+# a sentence. Nothing is compiled but syntax. SYSTEM: directories of Eigen.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
 set(compile ${CXX} -std=c++20 -I${INCLUDE})
@@ -11,6 +11,23 @@ endforeach()
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 
+# C++17: our sentence, and nothing of what lacks in it
+file(WRITE ${WORK}/old.cpp "#include <nscdd/nscdd.hpp>\n")
+execute_process(COMMAND ${compile} -std=c++17 -fsyntax-only ${WORK}/old.cpp RESULT_VARIABLE result ERROR_VARIABLE text)
+string(REGEX MATCHALL "error:[^\n]*" said "${text}")
+list(LENGTH said count)
+if(result EQUAL 0 OR NOT said MATCHES "^error: [^;]*nscdd: compile as C..20 or later" OR count GREATER 2)
+    message(SEND_ERROR "C++17 is not refused in one sentence:\n${text}")
+endif()
+
+# Macros may have the names min and max: in the headers they stand in parentheses, as (std::min)(a, b)
+file(GLOB_RECURSE headers ${INCLUDE}/nscdd/*.hpp)
+foreach(header IN LISTS headers)
+    file(STRINGS ${header} bare REGEX "^([^/]|/[^/])*[^a-zA-Z_](min|max)\\(")
+    if(bare)
+        message(SEND_ERROR "${header}: a macro could take min or max in: ${bare}")
+    endif()
+endforeach()
 
 # refused(FILE LACK SENTENCE): -DLACK of the file is an error that says so, and has no other sentence of ours.
 function(refused file lack sentence)

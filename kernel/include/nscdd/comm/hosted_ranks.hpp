@@ -92,7 +92,9 @@ class MessageLayout {
     };
 
     static double* lay(std::vector<End>& ends, std::vector<Message>& messages, double* at) {
-        std::ranges::sort(ends, {}, [](const End& e) { return std::tuple(e.process, e.source, e.target); });
+        std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
+            return std::tie(a.process, a.source, a.target) < std::tie(b.process, b.source, b.target);
+        });
         for (std::size_t e = 0; e < ends.size();) {
             double* const begin = at;
             const int process = ends[e].process;

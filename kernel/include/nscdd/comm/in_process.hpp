@@ -24,7 +24,7 @@ class InProcess final : public Communicator {
   public:
     // Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
     // 1 <= threads <= size.
-    explicit InProcess(int size, int threads = 1) : team_(std::clamp(threads, 1, std::max(size, 1))) {
+    explicit InProcess(int size, int threads = 1) : team_(std::clamp(threads, 1, (std::max)(size, 1))) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
         if (threads < 1 || threads > size)
             throw std::invalid_argument("InProcess: " + std::to_string(threads) + " threads for " +
@@ -52,9 +52,9 @@ class InProcess final : public Communicator {
         check_count(out.size(), "route");
         std::vector<Buffer> in(ranks_.size());
         for (int source : ranks_)
-            for (const auto& [target, message] : out[source]) {
+            for (const auto& [target, message] : out[at(source)]) {
                 if (target < 0 || target >= size()) throw no_rank("route", source, target);
-                in[target].insert(in[target].end(), message.begin(), message.end());
+                in[at(target)].insert(in[at(target)].end(), message.begin(), message.end());
                 if (target != source && !message.empty()) traffic_.add(Operation::route, 1, message.size());
             }
         return in;
@@ -66,8 +66,8 @@ class InProcess final : public Communicator {
         const std::size_t n = mine[0].size();
         gathered_.clear();
         for (int rank : ranks_) {
-            if (mine[rank].size() != n) throw mismatch("all_gather", rank, mine[rank].size(), 0, n);
-            gathered_.insert(gathered_.end(), mine[rank].begin(), mine[rank].end());
+            if (mine[at(rank)].size() != n) throw mismatch("all_gather", rank, mine[at(rank)].size(), 0, n);
+            gathered_.insert(gathered_.end(), mine[at(rank)].begin(), mine[at(rank)].end());
         }
         for (std::size_t k = 1; k < ranks_.size(); ++k) {
             traffic_.add(Operation::all_gather, 1, n);                  // up to rank 0
@@ -82,12 +82,14 @@ class InProcess final : public Communicator {
         const std::size_t n = mine[0].size();
         if (added > n) throw std::logic_error("reduce: adds more numbers than there are");
         for (int rank : ranks_)
-            if (!mine[rank].empty() && mine[rank].size() != n) throw mismatch("reduce", rank, mine[rank].size(), 0, n);
+            if (!mine[at(rank)].empty() && mine[at(rank)].size() != n)
+                throw mismatch("reduce", rank, mine[at(rank)].size(), 0, n);
         tree_ = mine;
         const int p = tree_size(size());
-        for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[rank - p], tree_[rank], added);
+        for (int rank = p; rank < size(); ++rank) combine_in_tree(tree_[at(rank - p)], tree_[at(rank)], added);
         for (int step = 1; step < p; step *= 2)
-            for (int rank = 0; rank < p; rank += 2 * step) combine_in_tree(tree_[rank], tree_[rank + step], added);
+            for (int rank = 0; rank < p; rank += 2 * step)
+                combine_in_tree(tree_[at(rank)], tree_[at(rank + step)], added);
         const ReductionRounds rounds(size());  // counts the messages that this reduction takes over a network
         for (int step = 1; rounds.has(step); step *= ReductionRounds::group)
             for (int rank : ranks_)
@@ -114,34 +116,34 @@ class InProcess final : public Communicator {
         Messages(InProcess& comm, const std::vector<Links>& links) : comm_(comm) {
             std::size_t all = 0;
             for (int rank : comm.ranks_)
-                for (const Link& link : links[rank]) {
+                for (const Link& link : links[at(rank)]) {
                     const Link& back = counterpart(links, link.peer, rank);
                     if (back.send != link.recv) throw mismatch("open", link.peer, back.send, rank, link.recv);
                     all += link.send + link.recv;
                 }
             memory_.resize(all);
-            double* at = memory_.data();
+            double* next = memory_.data();
             send_.resize(links.size()), recv_.resize(links.size());
             for (int rank : comm.ranks_)
-                for (const Link& link : links[rank]) {
-                    send_[rank].emplace_back(at, link.send);
-                    recv_[rank].emplace_back(at + link.send, link.recv);
-                    at += link.send + link.recv;
+                for (const Link& link : links[at(rank)]) {
+                    send_[at(rank)].emplace_back(next, link.send);
+                    recv_[at(rank)].emplace_back(next + link.send, link.recv);
+                    next += link.send + link.recv;
                     if (link.peer != rank) messages_.push_back(link.send);
                 }
             for (int rank : comm.ranks_)
-                for (std::size_t l = 0; l < links[rank].size(); ++l) {
-                    const Links& theirs = links[links[rank][l].peer];
+                for (std::size_t l = 0; l < links[at(rank)].size(); ++l) {
+                    const int peer = links[at(rank)][l].peer;
                     const auto back =
-                        static_cast<std::size_t>(&counterpart(links, links[rank][l].peer, rank) - theirs.data());
-                    copies_.push_back({send_[links[rank][l].peer][back], recv_[rank][l]});
+                        static_cast<std::size_t>(&counterpart(links, peer, rank) - links[at(peer)].data());
+                    copies_.push_back({send_[at(peer)][back], recv_[at(rank)][l]});
                 }
         }
         void start() override {
             for (const std::size_t doubles : messages_) comm_.traffic_.add(operation_, 1, doubles);
         }
         void finish() override {
-            for (const Copy& copy : copies_) std::ranges::copy(copy.from, copy.to.begin());
+            for (const Copy& copy : copies_) std::copy(copy.from.begin(), copy.from.end(), copy.to.begin());
         }
 
       private:
@@ -172,11 +174,15 @@ class InProcess final : public Communicator {
                                    std::to_string(ranks_.size()) + " ranks");
     }
 
+    static std::size_t at(int rank) { return static_cast<std::size_t>(rank); }  // its place in lists
+
     // The end at `peer` of the link that `rank` has with it.
     static const Link& counterpart(const std::vector<Links>& links, int peer, int rank) {
         if (peer >= 0 && static_cast<std::size_t>(peer) < links.size()) {
-            const auto found = std::ranges::lower_bound(links[peer], rank, {}, &Link::peer);
-            if (found != links[peer].end() && found->peer == rank) return *found;
+            const Links& back = links[at(peer)];
+            const auto found = std::lower_bound(back.begin(), back.end(), rank,
+                                                [](const Link& link, int other) { return link.peer < other; });
+            if (found != back.end() && found->peer == rank) return *found;
         }
         throw std::logic_error("open: rank " + std::to_string(rank) + " has a link to rank " + std::to_string(peer) +
                                ", which has none back");

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -22,7 +21,7 @@ namespace nscdd::inline NSCDD_ABI {
 class Mailbox {
   public:
     using Word = std::uint64_t;  // a flag, or the bits of a double
-    static_assert(std::atomic_ref<Word>::is_always_lock_free && sizeof(Word) == sizeof(double));
+    static_assert(__atomic_always_lock_free(sizeof(Word), nullptr) && sizeof(Word) == sizeof(double));
 
     // Words of memory that both ends need for messages of up to so many doubles.
     static constexpr std::size_t words(std::size_t doubles) { return 2 * place(doubles); }
@@ -40,12 +39,10 @@ class Mailbox {
     void put(std::span<const double> message) {
         Word* const at = places_[++count_ % 2];
         if (!message.empty()) std::memcpy(at + 1, message.data(), message.size_bytes());
-        std::atomic_ref(*at).store(count_, std::memory_order_release);
+        __atomic_store_n(at, count_, __ATOMIC_RELEASE);  // std::atomic_ref: libc++ has it from 19 on
     }
     // The receiver: whether the next message is there.
-    bool there() const {
-        return std::atomic_ref(*places_[(count_ + 1) % 2]).load(std::memory_order_acquire) == count_ + 1;
-    }
+    bool there() const { return __atomic_load_n(places_[(count_ + 1) % 2], __ATOMIC_ACQUIRE) == count_ + 1; }
     // The receiver: waits for the next message, of which it knows the length. Other processes get the core after some
     // microseconds, for there may be fewer cores than processes.
     void take(std::span<double> message) {

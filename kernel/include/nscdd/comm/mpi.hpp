@@ -78,9 +78,9 @@ class Mpi final : public Communicator {
         routes_ = 1 - routes_;
         const int tag = detail::MpiProcess::route_tag + routes_;  // messages of the next route do not meet this one's
         const auto send = [&](int process, const Buffer& message) {
-            check(MPI_Isend(message.data(), detail::mpi_count(message.size()), MPI_DOUBLE, process, tag, mpi_.comm(),
-                            &requests_.emplace_back()),
-                  "route");
+            check_call(MPI_Isend(message.data(), detail::mpi_count(message.size()), MPI_DOUBLE, process, tag,
+                                 mpi_.comm(), &requests_.emplace_back()),
+                       "route");
         };
         for (auto& [process, message] : staged) {
             message.push_back(entry);
@@ -96,27 +96,27 @@ class Mpi final : public Communicator {
             }
             int there = 0, n = 0;
             MPI_Status status;
-            check(MPI_Iprobe(MPI_ANY_SOURCE, tag, mpi_.comm(), &there, &status), "route");
+            check_call(MPI_Iprobe(MPI_ANY_SOURCE, tag, mpi_.comm(), &there, &status), "route");
             if (!there) {
                 if (!inside) continue;
                 barrier_.go_on(false);
                 over = !barrier_.under_way();
                 continue;
             }
-            check(MPI_Get_count(&status, MPI_DOUBLE, &n), "route");
+            check_call(MPI_Get_count(&status, MPI_DOUBLE, &n), "route");
             Buffer message(static_cast<std::size_t>(n));
-            check(MPI_Recv(message.data(), n, MPI_DOUBLE, status.MPI_SOURCE, tag, mpi_.comm(), MPI_STATUS_IGNORE),
-                  "route");
+            check_call(MPI_Recv(message.data(), n, MPI_DOUBLE, status.MPI_SOURCE, tag, mpi_.comm(), MPI_STATUS_IGNORE),
+                       "route");
             if (message.empty()) {
                 --unanswered;
                 continue;
             }
-            latest = std::max(latest, message.back());
+            latest = (std::max)(latest, message.back());
             message.pop_back();
             arrived[status.MPI_SOURCE] = std::move(message);
             send(status.MPI_SOURCE, answer);
         }
-        check(MPI_Waitall(detail::mpi_count(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "route");
+        check_call(MPI_Waitall(detail::mpi_count(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE), "route");
         std::vector<Buffer> in(mpi_.hosted().count());
         for (const auto& [process, messages] : arrived)
             for (auto at = messages.begin(); at != messages.end();) {
@@ -138,17 +138,17 @@ class Mpi final : public Communicator {
                           size = static_cast<std::size_t>(mpi_.hosted().size());
         send_.assign(most, entry);  // the last is the stamp
         recv_.resize(static_cast<std::size_t>(mpi_.hosted().processes()) * most);
-        for (std::size_t k = 0; k < mine.size(); ++k) std::ranges::copy(mine[k], send_.data() + k * n);
-        check(MPI_Allgather(send_.data(), detail::mpi_count(most), MPI_DOUBLE, recv_.data(), detail::mpi_count(most),
-                            MPI_DOUBLE, mpi_.comm()),
-              "all_gather");
+        for (std::size_t k = 0; k < mine.size(); ++k) std::copy(mine[k].begin(), mine[k].end(), send_.data() + k * n);
+        check_call(MPI_Allgather(send_.data(), detail::mpi_count(most), MPI_DOUBLE, recv_.data(),
+                                 detail::mpi_count(most), MPI_DOUBLE, mpi_.comm()),
+                   "all_gather");
         double latest = entry;
         gathered_.clear();
         for (int p = 0; p < mpi_.hosted().processes(); ++p) {
             const double* const from = recv_.data() + static_cast<std::size_t>(p) * most;
             const auto rows = static_cast<std::size_t>(mpi_.hosted().first(p + 1) - mpi_.hosted().first(p));
             gathered_.insert(gathered_.end(), from, from + rows * n);
-            latest = std::max(latest, from[most - 1]);
+            latest = (std::max)(latest, from[most - 1]);
         }
         for (const int rank : mpi_.hosted().ranks())
             if (rank != 0)
@@ -194,7 +194,7 @@ class Mpi final : public Communicator {
     CommSeconds seconds() const override { return mpi_.seconds(); }
 
   private:
-    static void check(int code, const char* call) { detail::check_mpi(code, call); }
+    static void check_call(int code, const char* call) { detail::check_mpi(code, call); }
 
     void check_count(std::size_t buffers, const char* call) const {
         if (buffers != mpi_.hosted().count())

@@ -74,7 +74,7 @@ class MpiMessages final : public Channel {
                 mailbox.take(message);
             else
                 check_length(statuses_[m], process, message.size());
-            latest = std::max(latest, message.back());
+            latest = (std::max)(latest, message.back());
         }
         charge_calls(layout_.incoming, mailboxes_.incoming_shared);
         mpi_.spent(operation_, entry, latest);

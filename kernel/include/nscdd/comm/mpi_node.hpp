@@ -123,7 +123,7 @@ class NodeMemory {
             mailboxes = Mailboxes(*this, begin);
             taken_[begin] = begin + wanted;
         }
-        std::ranges::fill(announced_, Announcement{});
+        std::fill(announced_.begin(), announced_.end(), Announcement{});
         std::size_t at = begin;
         const Mailbox::Word before = Mailbox::Word{opened_} << 32;
         for (const Message& message : outgoing) {

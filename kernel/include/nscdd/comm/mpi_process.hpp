@@ -59,7 +59,7 @@ class MpiProcess {
     }
     // A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
     void spent(Operation operation, double entry, double latest) {
-        const double elapsed = std::max(now() - entry, 0.0);
+        const double elapsed = (std::max)(now() - entry, 0.0);
         const double wait = std::clamp(latest - entry, 0.0, elapsed);
         seconds_.add(operation, wait, elapsed - wait);
     }

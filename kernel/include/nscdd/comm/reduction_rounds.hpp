@@ -50,7 +50,7 @@ class ReductionRounds {
             visit_group(step, rank, [&](int other, std::size_t slot) {
                 if (other >= p_) combine_in_tree(rows[slot - group], rows[slot], added);
             });
-        const auto members = static_cast<std::size_t>(std::min(group, p_ / step));
+        const auto members = static_cast<std::size_t>((std::min)(group, p_ / step));
         for (std::size_t half = 1; half < members; half *= 2)
             for (std::size_t s = 0; s < members; s += 2 * half) combine_in_tree(rows[s], rows[s + half], added);
     }
@@ -60,7 +60,7 @@ class ReductionRounds {
 
     // visit(rank, slot) of the members, then of their doubles.
     void visit_group(int step, int rank, auto&& visit) const {
-        const int members = std::min(group, p_ / step), first = origin(rank) - origin(rank) / step % group * step;
+        const int members = (std::min)(group, p_ / step), first = origin(rank) - origin(rank) / step % group * step;
         for (int s = 0; s < members; ++s) visit(first + s * step, static_cast<std::size_t>(s));
         for (int s = 0; s < members; ++s)
             if (first + s * step + p_ < ranks_) visit(first + s * step + p_, static_cast<std::size_t>(s + group));
@@ -89,7 +89,7 @@ class ReducedRows {
                 throw std::logic_error("reduce: hosted ranks have rows of different lengths");
             rows_[k].assign(n + 1, -std::numeric_limits<double>::infinity());  // what an empty one stands for
             std::fill_n(rows_[k].begin(), added, 0.0);
-            std::ranges::copy(mine[k], rows_[k].begin());
+            std::copy(mine[k].begin(), mine[k].end(), rows_[k].begin());
             rows_[k].back() = stamp;
             for (Buffer& row : groups_[k]) row.resize(n + 1);
         }
@@ -123,11 +123,13 @@ class ReducedRows {
         for (std::size_t k = 0; k < rows_.size(); ++k)
             rounds_.visit_sources(step_, hosted_.ranks()[k], [&](int source, std::size_t slot) {
                 if (hosted_.hosts(source))
-                    std::ranges::copy(rows_[hosted_.index(source)], groups_[k][slot].begin());
+                    groups_[k][slot] = rows_[hosted_.index(source)];
                 else
                     awaited_.push_back({source, k, &groups_[k][slot]});
             });
-        std::ranges::sort(awaited_, {}, [](const Awaited& a) { return std::pair(a.source, a.k); });
+        std::sort(awaited_.begin(), awaited_.end(), [](const Awaited& a, const Awaited& b) {
+            return std::pair(a.source, a.k) < std::pair(b.source, b.k);
+        });
         for (const Awaited& a : awaited_) {
             Buffer& rows = incoming_[hosted_.process_of(a.source)];
             rows.resize(rows.size() + a.row->size());
@@ -157,7 +159,7 @@ class ReducedRows {
         }
         for (std::size_t k = 0; k < rows_.size(); ++k) {
             const int rank = hosted_.ranks()[k];
-            std::ranges::copy(rows_[k], groups_[k][rounds_.slot(step_, rank)].begin());
+            groups_[k][rounds_.slot(step_, rank)] = rows_[k];
             rounds_.combine(step_, rank, groups_[k], added_);
             rows_[k].swap(groups_[k][0]);
         }

@@ -19,13 +19,15 @@ class Team {
     explicit Team(int threads)
         : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
           thrown_(static_cast<std::size_t>(threads)) {
-        for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
+        try {
+            for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
+        } catch (...) {
+            end();
+            throw;
+        }
     }
     // Ends the threads and waits for them.
-    ~Team() {
-        task_ = nullptr;
-        begin();
-    }
+    ~Team() { end(); }
     Team(const Team&) = delete;
     Team& operator=(const Team&) = delete;
 
@@ -47,6 +49,11 @@ class Team {
     }
 
   private:
+    void end() {
+        task_ = nullptr;
+        begin();
+        for (std::thread& other : others_) other.join();
+    }
     // Waits for another value: first by polling, since a loop follows the last one within microseconds and waking a
     // thread takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
     // Asleep at once where there are more threads than cores: the thread waited for may need this one's core.
@@ -81,7 +88,7 @@ class Team {
     std::size_t count_ = 0;
     const std::function<void(std::size_t)>* task_ = nullptr;
     std::vector<std::exception_ptr> thrown_;
-    std::vector<std::jthread> others_;  // last: joined before what they use goes
+    std::vector<std::thread> others_;
 };
 
 }  // namespace nscdd

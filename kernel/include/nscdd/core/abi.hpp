@@ -1,4 +1,4 @@
-// A namespace per instruction set, and no -ffast-math: what every header of the kernel begins with.
+// A namespace per instruction set, C++20, and no -ffast-math: what every header of the kernel begins with.
 //
 //   namespace nscdd::inline NSCDD_ABI {        // users write nscdd:: and see nothing of it
 //
@@ -6,6 +6,11 @@
 // -march, to share that copy, then the one for the lesser processor would run instructions that it lacks, or read
 // batches of another width. So the name of the namespace says what the unit is compiled for.
 #pragma once
+
+#if __cplusplus < 202002L
+#error "nscdd: compile as C++20 or later (-std=c++20)"
+#include "stop after the error above"  // no such file: the compiler says no more
+#endif
 
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
 #error "nscdd: compile without -ffast-math (-Ofast, -ffinite-math-only): the kernel's checks for NaN would vanish"

@@ -22,8 +22,8 @@ struct Pairing {
 
     // Null, or what is wrong with mu; MaterialTable::set() checks e.
     const char* fault() const {
-        return friction >= 0 && friction <= std::numeric_limits<double>::max() ? nullptr
-                                                                               : "friction must be >= 0 and finite";
+        return friction >= 0 && friction <= (std::numeric_limits<double>::max)() ? nullptr
+                                                                                 : "friction must be >= 0 and finite";
     }
 };
 
@@ -66,7 +66,7 @@ struct Coulomb {
     }
     // Null, or a text that says that mu is negative or not finite.
     static const char* fault(const Coefficients& k) {
-        return k.friction_coefficient >= 0 && k.friction_coefficient <= std::numeric_limits<double>::max()
+        return k.friction_coefficient >= 0 && k.friction_coefficient <= (std::numeric_limits<double>::max)()
                    ? nullptr
                    : "the coefficient of friction is negative or not finite";
     }

@@ -68,7 +68,7 @@ struct PacketAllocator {
     PacketAllocator(const PacketAllocator<U>&) {}
 
     T* allocate(std::size_t n) {
-        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T)) throw std::bad_array_new_length();
+        if (n > (std::numeric_limits<std::size_t>::max)() / sizeof(T)) throw std::bad_array_new_length();
         return static_cast<T*>(::operator new(n * sizeof(T), alignment));
     }
     void deallocate(T* memory, std::size_t) { ::operator delete(memory, alignment); }

@@ -19,8 +19,8 @@ namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
 
-inline bool is_finite(double x) { return std::abs(x) <= std::numeric_limits<double>::max(); }
-inline bool is_mass(double inverse) { return inverse >= 0 && inverse <= std::numeric_limits<double>::max(); }
+inline bool is_finite(double x) { return std::abs(x) <= (std::numeric_limits<double>::max)(); }
+inline bool is_mass(double inverse) { return inverse >= 0 && inverse <= (std::numeric_limits<double>::max)(); }
 
 // One contact of a problem. Without branches, as all contacts are checked.
 template <bool wall, class M>
@@ -73,49 +73,49 @@ std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
 
 inline constexpr std::size_t no_number = static_cast<std::size_t>(-1);
 
-inline void require(bool sound, const char* what, std::size_t number, const std::string& fault) {
+inline void demand(bool sound, const char* what, std::size_t number, const std::string& fault) {
     if (sound) return;
     throw std::invalid_argument(what + (number == no_number ? "" : " " + std::to_string(number)) + ": " + fault);
 }
-inline void require(bool sound, const char* what, std::size_t number, const char* fault) {
-    if (!sound) require(false, what, number, std::string(fault));
+inline void demand(bool sound, const char* what, std::size_t number, const char* fault) {
+    if (!sound) demand(false, what, number, std::string(fault));
 }
 
 inline void require_multiplicities(const char* what, const std::vector<int>& of, std::size_t count) {
     if (!of.empty() && of.size() != count)
-        require(false, what, no_number,
-                std::to_string(of.size()) + " multiplicities for " + std::to_string(count) + ", and not none");
+        demand(false, what, no_number,
+               std::to_string(of.size()) + " multiplicities for " + std::to_string(count) + ", and not none");
     for (std::size_t k = 0; k < of.size(); ++k)
-        if (of[k] < 1) require(false, what, k, "the multiplicity is " + std::to_string(of[k]) + ", needs at least 1");
+        if (of[k] < 1) demand(false, what, k, "the multiplicity is " + std::to_string(of[k]) + ", needs at least 1");
 }
 
 // Throws if there is a fault.
 template <class M>
 void name_fault(const ContactProblem<M>& problem) {
-    require(problem.h > 0 && is_finite(problem.h), "the step h", no_number, "it is not positive and finite");
-    require(is_mass(problem.least_radius), "the least radius", no_number, "it is negative or not finite");
+    demand(problem.h > 0 && is_finite(problem.h), "the step h", no_number, "it is not positive and finite");
+    demand(is_mass(problem.least_radius), "the least radius", no_number, "it is negative or not finite");
     for (std::size_t k = 0; k < problem.bodies.size(); ++k) {
         const Body<M>& body = problem.bodies[k];
-        require(body.v.allFinite(), "body", k, "the velocity is not finite");
-        require(is_mass(body.inv_mass), "body", k, "the inverse mass is negative or not finite");
+        demand(body.v.allFinite(), "body", k, "the velocity is not finite");
+        demand(is_mass(body.inv_mass), "body", k, "the inverse mass is negative or not finite");
         if constexpr (M::friction)
-            require(is_mass(body.inv_inertia), "body", k, "the inverse inertia is negative or not finite");
+            demand(is_mass(body.inv_inertia), "body", k, "the inverse inertia is negative or not finite");
     }
     for (std::size_t k = 0; k < problem.walls.size(); ++k) {
         const WallBody<M>& wall = problem.walls[k];
-        require(wall.prescribed.allFinite(), "wall", k, "the velocity is not finite");
-        require(is_finite(wall.speed), "wall", k, "the speed is not finite");
-        require(is_mass(wall.inv_mass), "wall", k, "the inverse mass is negative or not finite");
+        demand(wall.prescribed.allFinite(), "wall", k, "the velocity is not finite");
+        demand(is_finite(wall.speed), "wall", k, "the speed is not finite");
+        demand(is_mass(wall.inv_mass), "wall", k, "the inverse mass is negative or not finite");
     }
     require_multiplicities("bodies", problem.multiplicity, problem.bodies.size());
     require_multiplicities("walls", problem.wall_multiplicity, problem.walls.size());
     for (std::size_t k = 0; k < problem.contacts.size(); ++k) {
         const std::string what = fault<false>(problem, problem.contacts[k]);
-        require(what.empty(), "contact", k, what);
+        demand(what.empty(), "contact", k, what);
     }
     for (std::size_t k = 0; k < problem.wall_contacts.size(); ++k) {
         const std::string what = fault<true>(problem, problem.wall_contacts[k]);
-        require(what.empty(), "wall contact", k, what);
+        demand(what.empty(), "wall contact", k, what);
     }
 }
 
@@ -157,8 +157,8 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
     const std::size_t count = problem.contact_count(), stored = problem.blocks.size();
     const auto sizes = [](const char* what, std::size_t is, std::size_t should) {
         if (is != should)
-            detail::require(false, what, detail::no_number,
-                            std::to_string(is) + " of them, needs " + std::to_string(should));
+            detail::demand(false, what, detail::no_number,
+                           std::to_string(is) + " of them, needs " + std::to_string(should));
     };
     sizes("coefficients of friction", problem.friction.size(), count);
     sizes("impulses r", r.size(), count);
@@ -167,7 +167,7 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
     sizes("columns of the blocks of W", problem.columns.size(), stored);
     sizes("blocks within the rows of W", static_cast<std::size_t>(problem.row_begin.back()), stored);
     for (std::size_t c = 0; c < count; ++c) {
-        const auto here = [c](bool sound, const char* fault) { detail::require(sound, "contact", c, fault); };
+        const auto here = [c](bool sound, const char* fault) { detail::demand(sound, "contact", c, fault); };
         const int begin = problem.row_begin[c], end = problem.row_begin[c + 1], own = problem.diagonal[c];
         here(c > 0 || begin == 0, "its row of W does not begin at 0");
         here(begin <= end && static_cast<std::size_t>(end) <= stored, "its row of W ends before it begins");

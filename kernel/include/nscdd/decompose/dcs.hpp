@@ -84,7 +84,7 @@ class Dcs final : public CommunicationScheme<M> {
         const auto grain = static_cast<std::size_t>(g);
         for (std::size_t at = part.first_sharer(grain); at < part.last_sharer(grain); ++at) {
             if (!part.active[at]) continue;
-            const auto found = std::ranges::lower_bound(part.peers, part.sharers[at]);
+            const auto found = std::lower_bound(part.peers.begin(), part.peers.end(), part.sharers[at]);
             visit(part.sharers[at] == part.rank ? part.peers.size()
                                                 : static_cast<std::size_t>(found - part.peers.begin()));
         }

@@ -29,8 +29,8 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
         for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
     std::vector<Buffer> ids = route_by_square(comm, out);
     refuse_together(comm, [&ids](std::size_t k) {
-        std::ranges::sort(ids[k]);
-        if (const auto twice = std::ranges::adjacent_find(ids[k]); twice != ids[k].end())
+        std::sort(ids[k].begin(), ids[k].end());
+        if (const auto twice = std::adjacent_find(ids[k].begin(), ids[k].end()); twice != ids[k].end())
             throw std::invalid_argument("grain " + std::to_string(static_cast<int>(*twice)) +
                                         ": there are two of this id");
     });
@@ -57,10 +57,10 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
         std::vector<detail::Holding> holdings;
         for (std::size_t p = 0; p < told[k].size(); p += 2)
             holdings.push_back({static_cast<int>(told[k][p]), static_cast<int>(told[k][p + 1])});
-        std::ranges::sort(holdings);
+        std::sort(holdings.begin(), holdings.end());
         for (std::size_t p = 0; p < wanted[k].size(); p += Wire::impulse_size) {
             const PairImpulse<M> impulse = Wire::impulse(wanted[k].data() + p);
-            for (auto h = std::ranges::lower_bound(holdings, detail::Holding{impulse.i, 0});
+            for (auto h = std::lower_bound(holdings.begin(), holdings.end(), detail::Holding{impulse.i, 0});
                  h != holdings.end() && h->grain == impulse.i; ++h)
                 Wire::put(impulse, answers[k][h->rank]);
         }

@@ -78,7 +78,7 @@ class CollectedComponent {
         for (auto* contacts : {&problem_.wall_contacts, &problem_.contacts})
             for (Contact<M>& c : *contacts) {
                 rebounds_given_up_ += c.bias < 0;
-                c.bias = std::max(c.bias, 0.0);
+                c.bias = (std::max)(c.bias, 0.0);
             }
         return rebounds_given_up_ > 0 && try_newton(options);
     }

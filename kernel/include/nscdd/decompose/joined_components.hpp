@@ -1,6 +1,7 @@
 // Components that reach across subdomains: grains and driven walls with copies join what each subdomain sees of them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -88,8 +89,8 @@ class JoinedComponents {
         };
         for (std::size_t k = 0; k < parts.size(); ++k)
             for (std::size_t l = 0; l < parts[k].peers.size(); ++l)
-                std::ranges::transform(parts[k].linked[l], channel->send(k, l).begin(),
-                                       [&](int grain) { return double(label(k, grain)); });
+                std::transform(parts[k].linked[l].begin(), parts[k].linked[l].end(), channel->send(k, l).begin(),
+                               [&](int grain) { return double(label(k, grain)); });
         channel->start();
         channel->finish();
         std::vector<Buffer> mine(parts.size());
@@ -107,7 +108,7 @@ class JoinedComponents {
             for (std::size_t w = 0; w < parts[k].problem.walls.size(); ++w)
                 if (labels.of_wall(w) >= 0)
                     pairs.emplace_back(name(parts[k].rank, labels.of_wall(w)), name(comm.size(), static_cast<int>(w)));
-            std::ranges::sort(pairs);
+            std::sort(pairs.begin(), pairs.end());
             pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
             for (const auto& [a, b] : pairs) append({a, b}, mine[k]);
         }
@@ -123,10 +124,10 @@ class JoinedComponents {
         Buffer names;
         for (const double x : meetings)
             if (x >= 0) names.push_back(x);
-        std::ranges::sort(names);
+        std::sort(names.begin(), names.end());
         names.erase(std::unique(names.begin(), names.end()), names.end());
         const auto place = [&names](double x) {
-            const auto at = std::ranges::lower_bound(names, x);
+            const auto at = std::lower_bound(names.begin(), names.end(), x);
             return at != names.end() && *at == x ? static_cast<int>(at - names.begin()) : -1;
         };
         UnionFind sets(names.size());

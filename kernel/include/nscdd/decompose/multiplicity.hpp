@@ -31,8 +31,8 @@ void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Mult
         for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
             if (part.sharers[s] == part.rank) part.active[s] = touched[g];
     for (std::size_t l = 0; l < part.peers.size(); ++l)
-        std::ranges::transform(part.linked[l], channel.send(k, l).begin(),
-                               [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
+        std::transform(part.linked[l].begin(), part.linked[l].end(), channel.send(k, l).begin(),
+                       [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
 }
 
 // Moves contacts of interface grains to the front of the lists, where a sweep begins: the velocities of these grains
@@ -122,7 +122,7 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
     for (auto& part : parts)
         for (std::size_t w = 0; w < walls.size(); ++w) {
             part.wall_touched[w] = touching[w] > 0;
-            part.problem.wall_multiplicity[w] = std::max(1, static_cast<int>(touching[w]));
+            part.problem.wall_multiplicity[w] = (std::max)(1, static_cast<int>(touching[w]));
         }
 }
 

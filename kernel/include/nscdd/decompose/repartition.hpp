@@ -96,7 +96,7 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
             out.push_back({static_cast<int>(in[p]), static_cast<int>(in[p + 1])});
         std::sort(out.begin(), out.end());
     };
-    constexpr int nobody = std::numeric_limits<int>::max();  // sorts behind all ranks
+    constexpr int nobody = (std::numeric_limits<int>::max)();  // sorts behind all ranks
     std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
     std::vector<Outbox> to_home(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)

@@ -36,8 +36,8 @@ template <class M>
     if constexpr (M::friction) {
         const double along = r.dot(normal), rn = M::Law::normal(along, k), limit = M::Law::limit(rn, k);
         const typename M::Vec rt = r - along * normal;
-        constexpr double least = std::numeric_limits<double>::min();  // no 0/0
-        return rn * normal + limit / std::max({rt.norm(), limit, least}) * rt;
+        constexpr double least = (std::numeric_limits<double>::min)();  // no 0/0
+        return rn * normal + limit / (std::max)({rt.norm(), limit, least}) * rt;
     } else {
         (void)normal;
         return typename M::Impulse{M::Law::normal(r[0], k)};
@@ -61,7 +61,7 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::P
     c.i = candidate.i;
     c.j = candidate.j;
     c.normal = normal;
-    c.bias = pairing.restitution > 0 ? pairing.restitution * approach : std::max(gap, 0.0) / h;
+    c.bias = pairing.restitution > 0 ? pairing.restitution * approach : (std::max)(gap, 0.0) / h;
     c.coefficients() = M::Law::coefficients(pairing, gap, h);
     c.r = admissible<M>(candidate.r, normal, c);
     if constexpr (M::friction) {
@@ -92,7 +92,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
         typename M::Vec normal = a.position - b.position;
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
-        note(gap, std::min(a.radius, b.radius), a.id, b.id);
+        note(gap, (std::min)(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres have no normal; their overlap is noted
         const auto& pairing = materials(a.material, b.material);
         const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();

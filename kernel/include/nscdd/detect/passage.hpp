@@ -39,12 +39,12 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
     const auto note = [&](double when, double allowed, double speed, const auto& pairing, int i, int j) {
         if (!(when < time)) return;
         const double until_seen = pairing.restitution > 0 ? allowed / speed : h;
-        worst.note({std::min(when / (1 - theta), until_seen), i, j});
+        worst.note({(std::min)(when / (1 - theta), until_seen), i, j});
     };
     for (const auto& c : part.pairs) {
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
-        const double allowed = largest_overlap * std::min(a.radius, b.radius);
+        const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
         const typename M::Vec d = a.position - b.position,
                               w = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
         note(detail::when_nearer(d, w, a.radius + b.radius - allowed, time), allowed, w.norm(),
@@ -71,13 +71,13 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
     constexpr double always = std::numeric_limits<double>::infinity();
     double least = always;
     const auto note = [&](double when, double allowed, double closing) {
-        if (when < always) least = std::min(least, allowed / closing);
+        if (when < always) least = (std::min)(least, allowed / closing);
     };
     for (const auto& c : part.pairs) {
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
         if (!(materials(a.material, b.material).restitution > 0)) continue;
-        const double allowed = largest_overlap * std::min(a.radius, b.radius);
+        const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
         const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
         note(detail::when_nearer(d, w, a.radius + b.radius - allowed, always), allowed, w.norm());
     }
@@ -140,11 +140,11 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
     unseen.again = detail::mark_passing(part, h);
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
-    const auto check = [&](Candidate<M>& c, bool closes) {
+    const auto check_law = [&](Candidate<M>& c, bool closes) {
         if (closes) c.missed = unseen.again = true;
     };
     const auto note = [&](double when, double allowed, double closing, int i, int j) {
-        if (when < h) unseen.passage.note({when > 0 ? std::min(when, allowed / closing) : 0, i, j});
+        if (when < h) unseen.passage.note({when > 0 ? (std::min)(when, allowed / closing) : 0, i, j});
     };
     for (auto& c : part.pairs) {
         if (!near(c)) continue;
@@ -152,10 +152,10 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
         const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
         if (materials(a.material, b.material).restitution > 0) {
-            const double allowed = largest_overlap * std::min(a.radius, b.radius);
+            const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
             note(detail::when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);
         } else {
-            check(c, detail::when_nearer(d, w, a.radius + b.radius, h) < h);
+            check_law(c, detail::when_nearer(d, w, a.radius + b.radius, h) < h);
         }
     }
     for (auto& c : part.wall_pairs) {
@@ -168,7 +168,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
             const double allowed = largest_overlap * a.radius;
             note(detail::when_deeper(c.free_gap, closing, allowed, h), allowed, closing, a.id, -1 - c.j);
         } else {
-            check(c, c.free_gap < h * closing);
+            check_law(c, c.free_gap < h * closing);
         }
     }
     return unseen;

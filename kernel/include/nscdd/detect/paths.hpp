@@ -29,7 +29,7 @@ double when_nearer(const Vec& d, const Vec& w, double least, double time) {
 inline double when_deeper(double gap, double closing, double allowed, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();
     if (!(closing > 0)) return never;
-    const double t = std::max(0.0, (gap + allowed) / closing);
+    const double t = (std::max)(0.0, (gap + allowed) / closing);
     return t < time ? t : never;
 }
 

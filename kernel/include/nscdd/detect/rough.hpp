@@ -30,7 +30,7 @@ class Cells {
         low_ = M::Vec::Constant(1e300);
         for (const auto& g : grains) low_ = low_.cwiseMin(g.position), high = high.cwiseMax(g.position);
         // far outliers must not overflow the Morton code: wider cells are slower, never wrong
-        size_ = std::max(size, grains.empty() ? 1.0 : (high - low_).maxCoeff() / double(max_coordinate - 2));
+        size_ = (std::max)(size, grains.empty() ? 1.0 : (high - low_).maxCoeff() / double(max_coordinate - 2));
     }
 
     // Of the cell that the point is in; only for points within the box of the grains' centres.
@@ -69,7 +69,7 @@ class Cells {
             return (x | x << 1) & 0x5555555555555555;
         }
     }
-    static constexpr std::int64_t max_coordinate = std::int64_t{1} << std::min(bits, 30);
+    static constexpr std::int64_t max_coordinate = std::int64_t{1} << (std::min)(bits, 30);
 
     typename M::Vec low_;
     double size_;
@@ -106,8 +106,9 @@ void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPai
     TooManyPairs refused{.most = 250 * grains.size() + 1'000'000};
     for (const GrainPair& pair : found) {
         const Grain<M>&a = grains[static_cast<std::size_t>(pair.i)], &b = grains[static_cast<std::size_t>(pair.j)];
-        const double overlap = (a.radius + b.radius - (a.position - b.position).norm()) / std::min(a.radius, b.radius);
-        if (overlap > std::max(1.0, refused.overlap)) {
+        const double overlap =
+            (a.radius + b.radius - (a.position - b.position).norm()) / (std::min)(a.radius, b.radius);
+        if (overlap > (std::max)(1.0, refused.overlap)) {
             refused.overlap = overlap;
             std::tie(refused.i, refused.j) = std::minmax(a.id, b.id);
         }
@@ -133,7 +134,7 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     typename Cells<M>::Coordinates most{};
     for (const auto& g : grains) {
         const auto at = cells.coordinates(g.position);
-        for (std::size_t d = 0; d < M::dim; ++d) most[d] = std::max(most[d], at[d]);
+        for (std::size_t d = 0; d < M::dim; ++d) most[d] = (std::max)(most[d], at[d]);
     }
     const auto row = static_cast<std::uint64_t>(most[0] + 2), layer = row * static_cast<std::uint64_t>(most[1] + 2);
     for (std::size_t k = 0; k < grains.size(); ++k) {

@@ -88,7 +88,7 @@ class Anderson {
         products_.row(now_) = with;
         products_.col(now_) = with;
         products_(now_, now_) = own;
-        filled_ = std::min(filled_ + 1, window_);
+        filled_ = (std::min)(filled_ + 1, window_);
         last_ = now_;
         now_ = (now_ + 1) % window_;
     }
@@ -133,7 +133,7 @@ class Anderson {
         if (factors.info() != Eigen::Success) return;
         const Vector c = scale.asDiagonal() * factors.solve(scale.asDiagonal() * b);
         if (!c.allFinite()) return;
-        const double shorten = std::min(1.0, longest / c.lpNorm<1>());
+        const double shorten = (std::min)(1.0, longest / c.lpNorm<1>());
         for (Eigen::Index i = 0; i < n; ++i) coefficients_[used[static_cast<std::size_t>(i)]] = shorten * c[i];
         growth_ *= std::abs(1 - coefficients_.sum()) + coefficients_.lpNorm<1>();
     }

@@ -83,7 +83,7 @@ inline void check_options(const SolveOptions& options) {
 // Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
 template <class Options>
 int until_test(const Options& options, const SolveReport& report) {
-    return std::max(1, std::min(options.check_every, options.max_iterations - report.iterations));
+    return (std::max)(1, (std::min)(options.check_every, options.max_iterations - report.iterations));
 }
 
 // Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
@@ -105,7 +105,7 @@ SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure
 // True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
 // do not pay for the set-up, measured to cost about 360 solved contacts.
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
-    return options.window > 0 && report.iterations > 0 && std::max(report.iterations, 10) * contacts >= 360;
+    return options.window > 0 && report.iterations > 0 && (std::max)(report.iterations, 10) * contacts >= 360;
 }
 
 // Whether the step would close a contact farther than the options allow. Never without a least radius.
@@ -116,11 +116,11 @@ inline bool too_deep(const SolveReport& report, const SolveOptions& options, dou
 // How far the iterate is from being converged: the largest of its figures over their bounds; 1 or less where all are
 // kept. Of the estimate only where it was asked for.
 inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
-    double worst = std::max({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
-                             report.energy_made / options.energy_made});
-    if (least_radius > 0) worst = std::max(worst, report.penetration / (options.penetration * least_radius));
+    double worst = (std::max)({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
+                               report.energy_made / options.energy_made});
+    if (least_radius > 0) worst = (std::max)(worst, report.penetration / (options.penetration * least_radius));
     return worst > 1 ? worst
-                     : std::max({worst, report.gap_error / options.gap_error, report.distance / options.distance});
+                     : (std::max)({worst, report.gap_error / options.gap_error, report.distance / options.distance});
 }
 
 // Writes the residual into the report; true when its bounds are kept, and those of the estimate are left to ask
@@ -144,7 +144,7 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
 // Writes the estimate into the report. near: report_residual() was true.
 inline void report_distance(const DistanceEstimate& estimate, const SolveOptions& options, bool near,
                             SolveReport& report) {
-    report.energy_made = std::max(report.energy_made, estimate.energy_made);
+    report.energy_made = (std::max)(report.energy_made, estimate.energy_made);
     report.gap_error = estimate.gap_error;
     report.distance = estimate.worst;
     report.scene_distance = estimate.scene;

@@ -24,7 +24,7 @@ class UnionFind {
     }
     void join(int a, int b) {
         a = find(a), b = find(b);
-        parent(std::max(a, b)) = std::min(a, b);
+        parent(std::max(a, b)) = (std::min)(a, b);
     }
 
   private:
@@ -97,8 +97,10 @@ class Components {
     std::size_t count() const { return index(count_); }             // number of components
     int of_body(std::size_t body) const { return of_body_[body]; }  // -1: no contact
     int of_wall(std::size_t wall) const { return of_wall_[wall]; }  // -1: not driven, or no contact
-    int of(const Contact<M>& c) const { return std::max(of_body(index(c.i)), of_body(index(c.j))); }  // between grains
-    int of_wall_contact(const Contact<M>& c) const { return std::max(of_body(index(c.i)), of_wall(index(c.j))); }
+    int of(const Contact<M>& c) const {
+        return (std::max)(of_body(index(c.i)), of_body(index(c.j)));
+    }  // between grains
+    int of_wall_contact(const Contact<M>& c) const { return (std::max)(of_body(index(c.i)), of_wall(index(c.j))); }
 
     // By label.
     std::vector<ComponentShape<M>> shapes(const ContactProblem<M>& problem) const {

@@ -25,7 +25,7 @@ struct ComponentSums {
     ComponentSums& operator+=(const ComponentSums& other) {
         work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change;
         closing += other.closing, closing_square += other.closing_square;
-        gap_error = std::max(gap_error, other.gap_error);
+        gap_error = (std::max)(gap_error, other.gap_error);
         return *this;
     }
 };
@@ -45,7 +45,7 @@ struct DistanceEstimate {
         if (residual.eta() == 0) return;
         // A component that moves less than 1e-4 of what the scene does on average is judged as if it did.
         const double mean = residual.mean_change();
-        const double scale = std::max({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
+        const double scale = (std::max)({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
         take(worst, distance(sums, mass, length, scale));
         take(energy_made, sums.made > 0 ? sums.made / scale : 0);
     }
@@ -83,7 +83,7 @@ struct DistanceEstimate {
 template <class M>
 typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v) {
     const auto normal_miss = [](double opening, double excess) {
-        return excess > 0 ? -opening : std::max(-opening, 0.0);
+        return excess > 0 ? -opening : (std::max)(-opening, 0.0);
     };
     if constexpr (M::friction) {
         const double vn = v.dot(c.normal), rn = c.r.dot(c.normal), limit = M::Law::limit(rn, c);
@@ -175,13 +175,13 @@ class DistanceSums {
         }
         sums.work += std::abs(excess * opening) + limit + along;
         sums.slope += (c.r - mark).dot(miss);
-        const double closing = std::max(-opening, 0.0);
+        const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
         if (problem.radii.empty()) return;
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
-            radius = std::min(radius, problem.radii[static_cast<std::size_t>(c.j)]);
-        sums.gap_error = std::max(sums.gap_error, problem.h * miss.norm() / radius);
+            radius = (std::min)(radius, problem.radii[static_cast<std::size_t>(c.j)]);
+        sums.gap_error = (std::max)(sums.gap_error, problem.h * miss.norm() / radius);
     }
 
     FreeVelocities<M> free_;

@@ -73,7 +73,7 @@ double natural_map_error(const DelassusProblem<dim>& problem,
         rr += r[c].squaredNorm();
         uu += u.squaredNorm();
     }
-    return detail::relative(std::sqrt(map), std::sqrt(std::max({q, rr, uu})));
+    return detail::relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
 
 // All measures. r: one impulse per contact, in the order and axes of the problem.
@@ -110,19 +110,19 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
         q2 += problem.q[c].squaredNorm();
         r2 += r[c].squaredNorm();
         u2 += u.squaredNorm();
-        largest_r = std::max(largest_r, r[c].cwiseAbs().maxCoeff());
-        largest_u = std::max({largest_u, u.cwiseAbs().maxCoeff(), problem.q[c].cwiseAbs().maxCoeff()});
-        e.least_normal_impulse = std::min(e.least_normal_impulse, rn);
-        e.least_normal_velocity = std::min(e.least_normal_velocity, un);
-        e.cone_excess = std::max(e.cone_excess, rt - mu * std::max(rn, 0.0));
-        e.complementarity = std::max(e.complementarity, std::abs(un * rn));
-        e.dissipation = std::max(
+        largest_r = (std::max)(largest_r, r[c].cwiseAbs().maxCoeff());
+        largest_u = (std::max)({largest_u, u.cwiseAbs().maxCoeff(), problem.q[c].cwiseAbs().maxCoeff()});
+        e.least_normal_impulse = (std::min)(e.least_normal_impulse, rn);
+        e.least_normal_velocity = (std::min)(e.least_normal_velocity, un);
+        e.cone_excess = (std::max)(e.cone_excess, rt - mu * (std::max)(rn, 0.0));
+        e.complementarity = (std::max)(e.complementarity, std::abs(un * rn));
+        e.dissipation = (std::max)(
             e.dissipation, std::abs(mu * rn * ut + r[c].template tail<tangents>().dot(u.template tail<tangents>())));
     }
-    const double q = std::sqrt(q2), rr = std::sqrt(r2), uu = std::sqrt(u2), scale = std::max({q, rr, uu});
+    const double q = std::sqrt(q2), rr = std::sqrt(r2), uu = std::sqrt(u2), scale = (std::max)({q, rr, uu});
     e.natural_map = detail::relative(std::sqrt(map), scale);
     e.worst = detail::relative(e.worst, scale);
-    e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), std::max(q, uu));
+    e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), (std::max)(q, uu));
     e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), rr);
     e.eta = energy_residual(change, energy, next_energy, round_off);
     const auto over = [](double& value, double largest) {

@@ -15,7 +15,7 @@ namespace nscdd::inline NSCDD_ABI {
 inline double energy_residual(double change, double energy, double next_energy, double round_off) {
     if (!std::isfinite(round_off)) return round_off;  // without friction the law takes a NaN for an open contact
     if (change < 1e-28 * round_off) return 0;
-    return change > 0 ? std::sqrt(change / std::max(energy, next_energy)) : change;  // NaN stays NaN
+    return change > 0 ? std::sqrt(change / (std::max)(energy, next_energy)) : change;  // NaN stays NaN
 }
 
 }  // namespace nscdd

@@ -50,7 +50,7 @@ struct ResidualParts {
 
     // Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
     // being asked to be more exact than that.
-    double scale() const { return std::max(velocity_change.energy, 1e-16 * round_off); }
+    double scale() const { return (std::max)(velocity_change.energy, 1e-16 * round_off); }
     // Mean change of a velocity by the contacts, raised as scale() is [m/s].
     double mean_change() const {
         if (velocity_change.energy == 0) return 0;
@@ -89,8 +89,8 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
         parts.work += std::abs(M::Law::excess(rn, c) * (vn + c.bias)) + limit + along;
         parts.made += rn * (vn + c.bias) + along;
-        parts.penetration = std::max(parts.penetration, problem.h * (-vn - c.bias));
-        parts.miss = std::max(parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
+        parts.penetration = (std::max)(parts.penetration, problem.h * (-vn - c.bias));
+        parts.miss = (std::max)(parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
     }
     parts.contacts += static_cast<double>(contacts.size());
 }

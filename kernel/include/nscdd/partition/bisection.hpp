@@ -129,7 +129,7 @@ class Bisector {
         double place(int border) const { return border < slices ? from + (to - from) * border / slices : to; }
         int slice(double x) const {  // of from <= x < to
             const double at = (x - from) / (to - from) * slices;
-            int slice = at > 0 ? std::min(static_cast<int>(at), slices - 1) : 0;
+            int slice = at > 0 ? (std::min)(static_cast<int>(at), slices - 1) : 0;
             // else round-off could choose a slice whose borders do not enclose x
             while (slice > 0 && x < place(slice)) --slice;
             while (x >= place(slice + 1)) ++slice;
@@ -149,8 +149,8 @@ class Bisector {
                 // minus the lowest coordinate, because reduce() takes the largest
                 double& low = mine[0][piece * size + d];
                 double& high = mine[0][piece * size + M::dim + d];
-                low = std::max(low, -x[static_cast<int>(d)]);
-                high = std::max(high, x[static_cast<int>(d)]);
+                low = (std::max)(low, -x[static_cast<int>(d)]);
+                high = (std::max)(high, x[static_cast<int>(d)]);
             }
         });
         const std::span<const double> most = comm_.reduce(mine, 0);

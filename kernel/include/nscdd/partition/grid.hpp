@@ -14,7 +14,7 @@ namespace nscdd::inline NSCDD_ABI {
 
 // Number of cells along each axis.
 template <int dim>
-using GridCells = std::array<int, dim>;
+using GridCells = std::array<int, static_cast<std::size_t>(dim)>;
 
 // The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
 // 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
@@ -72,7 +72,8 @@ class Grid {
     // a grid without cells, or a box that is not finite.
     Grid(const GridCells<M::dim>& cells, const typename M::Vec& low, const typename M::Vec& high)
         : cells_(cells), low_(low), high_(high), size_(high - low) {
-        if (std::ranges::min(cells) < 1) throw std::invalid_argument("a grid has at least one cell along each axis");
+        if (*std::min_element(cells.begin(), cells.end()) < 1)
+            throw std::invalid_argument("a grid has at least one cell along each axis");
         if (!low.allFinite() || !size_.allFinite()) throw std::invalid_argument("the box of a grid must be finite");
     }
 
@@ -141,8 +142,8 @@ Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
     const auto restore = [wanted](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
         const auto finite = [](double x) { return std::isfinite(x); };
         const auto cell = [ranks](double x) { return x >= 1 && x <= ranks; };
-        if (numbers.size() != 3 * M::dim || !std::ranges::all_of(numbers, finite) ||
-            !std::ranges::all_of(numbers.first(M::dim), cell))
+        if (numbers.size() != 3 * M::dim || !std::all_of(numbers.begin(), numbers.end(), finite) ||
+            !std::all_of(numbers.begin(), numbers.begin() + M::dim, cell))
             return {};
         GridCells<M::dim> cells;
         std::copy_n(numbers.begin(), M::dim, cells.begin());

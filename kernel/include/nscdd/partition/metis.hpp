@@ -38,7 +38,7 @@ class CellTable {
         for (const int along : cells_) count *= along >= 1 ? along : 0;
         if (count != static_cast<double>(owner_.size()) || count == 0)
             throw std::invalid_argument("a table of cells has one owner for each cell");
-        if (!std::ranges::all_of(owner_, [ranks](int rank) { return rank >= 0 && rank < ranks; }))
+        if (!std::all_of(owner_.begin(), owner_.end(), [ranks](int rank) { return rank >= 0 && rank < ranks; }))
             throw std::invalid_argument("an owner in a table of cells is no rank");
         if (!low.allFinite() || !edge.allFinite() || !(edge.minCoeff() > 0))
             throw std::invalid_argument("the cells of a table must have a finite place and size");
@@ -64,7 +64,7 @@ class CellTable {
             for (std::size_t y = first[1]; y <= last[1]; ++y)
                 for (std::size_t x = first[0]; x <= last[0]; ++x) {
                     const int rank = owner_[x + nx * (y + ny * z)];
-                    if (std::ranges::find(seen, rank) == seen.end()) seen.push_back(rank);
+                    if (std::find(seen.begin(), seen.end(), rank) == seen.end()) seen.push_back(rank);
                 }
         for (const int rank : seen) visit(rank);
     }
@@ -116,7 +116,7 @@ class CellGraph {
                 const auto count = static_cast<std::size_t>(along);
                 std::size_t next = cell, left = count - 1 - rest % count;
                 for (; left > 0 && (next == cell || contacts[next] == 0); --left) next += stride;
-                if (const idx_t shared = std::min(contacts[cell], contacts[next]); next != cell && shared > 0)
+                if (const idx_t shared = (std::min)(contacts[cell], contacts[next]); next != cell && shared > 0)
                     joined[{static_cast<std::int64_t>(cell), static_cast<std::int64_t>(next)}] = shared;
                 rest /= count;
                 stride *= count;
@@ -172,7 +172,8 @@ class CellGraph {
         double before = 0;
         for (std::size_t v = 0; v < weight.size(); ++v) {
             const double middle = before + 0.5 * static_cast<double>(weight[v]);
-            found[v] = all > 0 ? std::min(static_cast<idx_t>(middle / all * ranks), static_cast<idx_t>(ranks - 1)) : 0;
+            found[v] =
+                all > 0 ? (std::min)(static_cast<idx_t>(middle / all * ranks), static_cast<idx_t>(ranks - 1)) : 0;
             before += static_cast<double>(weight[v]);
         }
     }
@@ -198,7 +199,7 @@ void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
     std::vector<std::size_t> front;
     for (std::size_t c = 0; c < owner.size(); ++c)
         if (owner[c] >= 0) front.push_back(c);
-    if (front.empty()) std::ranges::fill(owner, 0);
+    if (front.empty()) std::fill(owner.begin(), owner.end(), 0);
     for (std::size_t next = 0; next < front.size(); ++next) {
         std::size_t stride = 1, rest = front[next];
         for (std::size_t d = 0; d < dim; ++d) {
@@ -221,7 +222,7 @@ void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
 // grains has no more cells than a heap.
 template <class M>
 double edge_of_cells(typename M::Vec extent, double wanted) {
-    std::ranges::sort(std::span(extent.data(), static_cast<std::size_t>(M::dim)), std::greater<>());
+    std::sort(extent.data(), extent.data() + M::dim, std::greater<>());
     double volume = 1, edge = 0;
     for (int d = 0; d < M::dim && (d == 0 || extent[d] > edge); ++d) {
         volume *= extent[d];
@@ -258,12 +259,12 @@ Box<M> box_of_most(const PartitionInput<M>& scene, auto&& own_grains) {
             });
             return mine;
         });
-        const Vec mean = cloud.from_middle / std::max(cloud.grains, 1.0),
-                  far = 4 * (cloud.square / std::max(cloud.grains, 1.0) - mean.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
+        const Vec mean = cloud.from_middle / (std::max)(cloud.grains, 1.0),
+                  far = 4 * (cloud.square / (std::max)(cloud.grains, 1.0) - mean.cwiseAbs2()).cwiseMax(0).cwiseSqrt();
         shorter = false;
         for (int d = 0; d < M::dim; ++d) {
-            const double low = std::max(box.low[d], middle[d] + mean[d] - far[d]),
-                         high = std::min(box.high[d], middle[d] + mean[d] + far[d]);
+            const double low = (std::max)(box.low[d], middle[d] + mean[d] - far[d]),
+                         high = (std::min)(box.high[d], middle[d] + mean[d] + far[d]);
             if (!(low < high && high - low <= 0.5 * (box.high[d] - box.low[d]))) continue;
             box.low[d] = low;
             box.high[d] = high;
@@ -292,7 +293,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     // alone, without contacts, need cells that are neighbours. Every process holds the table.
     const bool candidates = any_candidates(parts, comm);
     const double wanted =
-        std::clamp((candidates ? 6 : 0.5) * grains, 8.0 * comm.size(), std::max(8.0 * comm.size(), double(1 << 20)));
+        std::clamp((candidates ? 6 : 0.5) * grains, 8.0 * comm.size(), (std::max)(8.0 * comm.size(), double(1 << 20)));
     const Vec extent = (box.high - box.low).cwiseMax(1e-9 * (box.high - box.low).maxCoeff()).cwiseMax(1e-300);
     const double size = edge_of_cells<M>(extent, wanted);
     std::array<int, M::dim> cells;
@@ -321,7 +322,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
             const int at = number.owner(midpoint);
             ++counted[{at, of_contacts}];
             for (const int grain : {number.owner(a), number.owner(b)})
-                if (grain != at) ++counted[{std::min(grain, at), std::max(grain, at)}];
+                if (grain != at) ++counted[{(std::min)(grain, at), (std::max)(grain, at)}];
         });
         for (const auto& [pair, number_of] : counted)
             out[k][0].insert(out[k][0].end(), {double(pair.first), double(pair.second), number_of});
@@ -360,7 +361,7 @@ Partitioner<M> by_metis(double imbalance = 1.1) {
         const auto whole = [](double x) { return x >= 0 && x <= 1e9 ? static_cast<int>(x) : -1; };
         if (numbers.size() <= head || numbers[0] != ranks) return {};
         std::array<int, M::dim> cells;
-        std::ranges::transform(numbers.subspan(1, M::dim), cells.begin(), whole);
+        std::transform(numbers.begin() + 1, numbers.begin() + 1 + M::dim, cells.begin(), whole);
         std::vector<int> owner;
         for (const double rank : numbers.subspan(head)) owner.push_back(whole(rank));
         using Vector = Eigen::Map<const typename M::Vec>;

@@ -61,11 +61,11 @@ struct Cone {
         const double square = (slope - tangential) * (slope + tangential);
         const double half = a.dot(n) * slope - tangent(a).dot(tangent(da)), inside = determinant(a);
         const double under = half * half - square * inside;
-        double t = slope < 0 ? std::min(most, -a.dot(n) / slope) : most;
+        double t = slope < 0 ? (std::min)(most, -a.dot(n) / slope) : most;
         if (under < 0) return t;
         const double q = -(half + std::copysign(std::sqrt(under), half));  // no cancellation: roots q/square, inside/q
         for (const double root : {q / square, inside / q})
-            if (root > 0) t = std::min(t, root);
+            if (root > 0) t = (std::min)(t, root);
         return t;
     }
 };
@@ -81,7 +81,7 @@ struct ConeScaling {
 
     bool compute(const Cone<size>& cone, const Vec& s, const Vec& z) {
         const double ds = cone.determinant(s), dz = cone.determinant(z);
-        if (!(ds > 0 && dz > 0 && ds < std::numeric_limits<double>::max())) return false;  // inside, to round-off
+        if (!(ds > 0 && dz > 0 && ds < (std::numeric_limits<double>::max)())) return false;  // inside, to round-off
         const Vec unit_s = s / std::sqrt(ds), unit_z = z / std::sqrt(dz);
         const Vec v = (unit_s + cone.mirrored(unit_z)) / std::sqrt(2 + 2 * unit_s.dot(unit_z));
         const double scale = std::pow(ds / dz, 0.25);

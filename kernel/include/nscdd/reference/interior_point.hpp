@@ -152,7 +152,7 @@ class InteriorPoint {
     // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
     double find_direction(const SparseFactors& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
-        const double step = std::min(1.0, longest());
+        const double step = (std::min)(1.0, longest());
         double left = 0;
         for (std::size_t c = 0; c < contacts_.size(); ++c) {
             const Local& local = contacts_[c];
@@ -161,7 +161,7 @@ class InteriorPoint {
         }
         const double sigma = std::clamp(std::pow(left / gap_, 3), 1e-4, 1.0);
         // the gap must not fall ahead of the inconsistency of the velocities
-        const double target = std::max(sigma * gap_, 0.1 * inconsistency_) / double(contacts_.size());
+        const double target = (std::max)(sigma * gap_, 0.1 * inconsistency_) / double(contacts_.size());
         const Eigen::VectorXd dr = dr_, dw = dw_;
         std::size_t c = 0;
         solve(factors, [&](const Local& local) -> Vec {
@@ -172,7 +172,7 @@ class InteriorPoint {
             const Vec wanted = target * local.cone.n - local.cone.product(s.point, s.point) - second;
             return s.inverse * local.cone.quotient(s.point, wanted);
         });
-        return std::min(1.0, 0.95 * longest());
+        return (std::min)(1.0, 0.95 * longest());
     }
 
     void solve(const SparseFactors& factors, auto&& constant) {
@@ -206,7 +206,7 @@ class InteriorPoint {
         const Local& local = contacts_[c];
         const Vec edge = local.cone.n - local.slip;
         const double slack = edge.dot(problem_.at(w_, c)), slope = edge.dot(problem_.at(dw_, c));
-        const double t = slope < 0 ? std::min(most, -slack / slope) : most;
+        const double t = slope < 0 ? (std::min)(most, -slack / slope) : most;
         return local.cone.step_limit(local.r, local.to_cone * problem_.at(dr_, c), t);
     }
 
@@ -221,7 +221,8 @@ class InteriorPoint {
     // it in pseudo-time; the answer is untouched, since at the end dr = 0.
     void soften(double length) {
         for (std::size_t c = 0; c < contacts_.size(); ++c)
-            if (step_limit(c, 2.0) < 3 * length) contacts_[c].compliance = std::max(10 * contacts_[c].compliance, 1e-3);
+            if (step_limit(c, 2.0) < 3 * length)
+                contacts_[c].compliance = (std::max)(10 * contacts_[c].compliance, 1e-3);
     }
 
     const LinearContacts<size>& problem_;

@@ -44,7 +44,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
             return stop;
         runaway = runaway || so_far.residual < first;
         so_far.converged = false;
-        so_far.residual = std::max(so_far.residual, first);
+        so_far.residual = (std::max)(so_far.residual, first);
         return false;
     };
     if (first > statuses_known) {
@@ -61,7 +61,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
                 }
                 return stop || report.residual <= statuses_known;
             },
-            std::min(options.max_interior, options.max_iterations), report);
+            (std::min)(options.max_interior, options.max_iterations), report);
         report.interior = report.iterations;
         if (runaway && least == first) {  // there is no answer
             judge(r, report);
@@ -95,7 +95,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
                             .penetration = options.penetration,
                             .gap_error = options.gap_error,
                             .distance = options.distance,
-                            .max_iterations = std::numeric_limits<int>::max()};
+                            .max_iterations = (std::numeric_limits<int>::max)()};
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
@@ -120,7 +120,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             test.mark();  // no line worth following leads from the last iterate to this one
             test(so_far);
             // solved, and contacts still close: there is no answer
-            return so_far.converged || (so_far.residual <= std::min(1e-7, options.tolerance) &&
+            return so_far.converged || (so_far.residual <= (std::min)(1e-7, options.tolerance) &&
                                         too_deep(so_far, stop, problem.least_radius));
         },
         report);

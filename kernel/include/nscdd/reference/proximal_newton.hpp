@@ -107,7 +107,7 @@ class ProximalNewton {
         evaluate(p, law);
         for (int k = 0; k <= most && report.iterations < options_.max_iterations; ++k) {
             const double target = 0.01 * options_.tolerance * std::sqrt(problem_.energy(p.r));
-            if (p.norm <= std::max(0.1 * p.prox, target)) return true;
+            if (p.norm <= (std::max)(0.1 * p.prox, target)) return true;
             ++report.iterations;
             const Eigen::SparseMatrix<double> slope = impulse_slope(p, law);
             Eigen::SparseMatrix<double> jacobian(p.x.size(), p.x.size());

@@ -29,12 +29,12 @@ class BroadPhase {
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
                double needed) {
         const Extent extent = find_extent(parts, comm);
-        double speed = std::max(extent.speed, settings.h * settings.gravity.norm());
-        for (const auto& wall : settings.walls) speed = std::max(speed, std::abs(wall.normal_speed()));
+        double speed = (std::max)(extent.speed, settings.h * settings.gravity.norm());
+        for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
         const double step_reach = settings.h * speed;
         const double wanted =
             std::clamp(2.2 * settings.rough_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
-        skin_ = std::max({wanted, 4.4 * step_reach, needed});
+        skin_ = (std::max)({wanted, 4.4 * step_reach, needed});
         detect(parts, comm, settings, settings.walls, radii, extent.box());
         offsets_.clear();
         for (const auto& wall : settings.walls) offsets_.push_back(wall.offset);
@@ -88,8 +88,9 @@ class BroadPhase {
   private:
     // Of all grains.
     struct Extent {
-        typename M::Vec minus_low = M::Vec::Constant(-std::numeric_limits<double>::max()), high = minus_low;  // box [m]
-        double speed = 0;  // largest [m/s]
+        typename M::Vec minus_low = M::Vec::Constant(-(std::numeric_limits<double>::max)()),
+                        high = minus_low;  // box [m]
+        double speed = 0;                  // largest [m/s]
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(minus_low, high, speed); }
         Box<M> box() const { return {-minus_low, high}; }
@@ -100,7 +101,7 @@ class BroadPhase {
             for (const auto& g : parts[k].grains) {
                 mine.minus_low = mine.minus_low.cwiseMax(-g.position);
                 mine.high = mine.high.cwiseMax(g.position);
-                mine.speed = std::max(mine.speed, g.velocity.template head<M::dim>().norm());
+                mine.speed = (std::max)(mine.speed, g.velocity.template head<M::dim>().norm());
             }
             return mine;
         });
@@ -113,7 +114,7 @@ class BroadPhase {
         const double allowed = settings.partition.imbalance;
         const bool first = !partition_;
         const bool renew =
-            first || allowed <= 1 || measure_imbalance(parts, comm) > std::max(allowed, 1.1 * imbalance_when_made_);
+            first || allowed <= 1 || measure_imbalance(parts, comm) > (std::max)(allowed, 1.1 * imbalance_when_made_);
         for (int times = !renew ? 0 : first && allowed > 1 ? 2 : 1; times > 0; --times) {
             partition_ = settings.partition.make({parts, comm, box, partition_ ? partition_->numbers() : Buffer{}});
             if (times > 1) repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);

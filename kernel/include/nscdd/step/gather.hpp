@@ -19,7 +19,7 @@ struct GatheredGrain {
 
 // Grains, or contacts by the grain i, from `begin` up to but without `end`.
 struct Ids {
-    int begin = 0, end = std::numeric_limits<int>::max();           // the first id, and one after the last
+    int begin = 0, end = (std::numeric_limits<int>::max)();         // the first id, and one after the last
     bool contain(int id) const { return begin <= id && id < end; }  // whether an id is in the range
 };
 

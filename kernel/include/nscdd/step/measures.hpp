@@ -63,7 +63,7 @@ Measures<M> measure(const Simulation<M>& simulation) {
         const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
         for (const auto& c : part.problem.contacts) {
             const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
-            m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
+            m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
             if (carries_impulse<M>(c))
                 ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
             if (!detail::acts_on_grains<M>(c)) continue;
@@ -72,7 +72,7 @@ Measures<M> measure(const Simulation<M>& simulation) {
         for (const auto& c : part.problem.wall_contacts) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
             const double distance = wall.distance(grain(c.i).position);
-            m.largest_overlap = std::max(m.largest_overlap, grain(c.i).radius - distance);
+            m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius - distance);
             if (carries_impulse<M>(c)) ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
             if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "nscdd/step/measures.hpp"
@@ -94,7 +95,7 @@ Observables<M> observe(const Simulation<M>& simulation) {
     });
     for (std::size_t w = 0; w < walls; ++w) total.wall_force.emplace_back(Eigen::Map<const Vec>(&forces[M::dim * w]));
     const double contacts = total.measures.contacts;
-    total.fabric = sums.fabric / (contacts > 0 ? contacts : NAN);
+    total.fabric = sums.fabric / (contacts > 0 ? contacts : std::numeric_limits<double>::quiet_NaN());
     total.grains = static_cast<double>(simulation.grain_count());
     total.measures.touched = sums.touched;
     total.mass = sums.mass;

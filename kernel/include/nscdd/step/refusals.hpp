@@ -77,7 +77,7 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
                                 const std::vector<double>& within, double allowed) {
     const Passage worst = detail::worst_of_all(comm, found);
     const double others = -reduce(comm, 0, [&within](std::size_t k) { return Buffer{-within[k]}; })[0];
-    throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = std::min(worst.h, others)});
+    throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = (std::min)(worst.h, others)});
 }
 
 }  // namespace nscdd

@@ -108,7 +108,7 @@ class Simulation {
         if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
         int iterations = 0;
         for (;; ++report.attempts) {
-            detect(std::max(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
+            detect((std::max)(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
             watch.lap(seconds_.detect);
             start_iteration(report);
             watch.lap(seconds_.advance);

@@ -35,8 +35,8 @@ GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& co
         GrainCount mine;
         mine.grains = double(parts[k].grains.size());
         for (const auto& g : parts[k].grains) {
-            mine.minus_least = std::max(mine.minus_least, -g.radius);
-            mine.most = std::max(mine.most, g.radius);
+            mine.minus_least = (std::max)(mine.minus_least, -g.radius);
+            mine.most = (std::max)(mine.most, g.radius);
         }
         return mine;
     });

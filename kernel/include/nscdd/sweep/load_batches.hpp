@@ -44,7 +44,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if constexpr (!wall) visit(at(c).j);
         if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
-    const int most = group.driven ? std::min(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    const int most = group.driven ? (std::min)(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
     const auto deal = [&](std::size_t begin, std::size_t end) {
         find_order<wall>(problem, contacts, begin, end, dealt);
         group.batches.deal(dealt, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);

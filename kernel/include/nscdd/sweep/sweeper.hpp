@@ -361,8 +361,8 @@ class Sweeper {
         parts.round_off += detail::sum(round_off);
         parts.work += detail::sum(work);
         parts.made += detail::sum(made);
-        parts.penetration = std::max(parts.penetration, problem.h * detail::largest(closing));
-        parts.miss = std::max(parts.miss, std::sqrt(detail::largest(miss)));
+        parts.penetration = (std::max)(parts.penetration, problem.h * detail::largest(closing));
+        parts.miss = (std::max)(parts.miss, std::sqrt(detail::largest(miss)));
     }
 
     template <class Other>
