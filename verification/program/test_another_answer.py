@@ -95,7 +95,7 @@ class Wedge(Judged):
         shutil.copy(start, self.folder / "wedged.h5")
         weight = 10 * 0.001 * np.pi * 0.25
         with h5py.File(self.folder / "wedged.h5", "r+") as state:
-            pushes = {-1: (weight, weight / 2), -2: (-weight, weight / 2)}  # by left and right
+            pushes = {-1: (10 * weight, weight / 2), -2: (-10 * weight, weight / 2)}  # by left and right, inside the cones
             state["contacts/impulse"][...] = [pushes[j] for j in state["contacts/j"][...]]
         self.scene = self.write("wedge.toml", WEDGE)
         self.falls, self.holds = (self.step(name, self.scene, "--from", path) for name, path in (("falls", start), ("holds", self.folder / "wedged.h5")))
