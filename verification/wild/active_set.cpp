@@ -19,34 +19,70 @@ class Pivoting {
         for (Eigen::Index i = 0; i < q.size(); ++i) passive_[static_cast<std::size_t>(i)] = q[i] < 0;
     }
 
-    // x becomes the minimum with proximal/2 |x - x_before|^2 added. False if pivoting does not end.
+    // x becomes the minimum with proximal/2 |x - x_before|^2 added. False if that is not found.
     bool step(double proximal) {
-        const Vector linear = q_ - proximal * x;
+        proximal_ = proximal;
+        linear_ = q_ - proximal * x;
+        const Vector start = x;
+        return exchange_many() || exchange_one(start);
+    }
+
+  private:
+    bool exchange_many() {
         std::size_t best = passive_.size() + 1;
-        int tries = 10;
-        for (int pivots = 0; pivots < 5000; ++pivots) {
-            if (!solve(proximal, linear)) return false;
-            const Vector y = s_ * x + proximal * x + linear;
-            const Vector round_off = 1e-14 * (absolute_ * x.cwiseAbs() + linear.cwiseAbs());
+        for (int tries = 10; tries > 0; --tries) {
+            if (!solve(x)) return false;
+            const Vector y = gradient(), round_off = noise();
             std::vector<std::size_t> wrong;
             for (std::size_t i = 0; i < passive_.size(); ++i) {
                 const auto k = static_cast<Eigen::Index>(i);
                 if (passive_[i] ? x[k] < 0 : y[k] < -round_off[k]) wrong.push_back(i);
             }
             if (wrong.empty()) return true;
-            if (wrong.size() < best) {
-                best = wrong.size();
-                tries = 10;
-            } else if (--tries < 0) {
-                wrong = {wrong.back()};  // Murty's rule, which ends
-            }
+            if (wrong.size() < best) best = wrong.size(), tries = 10;
             for (const std::size_t i : wrong) passive_[i] = !passive_[i];
         }
         return false;
     }
 
-  private:
-    bool solve(double proximal, const Vector& linear) {
+    bool exchange_one(const Vector& start) {
+        x = start.cwiseMax(0);
+        std::vector<char> blocked(passive_.size(), 0);  // round-off alone lets them close
+        for (std::size_t i = 0; i < passive_.size(); ++i) passive_[i] = x[static_cast<Eigen::Index>(i)] > 0;
+        for (std::size_t changes = 0; changes < 20 * passive_.size() + 100; ++changes) {
+            Vector aim;
+            if (!solve(aim)) return false;
+            double part = 1;
+            for (Eigen::Index k = 0; k < x.size(); ++k)
+                if (aim[k] < 0) part = std::min(part, x[k] / (x[k] - aim[k]));
+            if (part < 1) {
+                for (std::size_t i = 0; i < passive_.size(); ++i) {
+                    const auto k = static_cast<Eigen::Index>(i);
+                    const double before = x[k];
+                    x[k] += part * (aim[k] - before);
+                    if (!(aim[k] < 0) || x[k] > 1e-14 * (before - aim[k])) continue;
+                    passive_[i] = 0, x[k] = 0, blocked[i] = part == 0;
+                }
+                continue;
+            }
+            if ((aim - x).norm() > 1e-14 * x.norm()) std::ranges::fill(blocked, 0);
+            x = aim;
+            const Vector y = gradient(), round_off = noise();
+            Eigen::Index add = -1;
+            for (Eigen::Index k = 0; k < x.size(); ++k)
+                if (const auto i = static_cast<std::size_t>(k); !passive_[i] && !blocked[i] && y[k] < -round_off[k])
+                    if (add < 0 || y[k] < y[add]) add = k;
+            if (add < 0) return true;
+            passive_[static_cast<std::size_t>(add)] = 1;
+        }
+        return false;
+    }
+
+    Vector gradient() const { return s_ * x + proximal_ * x + linear_; }
+    Vector noise() const { return 1e-14 * (absolute_ * x.cwiseAbs() + linear_.cwiseAbs()); }
+
+    // The minimum with zeros where a contact is not passive.
+    bool solve(Vector& result) const {
         std::vector<int> place(passive_.size(), -1);
         std::vector<Eigen::Index> members;
         for (std::size_t i = 0; i < passive_.size(); ++i)
@@ -54,16 +90,16 @@ class Pivoting {
                 place[i] = static_cast<int>(members.size());
                 members.push_back(static_cast<Eigen::Index>(i));
             }
-        x.setZero();
+        result = Vector::Zero(x.size());
         if (members.empty()) return true;
         std::vector<Eigen::Triplet<double>> entries;
         Vector right(static_cast<Eigen::Index>(members.size()));
         for (std::size_t k = 0; k < members.size(); ++k) {
-            right[static_cast<Eigen::Index>(k)] = -linear[members[k]];
+            right[static_cast<Eigen::Index>(k)] = -linear_[members[k]];
             for (Matrix::InnerIterator it(s_, members[k]); it; ++it)
                 if (const int row = place[static_cast<std::size_t>(it.row())]; row >= 0)
                     entries.emplace_back(row, static_cast<int>(k),
-                                         it.value() + (it.row() == members[k] ? proximal : 0.0));
+                                         it.value() + (it.row() == members[k] ? proximal_ : 0.0));
         }
         Matrix a(right.size(), right.size());
         a.setFromTriplets(entries.begin(), entries.end());
@@ -71,14 +107,16 @@ class Pivoting {
         if (factors.info() != Eigen::Success) return false;
         Vector y = factors.solve(right);
         y += factors.solve(Vector(right - a * y));
-        for (std::size_t k = 0; k < members.size(); ++k) x[members[k]] = y[static_cast<Eigen::Index>(k)];
+        for (std::size_t k = 0; k < members.size(); ++k) result[members[k]] = y[static_cast<Eigen::Index>(k)];
         return true;
     }
 
     const Matrix& s_;
     Matrix absolute_;
     const Vector& q_;
-    std::vector<char> passive_;
+    std::vector<char> passive_;  // contacts with an impulse
+    Vector linear_;
+    double proximal_ = 0;
 
   public:
     Vector x;

@@ -80,7 +80,8 @@ void box(Builder<M>& b, double spacing, double radius_spread, double shake) {
             const double kind = b.draw.uniform(0, 1);
             if (kind < 0.2) {
                 wall.velocity = b.draw.template vector<typename M::Vec>(0.1 * b.speed);
-                if (wall.normal_speed() > 0) wall.velocity = -wall.velocity;  // outwards: there is room
+                // inwards only sometimes: else there is often no room
+                if (wall.normal_speed() > 0 && b.draw.chance(0.5)) wall.velocity = -wall.velocity;
             } else if (kind < 0.45) {
                 wall.driven = true;
                 wall.mass = b.draw.log_uniform(0.1, 1e3);
