@@ -102,15 +102,18 @@ TEST_CASE("several subdomains a process are those in process, bit for bit") {
     }
 }
 
+namespace {
+struct Forgetful {  // leaves out the owner of all but the first cell
+    int owner(const Disks::Vec& x) const { return static_cast<int>(x[0]); }
+    void visit_owners(const Disks::Vec& x, double, auto&& visit) const {
+        if (x[0] < 1) visit(0);
+    }
+    const char* name() const { return "forgetful"; }
+};
+}  // namespace
+
 TEST_CASE("a partition that loses the grain of one rank is refused on every rank") {
     using M = Disks;
-    struct Forgetful {
-        int owner(const M::Vec& x) const { return static_cast<int>(x[0]); }
-        void visit_owners(const M::Vec& x, double, auto&& visit) const {
-            if (x[0] < 1) visit(0);
-        }
-        const char* name() const { return "forgetful"; }
-    };
     Mpi comm;
     SimulationSettings<M> settings{.h = 1e-3};
     settings.partition = {.kind = "forgetful", .make = [](const auto&) { return Forgetful{}; }};

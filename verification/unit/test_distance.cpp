@@ -7,25 +7,25 @@ using namespace nscdd::test;
 
 namespace {
 
-// Disks without friction: a column that rests beside a row that falls on the floor from a gap of its own at one end,
-// the row's disks a little apart.
-SimulationSettings<SmoothDisks> settings_of_row() {
+constexpr int row = 60, column = 150;
+constexpr double h = 1e-3;
+
+// Disks without friction: a column, and beside it a row whose disks are to close by the same in the third step.
+SimulationSettings<SmoothDisks> on_a_floor() {
     SimulationSettings<SmoothDisks> settings;
-    settings.h = 0.01;
+    settings.h = h;
     settings.gravity = {0, -10};
-    settings.walls.resize(2);
+    settings.walls.resize(1);
     settings.walls[0].normal = {0, 1};
-    settings.walls[1].normal = {1, 0};
-    settings.walls[1].offset = 4.5;  // the row runs against it
     return settings;
 }
-std::vector<Grain<SmoothDisks>> row_beside_column(int row, int column) {
+std::vector<Grain<SmoothDisks>> row_beside_column() {
     std::vector<Grain<SmoothDisks>> grains;
     for (int k = 0; k < row; ++k) {
-        grains.push_back(make_grain<SmoothDisks>(k, 0.5, 1.0, {5.0 + k * 1.00001, 0.5}));
-        grains.back().velocity[0] = -0.01;
+        grains.push_back(make_grain<SmoothDisks>(k, 0.5, 1.0, {200 + k * (1 + 5e-7), 0.5}));
+        grains.back().velocity[0] = -2e-4 * k;
     }
-    for (int k = 0; k < column; ++k) grains.push_back(make_grain<SmoothDisks>(row + k, 0.5, 1.0, {-50.0, 0.5 + k}));
+    for (int k = 0; k < column; ++k) grains.push_back(make_grain<SmoothDisks>(row + k, 0.5, 1.0, {0.0, 0.5 + k}));
     return grains;
 }
 
@@ -50,36 +50,44 @@ double distance(const std::vector<typename M::Velocity>& v, const std::vector<ty
 
 }  // namespace
 
-// Ten iterations were taken for an answer, at a distance of 0.8: the column filled the norm, and a row that begins to
-// touch has no impulses that any measure of work could weigh.
-TEST_CASE("a row that begins to touch is not done before its end has stopped", "[distance]") {
+// Ten iterations were taken for an answer: the column fills norms of the scene, and a row that begins to touch has no
+// impulses that any measure of work could weigh.
+TEST_CASE("a row that begins to touch is not done before it has stopped", "[distance]") {
     using M = SmoothDisks;
-    constexpr int row = 60, column = 40;
-    const auto grains = row_beside_column(row, column);
-    std::vector<M::Velocity> free;
-    for (const auto& grain : grains) free.push_back(grain.velocity + 0.01 * M::Vec(0, -10));
+    const auto begun = [](Communicator& comm) {
+        Simulation<M> simulation(comm, on_a_floor(), row_beside_column());
+        for (int step = 0; step < 2; ++step)
+            simulation.step([](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
+                if (c.size() == 1) return by_newton<M>({.tolerance = 1e-11})(parts, c, seconds);
+                return by_nscdd<Dcs<M>>(
+                    SolveOptions{.tolerance = 1e-9, .velocity_error = 1e-6, .max_iterations = 100000}.accelerated())(
+                    parts, c, seconds);
+            });
+        return simulation;
+    };
     InProcess alone(1);
-    Simulation<M> exact(alone, settings_of_row(), grains);
-    REQUIRE(exact.step(by_newton<M>({.tolerance = 1e-12})).solve.converged);
+    auto exact = begun(alone);
+    std::vector<M::Velocity> free = velocities(exact);
+    for (auto& v : free) v += h * M::Vec(0, -10);
+    REQUIRE(exact.step(by_newton<M>({.tolerance = 1e-11})).solve.converged);
     const auto answer = velocities(exact);
     for (const Scheme scheme : {Scheme::nlgs, Scheme::dcs, Scheme::ccs})
         for (const bool accelerated : {false, true})
             for (const int ranks : {1, 4}) {
                 if (scheme == Scheme::nlgs && ranks > 1) continue;
-                CAPTURE(accelerated, ranks);
                 const SolveOptions options = accelerated ? SolveOptions{}.accelerated() : SolveOptions{};
                 InProcess comm(ranks);
-                Simulation<M> simulation(comm, settings_of_row(), grains);
+                auto simulation = begun(comm);
                 const StepReport report = simulation.step(scheme == Scheme::nlgs  ? by_nlgs<M>(options)
                                                           : scheme == Scheme::dcs ? by_nscdd<Dcs<M>>(options)
                                                                                   : by_nscdd<Ccs<M>>(options));
+                CAPTURE(accelerated, ranks, report.solve.iterations, report.solve.distance);
                 REQUIRE(report.solve.converged);
                 const auto v = velocities(simulation);
                 CHECK(distance<M>(v, answer, free, 0, row) <= 0.3);
                 CHECK(distance<M>(v, answer, free, row, row + column) <= 0.3);
-                CHECK(report.solve.iterations > 50);
+                CHECK(report.solve.iterations > 10);
                 CHECK(report.solve.distance <= 0.3);
-                CHECK(report.solve.scene_distance <= report.solve.distance);
             }
 }
 
@@ -115,7 +123,7 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                    SmoothSpheres, FrictionSpheres) {
     using M = TestType;
     for (const bool driven : {false, true}) {
-        DistanceEstimate alone;
+        std::vector<DistanceEstimate> by_one;  // of each attempt at the step
         for (const int ranks : {1, 2, 5, 16}) {
             CAPTURE(driven, ranks);
             Random random(11);
@@ -126,6 +134,7 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
             settings.walls[1].offset -= 30;
             InProcess comm(ranks);
             Simulation<M> simulation(comm, settings, grains);
+            std::size_t attempt = 0;
             simulation.step([&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds&) {
                 std::vector<DistanceSums<M>> sums(parts.size());
                 const auto impulse = [](const Subdomain<M>& part, Contact<M>& contact, bool wall, double size) {
@@ -178,7 +187,8 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                 CHECK(all.scene > 0);
                 CHECK(all.scene < all.worst);
                 CHECK(all.gap_error > 0);
-                if (ranks == 1) alone = all;
+                if (ranks == 1) by_one.push_back(all);
+                const DistanceEstimate& alone = by_one.at(attempt++);
                 CHECK(all.worst == Approx(alone.worst).epsilon(1e-9));
                 CHECK(all.scene == Approx(alone.scene).epsilon(1e-9));
                 CHECK(all.energy_made == Approx(alone.energy_made).epsilon(1e-9));

@@ -246,8 +246,10 @@ TEST_CASE("a file that is written on is whole in its place all the while", "[fil
     const auto numbers = [](const std::string& name) {
         const hdf5::Reader file(name);
         int found = 0;
-        while (file.has("part" + std::to_string(found)))
-            CHECK(file.read<int>("part" + std::to_string(found), {20'000}) == std::vector<int>(20'000, found)), ++found;
+        while (file.has("part" + std::to_string(found))) {
+            CHECK(file.read<int>("part" + std::to_string(found), {20'000}) == std::vector<int>(20'000, found));
+            ++found;
+        }
         return found;
     };
     {

@@ -222,7 +222,7 @@ class Sweeper {
     // V_free, of the impulses and velocities that are loaded.
     void note_free(const ContactProblem<M>& problem) {
         if (!batched_) {
-            free_ = free_velocities(problem);
+            free_ = nscdd::free_velocities(problem);
             return;
         }
         ContactProblem<M> free;  // batches use and change its walls alone
