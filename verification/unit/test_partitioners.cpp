@@ -35,7 +35,7 @@ struct Slabs {
     void visit_owners(const typename M::Vec& x, double reach, auto&& visit) const {
         for (int k = slab(x[0] - reach); k <= slab(x[0] + reach); ++k) {
             if (lapse == (k == slab(x[0]) ? Lapse::owner_unvisited : Lapse::neighbour_unvisited)) continue;
-            visit(lapse == Lapse::stranger_visited ? k - 1 : k);
+            visit(lapse == Lapse::stranger_visited ? k + ranks : k);
             if (lapse == Lapse::twice) visit(k);
         }
     }
@@ -286,7 +286,7 @@ TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it
                    FrictionSpheres) {
     using M = TestType;
     std::vector<Grain<M>> grains;  // a row, from the second slab into the third
-    for (int k = 0; k < 4; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (2.5 + k) * M::Vec::UnitX()));
+    for (int k = 0; k < 4; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (3.5 + k) * M::Vec::UnitX()));
     Lapse lapse = Lapse::none;
     SimulationSettings<M> settings{.h = 0.01, .rough_every = 0};
     settings.partition = {.kind = "slabs", .make = [&lapse](const PartitionInput<M>& scene) {
@@ -294,23 +294,21 @@ TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it
                           }};
     const int threads = GENERATE(1, 3);
     for (const auto& [which, said] : std::map<Lapse, std::string>{
-             {Lapse::owner_unvisited,
-              "grain 0: the partition `slabs` does not visit rank 1, which owns a point within reach"},
-             {Lapse::neighbour_unvisited,
-              "grain 2: the partition `slabs` does not visit rank 1, which owns a point within reach"},
+             {Lapse::owner_unvisited, "grain 0: the partition `slabs` does not visit rank 1"},
+             {Lapse::neighbour_unvisited, "grain 0: the partition `slabs` does not visit rank 2"},
              {Lapse::twice, "grain 0: the partition `slabs` visits rank 1 twice"},
-             {Lapse::stranger_visited,
-              "grain 0: the partition `slabs` does not visit rank 1, which owns a point within reach"},
-             {Lapse::counted_from_1, "grain 2: the partition `slabs` gives it to rank 3 of 3"},
+             {Lapse::stranger_visited, "grain 0: the partition `slabs` visits rank 4 of 3"},
+             {Lapse::counted_from_1, "grain 0: the partition `slabs` gives a point within reach to rank 3 of 3"},
          }) {
         InProcess comm(3, threads);
         lapse = Lapse::none;
         Simulation<M> simulation(comm, settings, grains);
         CHECK(gather_grains(simulation).size() == 4);
         lapse = which;
-        CHECK(complaint<std::invalid_argument>([&] { Simulation<M>(comm, settings, grains); }) == said);
+        const auto refused = [&](auto&& call) { return complaint<std::invalid_argument>(call).substr(0, said.size()); };
+        CHECK(refused([&] { Simulation<M>(comm, settings, grains); }) == said);
         // found by the rank that has the grain then
-        CHECK(complaint<std::invalid_argument>([&] { simulation.step(by_nscdd<Dcs<M>>({})); }) == said);
+        CHECK(refused([&] { simulation.step(by_nscdd<Dcs<M>>({})); }) == said);
     }
 }
 

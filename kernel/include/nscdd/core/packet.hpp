@@ -188,7 +188,7 @@ class Rows {
         return __builtin_shufflevector(a.lanes, a.lanes, (first + lane)...);
     }
 
-    Packet packets_[row];
+    Packet packets_[static_cast<std::size_t>(row)];
 };
 
 }  // namespace detail

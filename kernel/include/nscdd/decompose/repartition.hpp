@@ -74,7 +74,8 @@ std::string partition_fault(const Partition<M>& partition, int ranks, const Grai
     near[grain.id / 2 % M::dim] += (grain.id % 2 == 0 ? 0.99 : -0.99) * reach;
     for (const typename M::Vec& point : {grain.position, near}) {
         const int owner = partition.owner(point);
-        if (unknown(owner)) return fault("gives it to " + named(owner) + " of " + std::to_string(ranks));
+        if (unknown(owner))
+            return fault("gives a point within reach to " + named(owner) + " of " + std::to_string(ranks));
         if (std::find(visited.begin(), visited.end(), owner) == visited.end())
             return fault("does not visit " + named(owner) + ", which owns a point within reach");
     }
