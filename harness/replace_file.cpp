@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -98,6 +99,12 @@ bool link_part(const std::string& old, std::uint64_t device, std::uint64_t inode
     if (found && found->st_dev == device && found->st_ino == inode) return true;
     ::unlink(part.c_str());
     return false;
+}
+
+// Whether somebody has the file open by the HDF5 library, which locks what it reads.
+bool read_by_others(const std::string& path) {
+    const Descriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+    return file < 0 || (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK);
 }
 
 // Makes these bytes, and the size, of a file those of another.
@@ -222,11 +229,15 @@ void FileSet::place(const std::string& path, const std::vector<ByteRange>* writt
         const auto found = status(whole);
         if (!found) refuse(ENOENT);
         std::string before;  // what was placed last time lacks only what was written since
-        const bool lags = written && part.inode != 0 && link_part(part.target, part.device, part.inode, before);
+        bool lags = written && part.inode != 0 && link_part(part.target, part.device, part.inode, before);
         if (std::rename(whole.c_str(), part.target.c_str()) != 0) {
             const int error = errno;
             if (lags) ::unlink(before.c_str());
             refuse(error);
+        }
+        if (lags && read_by_others(before)) {
+            ::unlink(before.c_str());
+            lags = false;
         }
         if (!written) {
             parts_.erase(parts_.begin() + (&part - parts_.data()));

@@ -332,19 +332,25 @@ class Frames(SeriesTest):
 
     def test_they_are_read_while_the_run_goes_on(self):
         path = self.folder / "frames.h5"
-        command = (NSCDD, *self.biaxial(), "--steps", 1_000_000, "--frames", path)
+        command = (NSCDD, "run", self.write("scene.toml", SCENE), "--quiet", "--steps", 1_000_000, "--frames", path)
         for end in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             path.unlink(missing_ok=True)
             with subprocess.Popen([str(part) for part in command], stderr=subprocess.PIPE, text=True) as run:
-                seen = 0
-                while seen < 8:
-                    if path.with_suffix(".xdmf").exists() and path.exists():
-                        with h5py.File(path) as file:
-                            self.assertGreaterEqual(len(file), seen)
-                            seen = len(file)
-                    self.assertIsNone(run.poll())
-                run.send_signal(end)
-                run.communicate(timeout=60)
+                try:
+                    seen = 0
+                    while seen < 8:
+                        self.assertIsNone(run.poll())
+                        if path.exists():
+                            with h5py.File(path) as file:
+                                steps = [int(frame.attrs["step"]) for frame in file.values()]
+                                file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)
+                            self.assertEqual(steps, list(range(1, len(steps) + 1)))
+                            self.assertGreaterEqual(len(steps), seen)
+                            seen = len(steps)
+                    run.send_signal(end)
+                    run.communicate(timeout=60)
+                finally:
+                    run.kill()
             self.assertEqual(run.returncode, -end)
             with h5py.File(path) as file:
                 file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)

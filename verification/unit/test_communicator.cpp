@@ -102,7 +102,8 @@ TEST_CASE("ranks that add nothing to a reduction need no row", "[communicator]")
         INFO(size << " ranks");
         std::vector<Buffer> some(static_cast<std::size_t>(size)), all;
         for (std::size_t rank = 0; rank < some.size(); ++rank) {
-            if (rank % 5 == 0) some[rank] = {rank == 0 ? -0.0 : std::sin(double(rank)), rank < 5 ? -0.0 : -double(rank)};
+            if (rank % 5 == 0)
+                some[rank] = {rank == 0 ? -0.0 : std::sin(double(rank)), rank < 5 ? -0.0 : -double(rank)};
             all.push_back(some[rank].empty() ? nothing : some[rank]);
         }
         InProcess comm(size);

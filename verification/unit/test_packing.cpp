@@ -4,6 +4,7 @@
 #include <csignal>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -260,6 +261,7 @@ TEST_CASE("a file that is written on is whole in its place all the while", "[fil
     CHECK(scratch.read("a.h5") == "old");
     {
         FileSet files;
+        std::unique_ptr<hdf5::Reader> reader;
         hdf5::Writer(files, path).save();
         for (int k = 0; k < 12; ++k) {
             more(files, k);
@@ -267,6 +269,8 @@ TEST_CASE("a file that is written on is whole in its place all the while", "[fil
             CHECK(std::filesystem::file_size(files.part(path)) == std::filesystem::file_size(path));
             if (k == 4) std::filesystem::rename(path, scratch.path("kept"));  // what others do with it is theirs
             if (k == 6) scratch.write("a.h5", "another");
+            if (k == 8) reader = std::make_unique<hdf5::Reader>(path);  // and reads on while it is written on
+            if (reader) CHECK(reader->read<int>("part8", {20'000}) == std::vector<int>(20'000, 8));
         }
         CHECK(numbers(scratch.path("kept")) == 5);
     }
