@@ -1,6 +1,6 @@
 // Any bytes as the JSON of a run; what is read is judged with states of the sizes that it says, and of others.
-#include "agreement.hpp"
 #include "fuzz.hpp"
+#include "verdict.hpp"
 
 using namespace nscdd;
 
@@ -36,7 +36,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         reference.report.start_step = std::max<std::int64_t>(run.report.start_step, 1) - 1;
         reference.report.steps = run.report.last_step() - reference.report.start_step;
         reference.report.contacts.assign(static_cast<std::size_t>(reference.report.steps), 3);
-        agreement(reference, run);
+        verdict(reference.report, run.report, agreement(reference, run));
     });
     return 0;
 }
