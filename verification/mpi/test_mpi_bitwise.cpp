@@ -1,4 +1,5 @@
 // One rank per process against all ranks in one process: the same numbers to the last bit.
+#include <functional>
 #include <map>
 #include <set>
 
