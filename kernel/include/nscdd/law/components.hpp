@@ -24,7 +24,7 @@ class UnionFind {
     }
     void join(int a, int b) {
         a = find(a), b = find(b);
-        parent(std::max(a, b)) = (std::min)(a, b);
+        parent((std::max)(a, b)) = (std::min)(a, b);
     }
 
   private:

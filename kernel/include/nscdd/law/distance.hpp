@@ -67,7 +67,7 @@ struct DistanceEstimate {
     static double from_line(const ComponentSums& sums, double scale) {
         if (sums.work == 0 && sums.slope == 0) return 0;
         const double line = sums.slope == 0 ? 0 : sums.slope / sums.moved * sums.slope;
-        return std::sqrt((std::max(sums.work, 0.0) + line) / scale);
+        return std::sqrt(((std::max)(sums.work, 0.0) + line) / scale);
     }
     // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
     static double distance(const ComponentSums& sums, double mass, double length, double scale) {

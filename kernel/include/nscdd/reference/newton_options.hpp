@@ -28,7 +28,7 @@ inline void check_options(const NewtonOptions& options) {
             throw std::invalid_argument(
                 "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
                 "negative");
-    if (std::min({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
+    if ((std::min)({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }
 
