@@ -87,16 +87,18 @@ Descriptor open_part(const std::string& target, std::string& part) {
     }
 }
 
-// `old`, which is the file of `part` as it was placed last, under a new name beside it. False where it is not there any
-// more, is another file, or cannot have two names on this disk.
-bool link_part(const std::string& old, std::uint64_t device, std::uint64_t inode, std::string& part) {
+// `old`, which is the file as it was placed last, under a new name beside it. False where it is not there any more, is
+// another file, has been written on, or cannot have two names on this disk.
+bool link_part(const std::string& old, const struct stat& placed, std::string& part) {
     for (int k = 0;; ++k) {
         part = fmt::format("{}.{}-{}.part", old, ::getpid(), k);
         if (::link(old.c_str(), part.c_str()) == 0) break;
         if (errno != EEXIST || k == 1000) return false;
     }
     const auto found = status(part);
-    if (found && found->st_dev == device && found->st_ino == inode) return true;
+    if (found && found->st_dev == placed.st_dev && found->st_ino == placed.st_ino && found->st_size == placed.st_size &&
+        found->st_mtim.tv_sec == placed.st_mtim.tv_sec && found->st_mtim.tv_nsec == placed.st_mtim.tv_nsec)
+        return true;
     ::unlink(part.c_str());
     return false;
 }
@@ -229,7 +231,7 @@ void FileSet::place(const std::string& path, const std::vector<ByteRange>* writt
         const auto found = status(whole);
         if (!found) refuse(ENOENT);
         std::string before;  // what was placed last time lacks only what was written since
-        bool lags = written && part.inode != 0 && link_part(part.target, part.device, part.inode, before);
+        bool lags = written && part.placed && link_part(part.target, *part.placed, before);
         if (std::rename(whole.c_str(), part.target.c_str()) != 0) {
             const int error = errno;
             if (lags) ::unlink(before.c_str());
@@ -243,7 +245,7 @@ void FileSet::place(const std::string& path, const std::vector<ByteRange>* writt
             parts_.erase(parts_.begin() + (&part - parts_.data()));
             return;
         }
-        part.device = found->st_dev, part.inode = found->st_ino;
+        part.placed = found;
         if (lags)
             part.part = before;
         else

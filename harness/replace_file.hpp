@@ -1,7 +1,10 @@
 // The one way in which the harness writes files.
 #pragma once
 
+#include <sys/stat.h>
+
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,7 +43,7 @@ class FileSet {
   private:
     struct Part {
         std::string path, target, part;
-        std::uint64_t device = 0, inode = 0;  // of the file that was placed
+        std::optional<struct stat> placed = {};  // as it was when it took its place
     };
     const Part& find(const std::string& path) const;
     void make(const std::string& path, const auto& fill);

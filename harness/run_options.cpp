@@ -104,7 +104,7 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         ->check(whole_number());
     command
         ->add_option("--max-iterations", run.max_iterations,
-                     "Cap per step, also where fewer than --check-every are left")
+                     "Cap of each attempt at a step, also where fewer than --check-every are left")
         ->check(whole_number());
     command
         ->add_option("--newton-contacts", run.newton_contacts,

@@ -187,7 +187,7 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
                 CHECK(reported.residual > 0);
                 CHECK(judged.eta == Approx(reported.residual).epsilon(1e-6));
                 CHECK(judged.velocity_error == Approx(reported.velocity_error).epsilon(1e-5));
-                CHECK(judged.energy_made == Approx(reported.energy_made).epsilon(1e-4).margin(1e-9));
+                CHECK(judged.energy_made <= reported.energy_made * (1 + 1e-4) + 1e-9);  // of the worst component
             }
 }
 
@@ -217,6 +217,7 @@ TEST_CASE("a contact that only the solution closes is found in whatever subdomai
 // Pairs that fly along together: all that is left of a closing speed is round-off, of which no impulse grows.
 TEMPLATE_TEST_CASE("contacts without load take no iterations", "", SmoothDisks, Spheres) {
     Scene<TestType> scene;
+    scene.settings.h = 1e-3;
     std::mt19937 random(7);
     const auto direction = [&] {
         typename TestType::Vec v;

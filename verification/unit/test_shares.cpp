@@ -139,14 +139,14 @@ TEST_CASE("a state written by pieces is the state, and says what it lacks", "[st
     const Scratch scratch;
     const State whole = made_up_state(3, 20000);
     write_state(scratch.path("once.h5"), whole);
-    FileSet files;
     const auto write = [&](int pieces, std::size_t grains) {
+        FileSet files;
         StateWriter writer(files, scratch.path("pieces.h5"), whole, grains, 3);
         for (int part = 0; part < pieces; ++part) writer.append(read_state(scratch.path("once.h5"), {part, pieces}));
         writer.save();
+        files.commit();
     };
     write(7, 20000);
-    files.commit();
     check_equal(read_state(scratch.path("pieces.h5")), whole);
 
     CHECK_THROWS_WITH(write(7, 20001),

@@ -39,24 +39,25 @@ struct ComponentShape {
     double bodies = 0;                                      // grains
     double contacts = 0;                                    // all of them
     double pairs = 0;                                       // those between grains
-    double separation = 0;                                  // sum over them of the distance of centres [m]
+    double closeness = 0;                                   // sum over them of the inverse distance of centres [1/m]
     typename M::Vec minus_low = lowest(), high = lowest();  // box round the centres [m]
-    auto summed() { return std::tie(mass, bodies, contacts, pairs, separation); }  // what reduce() adds up
-    auto largest() { return std::tie(minus_low, high); }                           // what reduce() takes the largest of
+    auto summed() { return std::tie(mass, bodies, contacts, pairs, closeness); }  // what reduce() adds up
+    auto largest() { return std::tie(minus_low, high); }                          // what reduce() takes the largest of
 
     // Takes in another part of the component.
     void merge(const ComponentShape& part) {
         mass += part.mass, bodies += part.bodies, contacts += part.contacts, pairs += part.pairs;
-        separation += part.separation;
+        closeness += part.closeness;
         minus_low = minus_low.cwiseMax(part.minus_low), high = high.cwiseMax(part.high);
     }
-    // Number of grains from one end to the other: the longest edge of the box over the mean distance of neighbours. Of
-    // a chain, which a box may hold folded, all its grains; without known centres as many as a cube has along an edge.
+    // Number of grains from one end to the other: the longest edge of the box over the harmonic mean distance of
+    // neighbours, in which small grains count. Of a chain, which a box may hold folded, all its grains; without known
+    // centres as many as a cube has along an edge.
     double length() const {
         if (pairs == 0) return 1;
         if (pairs < 1.1 * bodies) return bodies;
-        if (!(separation > 0)) return std::pow(bodies, 1.0 / M::dim);
-        return 1 + (high + minus_low).maxCoeff() * pairs / separation;
+        if (!(closeness > 0)) return std::pow(bodies, 1.0 / M::dim);
+        return 1 + (high + minus_low).maxCoeff() * closeness / pairs;
     }
 
   private:
@@ -123,7 +124,7 @@ class Components {
             if (own < 0) continue;
             ++shapes[index(own)].contacts, ++shapes[index(own)].pairs;
             if (!problem.centres.empty())
-                shapes[index(own)].separation += (problem.centres[index(c.i)] - problem.centres[index(c.j)]).norm();
+                shapes[index(own)].closeness += 1 / (problem.centres[index(c.i)] - problem.centres[index(c.j)]).norm();
         }
         return shapes;
     }

@@ -17,15 +17,22 @@ struct ComponentSums {
     double slope = 0;                        // sum of (r - r_0).law_miss() [J]
     double moved = 0;                        // |V - V_0|_M^2 [J]
     double change = 0;                       // |V - V_free|_M^2 [J]
+    double quartic = 0;                      // as VelocityChange::quartic
     double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
+    double pushed = 0;                       // |M^-1 H p|_M^2 of the impulses p = max(-w_n, 0) along the normals
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
-    auto summed() { return std::tie(work, made, slope, moved, change, closing, closing_square); }  // what reduce() adds
-    auto largest() { return std::tie(gap_error); }  // what it takes the largest of
+    double miss = 0;                         // as ResidualParts::miss [m/s]
+    auto summed() {
+        return std::tie(work, made, slope, moved, change, quartic, closing, closing_square);
+    }                                                     // what reduce() adds
+    auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
 
     ComponentSums& operator+=(const ComponentSums& other) {
-        work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change;
+        work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change,
+            quartic += other.quartic;
         closing += other.closing, closing_square += other.closing_square;
-        gap_error = (std::max)(gap_error, other.gap_error);
+        pushed += other.pushed;
+        gap_error = (std::max)(gap_error, other.gap_error), miss = (std::max)(miss, other.miss);
         return *this;
     }
 };
@@ -46,7 +53,14 @@ struct DistanceEstimate {
         // A component that moves less than 1e-4 of what the scene does on average is judged as if it did.
         const double mean = residual.mean_change();
         const double scale = (std::max)({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
-        take(worst, distance(sums, mass, length, scale));
+        take(worst, from_line(sums, scale));
+        // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
+        if (sums.closing > 0) take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
+        // A bound from below on the change of velocities that stops them.
+        if (sums.pushed > 0) take(worst, sums.closing_square / std::sqrt(sums.pushed * scale));
+        // The velocity error of the component by its worst contact, in the measure of a distance.
+        const double own = sums.change > 0 ? std::sqrt(sums.quartic / sums.change) : 0;
+        if (sums.miss > 0) take(worst, 3 * sums.miss / (std::max)(own, 1e-4 * mean));
         take(energy_made, sums.made > 0 ? sums.made / scale : 0);
     }
     // Takes in the estimate of one component.
@@ -69,13 +83,6 @@ struct DistanceEstimate {
         const double line = sums.slope == 0 ? 0 : sums.slope / sums.moved * sums.slope;
         return std::sqrt(((std::max)(sums.work, 0.0) + line) / scale);
     }
-    // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
-    static double distance(const ComponentSums& sums, double mass, double length, double scale) {
-        const double line = from_line(sums, scale);
-        if (!(sums.closing > 0)) return line;
-        const double row = 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass);
-        return row > line || std::isnan(row) ? row : line;
-    }
 };
 
 // The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
@@ -96,6 +103,18 @@ typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v) 
         return normal - slip;
     } else {
         return typename M::Impulse{normal_miss(v[0] + c.bias, M::Law::excess(c.r[0], c))};
+    }
+}
+
+// By how much one contact alone misses its law, |W_cc (r' - r)| [m/s]; w: of whole masses.
+template <class M>
+double contact_miss(const Contact<M>& c, const typename M::Impulse& v, const DelassusDiagonal& w) {
+    if constexpr (M::friction) {
+        const typename M::Vec change = solve_contact<M>(c, v, 1 / w.normal, 1 / w.tangential) - c.r;
+        const double normal = change.dot(c.normal), tangential = (change - normal * c.normal).norm();
+        return std::hypot(w.normal * normal, w.tangential * tangential);
+    } else {
+        return w.normal * std::abs(solve_contact<M>(c, v, 1 / w.normal, 0)[0] - c.r[0]);
     }
 }
 
@@ -134,6 +153,8 @@ class DistanceSums {
         const Components<M>& labels = this->labels(problem);
         components.assign(labels.count(), {});
         std::size_t k = 0;
+        pushes_.assign(problem.bodies.size(), M::Vec::Zero());
+        wall_pushes_.assign(problem.walls.size(), 0.0);
         const auto at = [this](int label) -> ComponentSums& { return components[static_cast<std::size_t>(label)]; };
         for (const Contact<M>& c : problem.wall_contacts)
             add(problem, c, WithWall{}, impulses_[k++], at(labels.of_wall_contact(c)));
@@ -141,26 +162,34 @@ class DistanceSums {
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
             if (labels.of_body(b) < 0) continue;
             const Body<M>& body = problem.bodies[b];
-            at(labels.of_body(b)).moved += energy(body, body.v - velocities_[b]);
-            at(labels.of_body(b)).change += energy(body, body.v - free_.bodies[b]);
+            ComponentSums& sums = at(labels.of_body(b));
+            sums.moved += energy(body, body.v - velocities_[b]);
+            add_change(sums, energy(body, body.v - free_.bodies[b]), body.inv_mass);
+            sums.pushed += pushes_[b].squaredNorm() * body.inv_mass;
         }
         for (std::size_t w = 0; w < problem.walls.size(); ++w) {
             if (labels.of_wall(w) < 0) continue;
             const double speed = problem.walls[w].speed, mass = 1 / problem.walls[w].inv_mass;
-            at(labels.of_wall(w)).moved += mass * (speed - speeds_[w]) * (speed - speeds_[w]);
-            at(labels.of_wall(w)).change += mass * (speed - free_.walls[w]) * (speed - free_.walls[w]);
+            ComponentSums& sums = at(labels.of_wall(w));
+            sums.moved += mass * (speed - speeds_[w]) * (speed - speeds_[w]);
+            add_change(sums, mass * (speed - free_.walls[w]) * (speed - free_.walls[w]), problem.walls[w].inv_mass);
+            sums.pushed += wall_pushes_[w] * wall_pushes_[w] * problem.walls[w].inv_mass;
         }
     }
 
   private:
+    static void add_change(ComponentSums& sums, double energy, double inverse_mass) {
+        sums.change += energy;
+        sums.quartic += energy * energy * inverse_mass;
+    }
     static double energy(const Body<M>& body, const typename M::Velocity& v) {
         double twice = v.template head<M::dim>().squaredNorm() / body.inv_mass;
         if constexpr (M::friction)
             if (body.inv_inertia > 0) twice += v.template tail<M::spins>().squaredNorm() / body.inv_inertia;
         return twice;
     }
-    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
-                    ComponentSums& sums) {
+    void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
+             ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const typename M::Impulse miss = law_miss(c, v);
         double opening, excess, along = 0, limit = 0;
@@ -177,6 +206,14 @@ class DistanceSums {
         sums.slope += (c.r - mark).dot(miss);
         const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
+        if (closing > 0) {
+            pushes_[static_cast<std::size_t>(c.i)] += closing * c.normal;
+            if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
+                pushes_[static_cast<std::size_t>(c.j)] -= closing * c.normal;
+            else
+                wall_pushes_[static_cast<std::size_t>(c.j)] += closing;
+        }
+        sums.miss = (std::max)(sums.miss, contact_miss(c, v, delassus(problem, c, false, kind)));
         if (problem.radii.empty()) return;
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
@@ -189,6 +226,8 @@ class DistanceSums {
     std::vector<typename M::Velocity> velocities_;  // at the mark: of bodies
     std::vector<double> speeds_;                    // of walls
     std::vector<typename M::Impulse> impulses_;     // of contacts, in the order of each_contact()
+    std::vector<typename M::Vec> pushes_;           // of the closing contacts, on bodies [m/s]
+    std::vector<double> wall_pushes_;               // and on walls
 };
 
 // The estimate of a whole scene in one problem.

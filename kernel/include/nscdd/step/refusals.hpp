@@ -34,7 +34,7 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
         text += "wall " + (wall < walls.size() ? "'" + walls[wall] + "'" : std::to_string(wall));
     const std::string allowed = two_digits(100 * refusal.allowed) + " %";
     if (refusal.overlap > 0)
-        return text + " overlap by " + two_digits(100 * refusal.overlap) + " % of a radius (at most " + allowed + ")";
+        return text + " overlap by " + two_digits(100 * refusal.overlap, std::ceil) + " % of a radius (at most " + allowed + ")";
     if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and close";
     // rounded down; with the step itself round-off would decide
     return text +
