@@ -26,8 +26,11 @@ class ConvergenceTest {
     const FreeVelocities<M>& free() const { return free_; }  // V_free
     // As Iterated says.
     ResidualParts residual() const { return residual_parts(problem_, free_); }
+    // The iterate becomes the mark.
     void mark() { sums_.mark(problem_); }
+    // The estimate of the scene; residual: residual().
     DistanceEstimate distance(const ResidualParts& residual) { return estimate_distance(problem_, sums_, residual); }
+    // Of the scene [m].
     double least_radius() const { return problem_.least_radius; }
 
   private:

@@ -54,6 +54,7 @@ class Marks {
 class Stall {
   public:
     static constexpr int earliest = 1000;  // iterations; before them Newton's method would cost more than it saves
+    // True if the error over its bounds has not halved since the last call.
     bool seen(double error, int iterations) {
         const bool stalled = !(error <= 0.5 * last_) && iterations >= earliest;
         last_ = error;

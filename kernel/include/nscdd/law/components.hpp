@@ -22,6 +22,7 @@ class UnionFind {
         while (parent(k) != k) k = parent(k) = parent(parent(k));
         return k;
     }
+    // Makes one set of those of a and b.
     void join(int a, int b) {
         a = find(a), b = find(b);
         parent((std::max)(a, b)) = (std::min)(a, b);
@@ -98,9 +99,11 @@ class Components {
     std::size_t count() const { return index(count_); }             // number of components
     int of_body(std::size_t body) const { return of_body_[body]; }  // -1: no contact
     int of_wall(std::size_t wall) const { return of_wall_[wall]; }  // -1: not driven, or no contact
+    // Label of a contact between grains.
     int of(const Contact<M>& c) const {
         return (std::max)(of_body(index(c.i)), of_body(index(c.j)));
     }  // between grains
+    // Label of a contact with a wall.
     int of_wall_contact(const Contact<M>& c) const { return (std::max)(of_body(index(c.i)), of_wall(index(c.j))); }
 
     // By label.
