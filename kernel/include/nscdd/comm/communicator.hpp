@@ -62,7 +62,7 @@ class Channel {
 
   protected:
     std::vector<std::vector<std::span<double>>> send_, recv_;  // by hosted rank, then link; set by the implementation
-    Operation operation_ = Operation::exchange;
+    Operation operation_ = Operation::exchange;  // that it is part of
 };
 
 using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank

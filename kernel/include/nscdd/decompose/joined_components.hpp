@@ -67,9 +67,11 @@ class JoinedComponents {
     // Of the component with this label on the k-th hosted rank: its number among those that reach across subdomains,
     // or -1; its whole shape; its last estimate.
     int number(std::size_t k, std::size_t label) const { return joined_[k][label]; }
+    // Its whole shape.
     const ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? shapes_[k][label] : joined_shapes_[static_cast<std::size_t>(number(k, label))];
     }
+    // Its last estimate.
     const DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? estimates_[k][label]
                                     : joined_estimates_[static_cast<std::size_t>(number(k, label))];

@@ -22,11 +22,13 @@ struct ComponentSums {
     double pushed = 0;                       // |M^-1 H p|_M^2 of the impulses p = max(-w_n, 0) along the normals
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
     double miss = 0;                         // as ResidualParts::miss [m/s]
+    // What reduce() adds up.
     auto summed() {
         return std::tie(work, made, slope, moved, change, quartic, closing, closing_square);
     }                                                     // what reduce() adds
     auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
 
+    // Takes in another part of the component.
     ComponentSums& operator+=(const ComponentSums& other) {
         work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change,
             quartic += other.quartic;
@@ -145,10 +147,12 @@ class DistanceSums {
         each_contact(problem, [this](const Contact<M>& c, auto) { impulses_.push_back(c.r); });
     }
     const FreeVelocities<M>& free() const { return free_; }  // of begin()
+    // The components, found when first asked for.
     const Components<M>& labels(const ContactProblem<M>& problem) {
         if (!labels_) labels_.emplace(problem);
         return *labels_;
     }
+    // Sums over the components of the iterate as it is.
     void add_up(const ContactProblem<M>& problem) {
         const Components<M>& labels = this->labels(problem);
         components.assign(labels.count(), {});

@@ -34,7 +34,8 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
         text += "wall " + (wall < walls.size() ? "'" + walls[wall] + "'" : std::to_string(wall));
     const std::string allowed = two_digits(100 * refusal.allowed) + " %";
     if (refusal.overlap > 0)
-        return text + " overlap by " + two_digits(100 * refusal.overlap, std::ceil) + " % of a radius (at most " + allowed + ")";
+        return text + " overlap by " + two_digits(100 * refusal.overlap, std::ceil) + " % of a radius (at most " +
+               allowed + ")";
     if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and close";
     // rounded down; with the step itself round-off would decide
     return text +
@@ -47,7 +48,7 @@ class StepRefused : public std::runtime_error {
   public:
     explicit StepRefused(const Refusal& why) : std::runtime_error(describe(why)), refusal(why) {}
 
-    Refusal refusal;
+    Refusal refusal;  // why
 };
 
 namespace detail {

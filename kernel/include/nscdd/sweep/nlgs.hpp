@@ -11,6 +11,7 @@ namespace nscdd::inline NSCDD_ABI {
 
 // For nlgs(), which knows no other method: hands nothing over.
 struct NothingElse {
+    // Nothing.
     HandedOver operator()(const auto&...) const { return {}; }
 };
 
