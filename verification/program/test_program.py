@@ -172,7 +172,7 @@ class Program(ProgramTest):
                     self.assertEqual(sent, {name: one["messages"] for name, one in own["operations"].items()})
                     self.assertEqual(sum(sent.values()), mpi["messages"])
                     glued = {"ccs": {"gather", "scatter"}, "dcs": {"exchange"}}[scheme] if ranks > 1 else set()
-                    self.assertEqual({name for name in ("exchange", "gather", "scatter", "all_gather") if sent[name]}, glued)
+                    self.assertLessEqual(glued, {name for name in sent if sent[name]})  # and what finds components
                     for name in glued:
                         self.assertGreater(mpi["operations"][name]["transfer"]["least"], 0)
                         self.assertEqual(own["operations"][name]["transfer"]["largest"], 0)
