@@ -152,7 +152,7 @@ class Quick(ProgramTest):
 
     def test_an_item_that_is_not_known_is_named(self):
         done = self.run_script("--only", "table2")
-        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, variations, "
+        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, fig3, fig4, beyond, larger, variations, "
                          "interface, chance, choices\n"))
 
     def test_rows_are_added_to_an_earlier_record(self):
