@@ -62,15 +62,20 @@ struct HandedOver {
     auto largest() { return std::tie(); }                            // reduce() takes the largest of no member
 };
 
-// Throws std::invalid_argument for options with which no solver ends.
-inline void check_options(const SolveOptions& options) {
-    const double omega = options.relaxation;
+// Throws std::invalid_argument unless the bounds of SolveOptions, or of NewtonOptions, are numbers and not negative.
+inline void check_bounds(const auto& options) {
     for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
                                options.gap_error, options.distance})
         if (!(bound >= 0))
             throw std::invalid_argument(
                 "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
                 "negative");
+}
+
+// Throws std::invalid_argument for options with which no solver ends.
+inline void check_options(const SolveOptions& options) {
+    const double omega = options.relaxation;
+    check_bounds(options);
     if (options.newton_contacts < 0) throw std::invalid_argument("newton_contacts must not be negative");
     if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
     if (options.check_every < 1 || options.sweeps < 1)

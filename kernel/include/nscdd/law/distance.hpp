@@ -19,13 +19,10 @@ struct ComponentSums {
     double change = 0;                       // |V - V_free|_M^2 [J]
     double quartic = 0;                      // as VelocityChange::quartic
     double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
-    double pushed = 0;                       // |M^-1 H p|_M^2 of the impulses p = max(-w_n, 0) along the normals
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
     double miss = 0;                         // as ResidualParts::miss [m/s]
     // What reduce() adds up.
-    auto summed() {
-        return std::tie(work, made, slope, moved, change, quartic, closing, closing_square);
-    }                                                     // what reduce() adds
+    auto summed() { return std::tie(work, made, slope, moved, change, quartic, closing, closing_square); }
     auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
 
     // Takes in another part of the component.
@@ -33,7 +30,6 @@ struct ComponentSums {
         work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change,
             quartic += other.quartic;
         closing += other.closing, closing_square += other.closing_square;
-        pushed += other.pushed;
         gap_error = (std::max)(gap_error, other.gap_error), miss = (std::max)(miss, other.miss);
         return *this;
     }
@@ -58,8 +54,6 @@ struct DistanceEstimate {
         take(worst, from_line(sums, scale));
         // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
         if (sums.closing > 0) take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
-        // A bound from below on the change of velocities that stops them.
-        if (sums.pushed > 0) take(worst, sums.closing_square / std::sqrt(sums.pushed * scale));
         // The velocity error of the component by its worst contact, in the measure of a distance.
         const double own = sums.change > 0 ? std::sqrt(sums.quartic / sums.change) : 0;
         if (sums.miss > 0) take(worst, 3 * sums.miss / (std::max)(own, 1e-4 * mean));
@@ -157,8 +151,6 @@ class DistanceSums {
         const Components<M>& labels = this->labels(problem);
         components.assign(labels.count(), {});
         std::size_t k = 0;
-        pushes_.assign(problem.bodies.size(), M::Vec::Zero());
-        wall_pushes_.assign(problem.walls.size(), 0.0);
         const auto at = [this](int label) -> ComponentSums& { return components[static_cast<std::size_t>(label)]; };
         for (const Contact<M>& c : problem.wall_contacts)
             add(problem, c, WithWall{}, impulses_[k++], at(labels.of_wall_contact(c)));
@@ -169,7 +161,6 @@ class DistanceSums {
             ComponentSums& sums = at(labels.of_body(b));
             sums.moved += energy(body, body.v - velocities_[b]);
             add_change(sums, energy(body, body.v - free_.bodies[b]), body.inv_mass);
-            sums.pushed += pushes_[b].squaredNorm() * body.inv_mass;
         }
         for (std::size_t w = 0; w < problem.walls.size(); ++w) {
             if (labels.of_wall(w) < 0) continue;
@@ -177,7 +168,6 @@ class DistanceSums {
             ComponentSums& sums = at(labels.of_wall(w));
             sums.moved += mass * (speed - speeds_[w]) * (speed - speeds_[w]);
             add_change(sums, mass * (speed - free_.walls[w]) * (speed - free_.walls[w]), problem.walls[w].inv_mass);
-            sums.pushed += wall_pushes_[w] * wall_pushes_[w] * problem.walls[w].inv_mass;
         }
     }
 
@@ -192,8 +182,8 @@ class DistanceSums {
             if (body.inv_inertia > 0) twice += v.template tail<M::spins>().squaredNorm() / body.inv_inertia;
         return twice;
     }
-    void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
-             ComponentSums& sums) {
+    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
+                    ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const typename M::Impulse miss = law_miss(c, v);
         double opening, excess, along = 0, limit = 0;
@@ -210,13 +200,6 @@ class DistanceSums {
         sums.slope += (c.r - mark).dot(miss);
         const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
-        if (closing > 0) {
-            pushes_[static_cast<std::size_t>(c.i)] += closing * c.normal;
-            if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
-                pushes_[static_cast<std::size_t>(c.j)] -= closing * c.normal;
-            else
-                wall_pushes_[static_cast<std::size_t>(c.j)] += closing;
-        }
         sums.miss = (std::max)(sums.miss, contact_miss(c, v, delassus(problem, c, false, kind)));
         if (problem.radii.empty()) return;
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
@@ -230,8 +213,6 @@ class DistanceSums {
     std::vector<typename M::Velocity> velocities_;  // at the mark: of bodies
     std::vector<double> speeds_;                    // of walls
     std::vector<typename M::Impulse> impulses_;     // of contacts, in the order of each_contact()
-    std::vector<typename M::Vec> pushes_;           // of the closing contacts, on bodies [m/s]
-    std::vector<double> wall_pushes_;               // and on walls
 };
 
 // The estimate of a whole scene in one problem.

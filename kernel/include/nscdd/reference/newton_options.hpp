@@ -22,12 +22,7 @@ struct NewtonOptions {
 
 // Throws std::invalid_argument for options that are no numbers, or negative.
 inline void check_options(const NewtonOptions& options) {
-    for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
-                               options.gap_error, options.distance})
-        if (!(bound >= 0))
-            throw std::invalid_argument(
-                "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
-                "negative");
+    check_bounds(options);
     if ((std::min)({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }
