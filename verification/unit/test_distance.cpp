@@ -8,12 +8,12 @@ using namespace nscdd::test;
 namespace {
 
 constexpr int row = 60, column = 150;
-constexpr double h = 1e-3;
+constexpr double row_step = 1e-3;
 
 // Disks without friction: a column, and beside it a row whose disks are to close by the same in the third step.
-SimulationSettings<SmoothDisks> on_a_floor() {
+SimulationSettings<SmoothDisks> row_settings() {
     SimulationSettings<SmoothDisks> settings;
-    settings.h = h;
+    settings.h = row_step;
     settings.gravity = {0, -10};
     settings.walls.resize(1);
     settings.walls[0].normal = {0, 1};
@@ -55,7 +55,7 @@ double distance(const std::vector<typename M::Velocity>& v, const std::vector<ty
 TEST_CASE("a row that begins to touch is not done before it has stopped", "[distance]") {
     using M = SmoothDisks;
     const auto begun = [](Communicator& comm) {
-        Simulation<M> simulation(comm, on_a_floor(), row_beside_column());
+        Simulation<M> simulation(comm, row_settings(), row_beside_column());
         for (int step = 0; step < 2; ++step)
             simulation.step([](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
                 if (c.size() == 1) return by_newton<M>({.tolerance = 1e-11})(parts, c, seconds);
@@ -68,7 +68,7 @@ TEST_CASE("a row that begins to touch is not done before it has stopped", "[dist
     InProcess alone(1);
     auto exact = begun(alone);
     std::vector<M::Velocity> free = velocities(exact);
-    for (auto& v : free) v += h * M::Vec(0, -10);
+    for (auto& v : free) v += row_step * M::Vec(0, -10);
     REQUIRE(exact.step(by_newton<M>({.tolerance = 1e-11})).solve.converged);
     const auto answer = velocities(exact);
     for (const Scheme scheme : {Scheme::nlgs, Scheme::dcs, Scheme::ccs})

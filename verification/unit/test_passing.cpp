@@ -8,7 +8,7 @@ using namespace nscdd::test;
 
 namespace {
 
-constexpr Solver few_and_many[] = {{Scheme::nlgs, 1}, {Scheme::ccs, 3}, {Scheme::dcs, 4}};
+constexpr Solver one_and_several[] = {{Scheme::nlgs, 1}, {Scheme::ccs, 3}, {Scheme::dcs, 4}};
 constexpr double diameter = 1;
 
 template <class M>
@@ -43,7 +43,7 @@ TEMPLATE_TEST_CASE("a grain that is passed without touching stays at rest", "[pa
     for (const double aside : {1.0001, 1.001, 1.01, 1.1, 1.2, 1.5, 2.0, 3.0})
         for (const double begin : {0.0, 0.37, 0.81}) {  // of a step
             const double from = -(way < 1 ? 1.5 : 2 * way) - begin * way;
-            for (const Solver& solver : few_and_many) {
+            for (const Solver& solver : one_and_several) {
                 INFO(solver.name() << ", " << way << " a step, " << aside << " beside, from " << from);
                 const auto start = flies_past<M>(from, aside);
                 Run<M> run(solver, in_space<M>(way), start);
@@ -62,7 +62,7 @@ TEMPLATE_TEST_CASE("a grain that is hit is hit, along a normal no farther off th
     for (const double aside : {0.0, 0.3, 0.6, 0.9, 0.99, 0.9999})
         for (const double begin : {0.0, 0.37, 0.81}) {
             const double from = -(way < 1 ? 1.5 : 2 * way) - begin * way;
-            for (const Solver& solver : few_and_many) {
+            for (const Solver& solver : one_and_several) {
                 INFO(solver.name() << ", " << way << " a step, " << aside << " beside, from " << from);
                 Run<M> run(solver, in_space<M>(way), flies_past<M>(from, aside));
                 int step = 0;
@@ -86,7 +86,7 @@ TEMPLATE_TEST_CASE("a grain that is struck in the step and passes another leaves
     const double way = GENERATE(0.01, 0.1, 0.5, 3.0);  // of the one that strikes, diameters a step
     for (const double aside : {1.0001, 1.001, 1.01, 1.1, 1.2, 1.5})
         for (const double ahead : {0.05, 0.6, 2.0})
-            for (const Solver& solver : few_and_many) {
+            for (const Solver& solver : one_and_several) {
                 INFO(solver.name() << ", " << way << " a step, " << aside << " beside, " << ahead << " ahead");
                 std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 100, at<M>(-1 - 0.5 * way, 0)),
                                              make_grain<M>(1, 0.5, 1, at<M>(0, 0)),
