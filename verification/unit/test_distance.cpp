@@ -110,13 +110,24 @@ TEMPLATE_TEST_CASE("a contact satisfies its law once its velocity has changed by
             c.r[0] = rn;
         }
         const auto v = random_vector<typename M::Impulse>(random);
-        const typename M::Impulse miss = law_miss<M>(c, v);
+        const typename M::Impulse miss = law_miss<M>(c, v, 1 / 1.3);
         const typename M::Impulse next = solve_contact<M>(c, v + miss, 1.3, 0.7);
         CAPTURE(k, rn, miss.norm());
         CHECK((next - c.r).norm() <= 1e-7);
         CHECK(miss.norm() <= (v.norm() + std::abs(c.bias)) * (1 + 1e-12));
         if ((solve_contact<M>(c, v, 1.3, 0.7) - c.r).norm() > 1e-6) CHECK(miss.norm() > 0);
     }
+}
+
+TEST_CASE("an impulse of round-off holds no open contact closed", "[distance]") {
+    Contact<FrictionDisks> c;
+    c.normal = {1, 0};
+    c.friction_coefficient = 0.5;
+    c.r = {1e-13, 0};
+    CHECK(law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == 0);
+    CHECK(law_miss<FrictionDisks>(c, {-0.5, 2}, 1).norm() == Approx(0.5));
+    c.r = {1e-11, 0};
+    CHECK(law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == Approx(std::hypot(0.5, 2)));
 }
 
 TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdomains", "[distance]", FrictionDisks,

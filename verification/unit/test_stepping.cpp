@@ -302,7 +302,7 @@ TEST_CASE("a refusal is data, and its step does for pairs that come later too", 
     scene.settings.h = first->h;
     CHECK_FALSE(refused_by(scene, 100));
     CHECK(describe({.step = 3, .i = 1, .j = 2, .overlap = 2.034, .allowed = 0.1}) ==
-          "step 3: grain 1 and grain 2 overlap by 200 % of a radius (at most 10 %)");
+          "step 3: grain 1 and grain 2 overlap by 210 % of a radius (at most 10 %)");
 }
 
 TEMPLATE_TEST_CASE("passing by, grazing, sliding and resting are not refused", "[stepping]", SmoothDisks, Spheres) {

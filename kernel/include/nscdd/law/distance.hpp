@@ -82,16 +82,18 @@ struct DistanceEstimate {
 };
 
 // The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
-// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep.
+// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep. An impulse that changes
+// w_n by less than 1e-12 of it is none: solvers that only halve it never end at 0. wn: W_n [1/kg].
 template <class M>
-typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v) {
-    const auto normal_miss = [](double opening, double excess) {
-        return excess > 0 ? -opening : (std::max)(-opening, 0.0);
+typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, double wn) {
+    const auto none = [wn](double opening, double excess) { return wn * excess <= 1e-12 * std::abs(opening); };
+    const auto normal_miss = [none](double opening, double excess) {
+        return none(opening, excess) ? (std::max)(-opening, 0.0) : -opening;
     };
     if constexpr (M::friction) {
         const double vn = v.dot(c.normal), rn = c.r.dot(c.normal), limit = M::Law::limit(rn, c);
         const typename M::Vec normal = normal_miss(vn + c.bias, M::Law::excess(rn, c)) * c.normal;
-        if (!(limit > 0)) return normal;
+        if (!(limit > 0) || none(vn + c.bias, M::Law::excess(rn, c))) return normal;
         const typename M::Vec slip = v - vn * c.normal, rt = c.r - rn * c.normal;
         const double along = rt.dot(slip), square = rt.squaredNorm();
         // as large as it may be, but for round-off, r_t may oppose a slip; else it holds the contact
@@ -185,7 +187,8 @@ class DistanceSums {
     static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
                     ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
-        const typename M::Impulse miss = law_miss(c, v);
+        const DelassusDiagonal w = delassus(problem, c, false, kind);
+        const typename M::Impulse miss = law_miss(c, v, w.normal);
         double opening, excess, along = 0, limit = 0;
         if constexpr (M::friction) {
             const double vn = v.dot(c.normal), rn = c.r.dot(c.normal);
@@ -200,7 +203,7 @@ class DistanceSums {
         sums.slope += (c.r - mark).dot(miss);
         const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
-        sums.miss = (std::max)(sums.miss, contact_miss(c, v, delassus(problem, c, false, kind)));
+        sums.miss = (std::max)(sums.miss, contact_miss(c, v, w));
         if (problem.radii.empty()) return;
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
