@@ -37,6 +37,10 @@ class SweptTogether {
         });
     }
 
+    void keep() {
+        comm_.each_rank([this](std::size_t k) { parts_[k].sweeper.keep(parts_[k].problem); });
+    }
+
     const double* iterate(const Anderson* anderson, bool tested) {
         const bool interface_last = tested || anderson;
         comm_.each_rank([&](std::size_t k) {
@@ -167,7 +171,7 @@ class SweptTogether {
         comm_.each_rank([this](std::size_t k) {
             charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
             parts_[k].sweeper.store(parts_[k].problem);
-            distance_[k].add_up(parts_[k].problem);
+            distance_[k].add_up(parts_[k].problem, parts_[k].sweeper.kept(parts_[k].problem));
         });
         if (!joined_) joined_.emplace(parts_, comm_, distance_);
     }

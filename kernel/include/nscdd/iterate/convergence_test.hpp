@@ -18,18 +18,25 @@ class ConvergenceTest {
     // Writes what the iterate is like into the report, whose iterations the caller counts; true when it has converged
     // or the cap of iterations is reached. Cost: about three sweeps.
     bool operator()(SolveReport& report) {
-        const bool over = tested(*this, options_, residual_, report);
+        const bool over = tested(*this, options_, true, residual_, report).over;
         if (!over && marks_.due(report.iterations)) mark();
         return over;
     }
 
     const FreeVelocities<M>& free() const { return free_; }  // V_free
-    // As Iterated says.
+    // As Tested says.
     ResidualParts residual() const { return residual_parts(problem_, free_); }
     // The iterate becomes the mark.
     void mark() { sums_.mark(problem_); }
+    // To be called one iteration before a test, which then sees slow modes that the mark hides. Not a must.
+    void keep() {
+        kept_.emplace();
+        kept_->take(problem_);
+    }
     // The estimate of the scene; residual: residual().
-    DistanceEstimate distance(const ResidualParts& residual) { return estimate_distance(problem_, sums_, residual); }
+    DistanceEstimate distance(const ResidualParts& residual) {
+        return estimate_distance(problem_, sums_, residual, kept_ ? &*kept_ : nullptr);
+    }
     // Of the scene [m].
     double least_radius() const { return problem_.least_radius; }
 
@@ -38,6 +45,7 @@ class ConvergenceTest {
     SolveOptions options_;
     FreeVelocities<M> free_;
     DistanceSums<M> sums_;
+    std::optional<Iterate<M>> kept_;
     Marks marks_;
     ResidualParts residual_;
 };

@@ -24,12 +24,14 @@ concept Tested = requires(S& system, const ResidualParts& residual) {
 
 // What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
 // (nscdd_solve.hpp). The iterate that it is made with is the first mark.
+//   keep()                 the iterate is kept, and distance() looks along the line from it to a later one as well
 //   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
 //                          returns the products that *a asks for, summed over all contacts
 //   restore_velocities()   V = V_free + M^-1 H r of the impulses held
 //   hand_over(residual)    Newton's method for the components that are far from an answer; what it has solved
 template <class S>
 concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, const ResidualParts& residual) {
+    system.keep();
     { system.iterate(anderson, true) } -> std::convertible_to<const double*>;
     system.restore_velocities();
     { system.hand_over(residual) } -> std::same_as<HandedOver>;
@@ -65,15 +67,23 @@ class Stall {
     double last_ = std::numeric_limits<double>::infinity();
 };
 
-// Tests the iterate; true when the iteration is over. The estimate costs more than the residual, and is asked where
-// that is small enough, or at the end.
+// What a test has found.
+struct TestResult {
+    bool over;        // the step has converged, or the cap is reached
+    double residual;  // over its bounds: residual_over_bounds()
+};
+
+// Tests the iterate. The estimate costs more than the residual, and is asked where that is small enough, or at the end.
+// may_pass: whether the step may have converged.
 template <Tested System>
-bool tested(System& system, const SolveOptions& options, ResidualParts& residual, SolveReport& report) {
+TestResult tested(System& system, const SolveOptions& options, bool may_pass, ResidualParts& residual,
+                  SolveReport& report) {
     residual = system.residual();
-    const bool near = report_residual(residual, options, system.least_radius(), report);
+    const bool near = report_residual(residual, options, system.least_radius(), report) && may_pass;
+    const double over_bounds = residual_over_bounds(report, options, system.least_radius());
     const bool last = report.iterations >= options.max_iterations;
     if (near || last) report_distance(system.distance(residual), options, near, report);
-    return report.converged || last;
+    return {report.converged || last, over_bounds};
 }
 
 // Iterates until the step has converged (SolveReport) or the cap is reached.
@@ -84,19 +94,22 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     Anderson anderson(options.window);
     Marks marks;
     Stall stall;
-    for (bool over = false; !over;) {
+    for (TestResult test{false, 0}; !test.over;) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         const int count = until_test(options, report);
+        // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
+        const bool kept = test.residual <= 3;
         for (int k = 0; k < count; ++k) {
+            if (kept && k + 1 == count) system.keep();
             const double* products = system.iterate(accelerated ? &anderson : nullptr, k + 1 == count);
             if (accelerated) anderson.update(products);
         }
         report.iterations += count;
-        over = tested(system, options, residual, report);
-        if (over && anderson.velocities_stale()) {
+        test = tested(system, options, kept, residual, report);
+        if (test.over && anderson.velocities_stale()) {
             system.restore_velocities();
             anderson.forget();
-            over = tested(system, options, residual, report);
+            test = tested(system, options, kept, residual, report);
         }
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
@@ -108,10 +121,10 @@ SolveReport iterate(System& system, const SolveOptions& options) {
                 report.rebounds_given_up += solved.rebounds_given_up;
                 anderson.forget();
                 system.mark();  // no iteration has led here from the last one
-                over = tested(system, options, residual, report);
+                test = tested(system, options, true, residual, report);
             }
         }
-        if (!over) system.mark();
+        if (!test.over) system.mark();
     }
     return report;
 }

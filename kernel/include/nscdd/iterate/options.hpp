@@ -118,12 +118,17 @@ inline bool too_deep(const SolveReport& report, const SolveOptions& options, dou
     return least_radius > 0 && report.penetration > options.penetration * least_radius;
 }
 
-// How far the iterate is from being converged: the largest of its figures over their bounds; 1 or less where all are
-// kept. Of the estimate only where it was asked for.
-inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
+// The largest figure of the residual over its bound; 1 or less where all bounds of it are kept.
+inline double residual_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
     double worst = (std::max)({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
                                report.energy_made / options.energy_made});
     if (least_radius > 0) worst = (std::max)(worst, report.penetration / (options.penetration * least_radius));
+    return worst;
+}
+
+// How far the iterate is from being converged: as residual_over_bounds(), and of the estimate where it was asked for.
+inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
+    const double worst = residual_over_bounds(report, options, least_radius);
     return worst > 1 ? worst
                      : (std::max)({worst, report.gap_error / options.gap_error, report.distance / options.distance});
 }

@@ -6,29 +6,38 @@
 #include <utility>
 
 #include "nscdd/law/components.hpp"
+#include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
-// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate.
+// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate; r_1, V_1:
+// one iteration ago.
 struct ComponentSums {
     double work = 0;                         // as ResidualParts::work [J]
     double made = 0;                         // as ResidualParts::made [J]
     double slope = 0;                        // sum of (r - r_0).law_miss() [J]
     double moved = 0;                        // |V - V_0|_M^2 [J]
+    double last_slope = 0;                   // sum of (r - r_1).law_miss() [J]
+    double last_moved = 0;                   // |V - V_1|_M^2 [J]
+    double both_moved = 0;                   // (V - V_0).M (V - V_1) [J]
     double change = 0;                       // |V - V_free|_M^2 [J]
     double quartic = 0;                      // as VelocityChange::quartic
     double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
     double miss = 0;                         // as ResidualParts::miss [m/s]
     // What reduce() adds up.
-    auto summed() { return std::tie(work, made, slope, moved, change, quartic, closing, closing_square); }
+    auto summed() {
+        return std::tie(work, made, slope, moved, last_slope, last_moved, both_moved, change, quartic, closing,
+                        closing_square);
+    }
     auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
 
     // Takes in another part of the component.
     ComponentSums& operator+=(const ComponentSums& other) {
-        work += other.work, made += other.made, slope += other.slope, moved += other.moved, change += other.change,
-            quartic += other.quartic;
+        work += other.work, made += other.made, change += other.change, quartic += other.quartic;
+        slope += other.slope, moved += other.moved;
+        last_slope += other.last_slope, last_moved += other.last_moved, both_moved += other.both_moved;
         closing += other.closing, closing_square += other.closing_square;
         gap_error = (std::max)(gap_error, other.gap_error), miss = (std::max)(miss, other.miss);
         return *this;
@@ -51,7 +60,7 @@ struct DistanceEstimate {
         // A component that moves less than 1e-4 of what the scene does on average is judged as if it did.
         const double mean = residual.mean_change();
         const double scale = (std::max)({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
-        take(worst, from_line(sums, scale));
+        take(worst, from_lines(sums, scale));
         // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
         if (sums.closing > 0) take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
         // The velocity error of the component by its worst contact, in the measure of a distance.
@@ -65,19 +74,26 @@ struct DistanceEstimate {
     }
     // Takes in the sums over all components.
     void note_scene(const ComponentSums& sums, const ResidualParts& residual) {
-        scene = residual.eta() == 0 ? 0 : from_line(sums, residual.scale());
+        scene = residual.eta() == 0 ? 0 : from_lines(sums, residual.scale());
     }
 
   private:
     static void take(double& most, double value) {  // the larger one, NaN if one is
         if (value > most || std::isnan(value)) most = std::isnan(most) ? most : value;
     }
-    // Root of A + sigma^2: the work that the law forbids, and the relative distance to the best point on the line
-    // through the mark.
-    static double from_line(const ComponentSums& sums, double scale) {
-        if (sums.work == 0 && sums.slope == 0) return 0;
-        const double line = sums.slope == 0 ? 0 : sums.slope / sums.moved * sums.slope;
-        return std::sqrt(((std::max)(sums.work, 0.0) + line) / scale);
+    // Root of A + sigma^2: the work that the law forbids, and the relative distance to the best point in the plane of
+    // the lines through the mark and through the last iterate.
+    static double from_lines(const ComponentSums& sums, double scale) {
+        if (sums.work == 0 && sums.slope == 0 && sums.last_slope == 0) return 0;
+        double square = (std::max)(sums.work, 0.0), across = sums.last_slope, length = sums.last_moved;
+        if (sums.slope != 0) {
+            square += sums.slope / sums.moved * sums.slope;
+            across -= sums.both_moved / sums.moved * sums.slope;
+            length -= sums.both_moved / sums.moved * sums.both_moved;
+        }
+        // lines so nearly parallel say the same, but for round-off
+        if (length > 1e-6 * sums.last_moved) square += across / length * across;
+        return std::sqrt(square / scale);
     }
 };
 
@@ -136,39 +152,45 @@ class DistanceSums {
         for (const auto& c : problem.wall_contacts) apply_impulse(problem, c, c.r, WithWall{});
     }
     // The iterate as it is becomes the mark.
-    void mark(const ContactProblem<M>& problem) {
-        velocities_.clear(), speeds_.clear(), impulses_.clear();
-        for (const auto& body : problem.bodies) velocities_.push_back(body.v);
-        for (const auto& wall : problem.walls) speeds_.push_back(wall.speed);
-        each_contact(problem, [this](const Contact<M>& c, auto) { impulses_.push_back(c.r); });
-    }
+    void mark(const ContactProblem<M>& problem) { mark_.take(problem); }
     const FreeVelocities<M>& free() const { return free_; }  // of begin()
     // The components, found when first asked for.
     const Components<M>& labels(const ContactProblem<M>& problem) {
         if (!labels_) labels_.emplace(problem);
         return *labels_;
     }
-    // Sums over the components of the iterate as it is.
-    void add_up(const ContactProblem<M>& problem) {
+    // Sums over the components of the iterate as it is. last: the one before it; may be null.
+    void add_up(const ContactProblem<M>& problem, const Iterate<M>* last) {
+        if (!last) last = &mark_;
         const Components<M>& labels = this->labels(problem);
         components.assign(labels.count(), {});
-        std::size_t k = 0;
         const auto at = [this](int label) -> ComponentSums& { return components[static_cast<std::size_t>(label)]; };
-        for (const Contact<M>& c : problem.wall_contacts)
-            add(problem, c, WithWall{}, impulses_[k++], at(labels.of_wall_contact(c)));
-        for (const Contact<M>& c : problem.contacts) add(problem, c, BetweenGrains{}, impulses_[k++], at(labels.of(c)));
+        std::size_t k = 0;
+        const auto add_contact = [&](const Contact<M>& c, auto kind, int label) {
+            add(problem, c, kind, c.r - mark_.impulses[k], c.r - last->impulses[k], at(label));
+            ++k;
+        };
+        for (const Contact<M>& c : problem.wall_contacts) add_contact(c, WithWall{}, labels.of_wall_contact(c));
+        for (const Contact<M>& c : problem.contacts) add_contact(c, BetweenGrains{}, labels.of(c));
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
             if (labels.of_body(b) < 0) continue;
             const Body<M>& body = problem.bodies[b];
             ComponentSums& sums = at(labels.of_body(b));
-            sums.moved += energy(body, body.v - velocities_[b]);
-            add_change(sums, energy(body, body.v - free_.bodies[b]), body.inv_mass);
+            const typename M::Velocity moved = body.v - mark_.velocities[b], last_moved = body.v - last->velocities[b],
+                                       change = body.v - free_.bodies[b];
+            sums.moved += product(body, moved, moved);
+            sums.last_moved += product(body, last_moved, last_moved);
+            sums.both_moved += product(body, moved, last_moved);
+            add_change(sums, product(body, change, change), body.inv_mass);
         }
         for (std::size_t w = 0; w < problem.walls.size(); ++w) {
             if (labels.of_wall(w) < 0) continue;
             const double speed = problem.walls[w].speed, mass = 1 / problem.walls[w].inv_mass;
             ComponentSums& sums = at(labels.of_wall(w));
-            sums.moved += mass * (speed - speeds_[w]) * (speed - speeds_[w]);
+            const double moved = speed - mark_.speeds[w], last_moved = speed - last->speeds[w];
+            sums.moved += mass * moved * moved;
+            sums.last_moved += mass * last_moved * last_moved;
+            sums.both_moved += mass * moved * last_moved;
             add_change(sums, mass * (speed - free_.walls[w]) * (speed - free_.walls[w]), problem.walls[w].inv_mass);
         }
     }
@@ -178,14 +200,17 @@ class DistanceSums {
         sums.change += energy;
         sums.quartic += energy * energy * inverse_mass;
     }
-    static double energy(const Body<M>& body, const typename M::Velocity& v) {
-        double twice = v.template head<M::dim>().squaredNorm() / body.inv_mass;
+    // u.M v [J].
+    static double product(const Body<M>& body, const typename M::Velocity& u, const typename M::Velocity& v) {
+        double sum = u.template head<M::dim>().dot(v.template head<M::dim>()) / body.inv_mass;
         if constexpr (M::friction)
-            if (body.inv_inertia > 0) twice += v.template tail<M::spins>().squaredNorm() / body.inv_inertia;
-        return twice;
+            if (body.inv_inertia > 0)
+                sum += u.template tail<M::spins>().dot(v.template tail<M::spins>()) / body.inv_inertia;
+        return sum;
     }
-    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& mark,
-                    ComponentSums& sums) {
+    // since_mark, since_last: changes of its impulse.
+    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind,
+                    const typename M::Impulse& since_mark, const typename M::Impulse& since_last, ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse miss = law_miss(c, v, w.normal);
@@ -200,7 +225,8 @@ class DistanceSums {
             sums.made += c.r[0] * opening;
         }
         sums.work += std::abs(excess * opening) + limit + along;
-        sums.slope += (c.r - mark).dot(miss);
+        sums.slope += since_mark.dot(miss);
+        sums.last_slope += since_last.dot(miss);
         const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
         sums.miss = (std::max)(sums.miss, contact_miss(c, v, w));
@@ -213,16 +239,14 @@ class DistanceSums {
 
     FreeVelocities<M> free_;
     std::optional<Components<M>> labels_;
-    std::vector<typename M::Velocity> velocities_;  // at the mark: of bodies
-    std::vector<double> speeds_;                    // of walls
-    std::vector<typename M::Impulse> impulses_;     // of contacts, in the order of each_contact()
+    Iterate<M> mark_;
 };
 
-// The estimate of a whole scene in one problem.
+// The estimate of a whole scene in one problem. last: the iterate before this one; may be null.
 template <class M>
 DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSums<M>& sums,
-                                   const ResidualParts& residual) {
-    sums.add_up(problem);
+                                   const ResidualParts& residual, const Iterate<M>* last) {
+    sums.add_up(problem, last);
     const std::vector<ComponentShape<M>> shapes = sums.labels(problem).shapes(problem);
     DistanceEstimate estimate;
     ComponentSums scene;

@@ -264,7 +264,10 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     detail::ProjectedGradient iteration(gradient, descent);
     do {
         const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) iteration.iterate();
+        for (int k = 0; k < count; ++k) {
+            if (k + 1 == count) over.keep();
+            iteration.iterate();
+        }
         report.iterations += count;
     } while (!over(report));
     return report;

@@ -29,7 +29,7 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
             const auto by_newton = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
                 if constexpr (SolvedOnCone<typename M::Law>) {
                     InProcess alone(1);
-                    sums.add_up(part.problem);
+                    sums.add_up(part.problem, part.sweeper.kept(part.problem));
                     JoinedComponents<M> components({&part, 1}, alone, {&sums, 1});
                     return hand_over<M>({&part, 1}, alone, {&sums, 1}, components, residual, options);
                 }

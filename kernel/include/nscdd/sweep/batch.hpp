@@ -49,6 +49,8 @@ struct BatchGroup {
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
+    // Its impulses, component by component.
+    const double* impulses(std::size_t batch) const { return fields(batch) + BatchLayout<M>::impulse_at * lanes; }
     static std::size_t past_size(int window) { return lanes + 2 * static_cast<std::size_t>(window) * impulse; }
     double* metric(std::size_t batch, int window) { return past.data() + batch * past_size(window); }
     const double* metric(std::size_t batch, int window) const { return past.data() + batch * past_size(window); }
@@ -72,7 +74,7 @@ struct BatchGroup {
             const auto zero = [](const double* from, std::size_t size) {
                 return (Eigen::Map<const Eigen::ArrayXd>(from, static_cast<Eigen::Index>(size)) == 0).all();
             };
-            open[k] = zero(fields(k) + BatchLayout<M>::impulse_at * lanes, impulse) &&
+            open[k] = zero(impulses(k), impulse) &&
                       (window == 0 || zero(iterate(k, 0, window), past_size(window) - lanes)) &&
                       M::Law::normal(std::numeric_limits<double>::lowest(), coefficients[k]) == 0;
         }

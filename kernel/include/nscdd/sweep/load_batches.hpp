@@ -101,21 +101,23 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     return fits;
 }
 
+// put(contact, its index, r) for each contact; r: the impulses of all batches, those of a batch at impulses(batch).
 template <class M>
-void store_impulses(const BatchGroup<M>& group, std::vector<Contact<M>>& contacts) {
+void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, auto&& put) {
     using Layout = BatchLayout<M>;
     constexpr std::size_t lanes = Packet::width;
     const std::vector<int>& order = group.batches.contact;
     for (std::size_t k = 0; k < order.size(); ++k) {
         if (order[k] < 0) continue;
-        Contact<M>& c = contacts[static_cast<std::size_t>(order[k])];
-        const auto r = [&](int d) {
-            return group.fields(k / lanes)[static_cast<std::size_t>(Layout::impulse_at + d) * lanes + k % lanes];
-        };
+        const auto number = static_cast<std::size_t>(order[k]);
+        auto& c = contacts[number];
+        const double* from = impulses(k / lanes) + k % lanes;
+        typename M::Impulse r;
         if constexpr (Layout::framed)
-            c.r = {r(0) * c.normal[0] - r(1) * c.normal[1], r(0) * c.normal[1] + r(1) * c.normal[0]};
+            r = {from[0] * c.normal[0] - from[lanes] * c.normal[1], from[0] * c.normal[1] + from[lanes] * c.normal[0]};
         else
-            for (int d = 0; d < Layout::components; ++d) c.r[d] = r(d);
+            for (std::size_t d = 0; d < std::size_t{Layout::components}; ++d) r[static_cast<int>(d)] = from[d * lanes];
+        put(c, number, r);
     }
 }
 

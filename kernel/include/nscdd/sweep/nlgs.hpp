@@ -27,6 +27,7 @@ class SweptAlone {
         sums_.begin(problem_, sweeper_.free_velocities(problem_));
     }
 
+    void keep() { sweeper_.keep(problem_); }
     const double* iterate(const Anderson* anderson, bool /*tested*/) {
         if (anderson) {
             sweeper_.accelerate(problem_, options_.window);
@@ -41,7 +42,7 @@ class SweptAlone {
     ResidualParts residual() const { return sweeper_.residual(problem_); }
     DistanceEstimate distance(const ResidualParts& residual) {
         sweeper_.store(problem_);
-        return estimate_distance(problem_, sums_, residual);
+        return estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
     }
     void mark() {
         sweeper_.store(problem_);

@@ -7,6 +7,7 @@
 //   sweeper.store(problem);
 #pragma once
 
+#include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 #include "nscdd/sweep/combine.hpp"
 #include "nscdd/sweep/load_batches.hpp"
@@ -46,6 +47,7 @@ class Sweeper {
         inverse_relaxation_ = 1 / relaxation;
         if (!batched_) prepare_contacts(problem, relaxation);
         window_ = sweeps_ = 0;
+        keeps_ = false;
         note_free(problem);
     }
 
@@ -138,8 +140,48 @@ class Sweeper {
     void store(ContactProblem<M>& problem) const {
         if (!batched_) return;
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        detail::store_impulses(grains_, problem.contacts);
-        detail::store_impulses(walls_, problem.wall_contacts);
+        const auto put = [](Contact<M>& c, std::size_t, const typename M::Impulse& r) { c.r = r; };
+        const auto of = [](const Group& group) {
+            return [&group](std::size_t batch) { return group.impulses(batch); };
+        };
+        detail::read_impulses(grains_, problem.contacts, of(grains_), put);
+        detail::read_impulses(walls_, problem.wall_contacts, of(walls_), put);
+    }
+
+    // Keeps the iterate as it is, in the layout of the sweep: a fifth of a sweep.
+    void keep(const ContactProblem<M>& problem) {
+        keeps_ = true;
+        if (!batched_) return kept_.take(problem);
+        kept_rows_ = rows_.data;
+        kept_.speeds.clear();
+        for (const WallBody<M>& wall : problem.walls) kept_.speeds.push_back(wall.speed);
+        const auto copy = [](const Group& group, std::vector<double>& to) {
+            to.clear();
+            for (std::size_t k = 0; k < group.count; ++k)
+                to.insert(to.end(), group.impulses(k), group.impulses(k) + Group::impulse);
+        };
+        copy(walls_, kept_wall_impulses_);
+        copy(grains_, kept_impulses_);
+    }
+    // What keep() has kept last, or null if it has not been called since load().
+    const Iterate<M>* kept(const ContactProblem<M>& problem) {
+        if (!keeps_) return nullptr;
+        if (!batched_) return &kept_;
+        kept_.velocities.clear();
+        for (std::size_t g = 0; g < problem.bodies.size(); ++g)
+            kept_.velocities.push_back(rows_.velocity(g, kept_rows_));
+        kept_.impulses.resize(problem.contact_count());
+        const auto put_after = [this](std::size_t first) {
+            return [this, first](const Contact<M>&, std::size_t number, const typename M::Impulse& r) {
+                kept_.impulses[first + number] = r;
+            };
+        };
+        const auto of = [](const std::vector<double>& impulses) {
+            return [&impulses](std::size_t batch) { return impulses.data() + batch * Group::impulse; };
+        };
+        detail::read_impulses(walls_, problem.wall_contacts, of(kept_wall_impulses_), put_after(0));
+        detail::read_impulses(grains_, problem.contacts, of(kept_impulses_), put_after(problem.wall_contacts.size()));
+        return &kept_;
     }
 
     // Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
@@ -380,7 +422,12 @@ class Sweeper {
     detail::BodyRows<M> rows_;
     detail::AlignedDoubles free_rows_;  // V_free of bodies, where batched_
     FreeVelocities<M> free_;            // V_free of walls, and of bodies where not batched_
-    std::vector<double> wall_share_;    // 1/multiplicity of each wall; the first is for lanes without a contact
+
+    bool keeps_ = false;                                      // kept_ and the next two are of this problem
+    Iterate<M> kept_;                                         // of keep(); where batched_ as kept() has last read it
+    detail::AlignedDoubles kept_rows_;                        // of keep(), where batched_
+    std::vector<double> kept_wall_impulses_, kept_impulses_;  // the same, batch by batch
+    std::vector<double> wall_share_;  // 1/multiplicity of each wall; the first is for lanes without a contact
     Group grains_, walls_;
     std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
