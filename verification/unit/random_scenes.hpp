@@ -135,8 +135,11 @@ struct Run {
             if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<Ccs<M>>(options));
             return simulation.step(by_nscdd<Dcs<M>>(options));
         }();
+        const SolveReport& solve = report.solve;
         INFO(solver.name() << ", step " << simulation.steps());
-        REQUIRE(report.solve.converged);
+        CAPTURE(solve.iterations, solve.residual, solve.velocity_error, solve.energy_made, solve.gap_error,
+                solve.distance);
+        REQUIRE(solve.converged);
         return report;
     }
 

@@ -1,4 +1,6 @@
 // The two statements on a converged step: gaps for which it is exact, and the distance to an answer by component.
+#include <Eigen/Eigenvalues>
+
 #include "nscdd/iterate/convergence_test.hpp"
 #include "random_scenes.hpp"
 
@@ -106,10 +108,9 @@ TEST_CASE("a flat arch beside a fast disk is not done before it carries", "[dist
         settings.walls[1].offset = -1;
         settings.walls[2].offset = -(2 * half + 1);
         settings.walls[3].offset = -100;
-        std::vector<Grain<M>> grains{make_grain<M>(0, 1.0, 1.0, {0, 1}),
-                                     make_grain<M>(1, 1.0, 1.0, {half, 1 + 2 * std::sin(slope)}),
-                                     make_grain<M>(2, 1.0, 1.0, {2 * half, 1}),
-                                     make_grain<M>(3, 1.0, 1.0, {half, 98.995})};
+        std::vector<Grain<M>> grains{
+            make_grain<M>(0, 1.0, 1.0, {0, 1}), make_grain<M>(1, 1.0, 1.0, {half, 1 + 2 * std::sin(slope)}),
+            make_grain<M>(2, 1.0, 1.0, {2 * half, 1}), make_grain<M>(3, 1.0, 1.0, {half, 98.995})};
         for (auto& grain : grains) grain.velocity = {0, -1};
         grains[3].velocity = {0, 1000};
         const auto free = [&] {
@@ -117,8 +118,8 @@ TEST_CASE("a flat arch beside a fast disk is not done before it carries", "[dist
             for (const auto& grain : grains) all.push_back(grain.velocity);
             return all;
         }();
-        const auto solved = [&](const AnyStepSolver<M>& solver) {
-            InProcess comm(1);
+        const auto solved = [&](const AnyStepSolver<M>& solver, int ranks = 1) {
+            InProcess comm(ranks);
             Simulation<M> simulation(comm, settings, grains);
             REQUIRE(simulation.step(solver).solve.converged);
             return velocities(simulation);
@@ -128,7 +129,37 @@ TEST_CASE("a flat arch beside a fast disk is not done before it carries", "[dist
         CHECK(distance<M>(answer, free, answer, 0, 3) == Approx(1));
         CHECK(distance<M>(solved(by_nlgs<M>({})), answer, free, 0, 3) <= 0.3);
         CHECK(distance<M>(solved(by_gradient<M>({}, Descent::spectral)), answer, free, 0, 3) <= 0.3);
+        CHECK(distance<M>(solved(by_nscdd<Dcs<M>>({}), 3), answer, free, 0, 3) <= 0.3);
     }
+}
+
+TEMPLATE_TEST_CASE("what is asked of a body is the least change that does it", "[distance]", SmoothDisks,
+                   FrictionSpheres) {
+    using M = TestType;
+    Random random(5);
+    for (int k = 0; k < 3000; ++k) {
+        Asked<M> asked;
+        const int contacts = 1 + k % 4;
+        const double flat = k % 3 == 0 ? 1 : std::pow(10.0, -uniform(random, 0, 4));  // 0: they lie in one line
+        const typename M::Vec line = random_unit<M>(random);
+        for (int c = 0; c < contacts; ++c) {
+            typename M::Vec normal = line + flat * random_unit<M>(random);
+            if (k % 5 == 0) normal = (c % 2 ? -1 : 1) * line;
+            normal.normalize();
+            asked.add(normal * normal.transpose(), uniform(random, -1, 1) * normal, 1);
+        }
+        Eigen::SelfAdjointEigenSolver<typename Asked<M>::Matrix> axes(asked.held);
+        double square = 0;
+        bool clear = true;  // no eigenvalue is nearly lost in round-off
+        for (int d = 0; d < M::dim; ++d) {
+            clear &= !(axes.eigenvalues()[d] > 1e-14 && axes.eigenvalues()[d] < 1e-11);
+            if (const double value = axes.eigenvalues()[d]; value > 1e-11)
+                square += std::pow(axes.eigenvectors().col(d).dot(asked.miss) / value, 2);
+        }
+        CAPTURE(k, contacts, flat, axes.eigenvalues().transpose());
+        if (clear) CHECK(asked.square() == Approx(square).epsilon(1e-2));
+    }
+    CHECK(Asked<M>{}.square() == 0);
 }
 
 TEMPLATE_TEST_CASE("a contact satisfies its law once its velocity has changed by law_miss()", "[distance]", SmoothDisks,
@@ -229,7 +260,9 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                 set(1e-3);
                 for (std::size_t k = 0; k < parts.size(); ++k) sums[k].mark(parts[k].problem);
                 set(2e-3);
-                for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_up(parts[k].problem, nullptr);
+                for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_contacts(parts[k].problem, nullptr);
+                add_asked<M>(parts, c, sums);
+                for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_bodies(parts[k].problem);
                 const ResidualParts residual = reduce<ResidualParts>(
                     c, [&](std::size_t k) { return residual_parts(parts[k].problem, sums[k].free()); });
                 JoinedComponents<M> joined({parts.begin(), parts.end()}, c, sums);

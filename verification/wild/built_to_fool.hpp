@@ -132,6 +132,26 @@ void flat_chain(Builder<M>& b) {
     b.floor(-0.5 - zigzag);
 }
 
+// A few grains between two walls, so nearly in line that they stop far later than they would close a gap.
+template <class M>
+void flat_box(Builder<M>& b) {
+    const int n = b.draw.integer(1, 12);
+    const double slope = b.draw.log_uniform(1e-6, 3e-2), push = b.draw.log_uniform(1e-2, 1);
+    const bool arch = b.draw.chance(0.3), alike = b.draw.chance(0.5);
+    b.scene.settings.h = b.draw.log_uniform(1e-6, 1e-2) / b.speed;
+    auto place = b.at(0, 0);
+    double lowest = 0;
+    for (int k = 0; k < n; ++k) {
+        b.grain(0.5, alike ? 1 : b.draw.log_uniform(1e-3, 1e3), place,
+                b.at(b.speed * push * b.draw.normal(), -b.speed));
+        lowest = std::min(lowest, place[M::dim - 1]);
+        const double angle = slope * (arch ? 1 - 2.0 * (k + 1) / n : b.draw.uniform(-1, 1));
+        if (k + 1 < n) place += b.at(std::cos(angle), std::sin(angle));
+    }
+    b.wall(b.at(1, 0), b.at(-0.5, 0)), b.wall(b.at(-1, 0), place + b.at(0.5, 0));
+    b.floor(lowest - 0.5);
+}
+
 // A sheet of grains that is pressed from one side.
 template <class M>
 void sheet(Builder<M>& b) {

@@ -34,6 +34,7 @@ constexpr std::array all_families{
     NamedFamily<M>{"graded chain", families::graded_chain<M>},
     NamedFamily<M>{"wedge", families::wedge<M>},
     NamedFamily<M>{"flat chain", families::flat_chain<M>},
+    NamedFamily<M>{"flat box", families::flat_box<M>},
     NamedFamily<M>{"sheet", families::sheet<M>},
     NamedFamily<M>{"comb", families::comb<M>},
 };

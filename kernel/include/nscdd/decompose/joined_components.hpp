@@ -14,6 +14,31 @@
 
 namespace nscdd::inline NSCDD_ABI {
 
+// Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
+template <class M>
+void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums) {
+    if (comm.size() == 1) return;
+    constexpr std::size_t width = Asked<M>::numbers;
+    const auto channel = comm.open(links_between(parts, width));
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+            double* to = channel->send(k, l).data();
+            for (const int grain : parts[k].linked[l])
+                each_member(sums[k].asked[static_cast<std::size_t>(grain)].summed(),
+                            [&to](std::span<double> x) { to = std::copy(x.begin(), x.end(), to); });
+        }
+    channel->start();
+    channel->finish();
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+            const double* from = channel->recv(k, l).data();
+            for (const int grain : parts[k].linked[l])
+                each_member(sums[k].asked[static_cast<std::size_t>(grain)].summed(), [&from](std::span<double> x) {
+                    for (double& number : x) number += *from++;
+                });
+        }
+}
+
 template <class M>
 class JoinedComponents {
   public:

@@ -171,8 +171,10 @@ class SweptTogether {
         comm_.each_rank([this](std::size_t k) {
             charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
             parts_[k].sweeper.store(parts_[k].problem);
-            distance_[k].add_up(parts_[k].problem, parts_[k].sweeper.kept(parts_[k].problem));
+            distance_[k].add_contacts(parts_[k].problem, parts_[k].sweeper.kept(parts_[k].problem));
         });
+        add_asked<M>(parts_, comm_, distance_);
+        comm_.each_rank([this](std::size_t k) { distance_[k].add_bodies(parts_[k].problem); });
         if (!joined_) joined_.emplace(parts_, comm_, distance_);
     }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "nscdd/law/asked.hpp"
 #include "nscdd/law/components.hpp"
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
@@ -23,12 +24,13 @@ struct ComponentSums {
     double both_moved = 0;                   // (V - V_0).M (V - V_1) [J]
     double change = 0;                       // |V - V_free|_M^2 [J]
     double quartic = 0;                      // as VelocityChange::quartic
+    double alone = 0;                        // sum of m Asked::square() over its grains [J]
     double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
     double miss = 0;                         // as ResidualParts::miss [m/s]
     // What reduce() adds up.
     auto summed() {
-        return std::tie(work, made, slope, moved, last_slope, last_moved, both_moved, change, quartic, closing,
+        return std::tie(work, made, slope, moved, last_slope, last_moved, both_moved, change, quartic, alone, closing,
                         closing_square);
     }
     auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
@@ -38,7 +40,7 @@ struct ComponentSums {
         work += other.work, made += other.made, change += other.change, quartic += other.quartic;
         slope += other.slope, moved += other.moved;
         last_slope += other.last_slope, last_moved += other.last_moved, both_moved += other.both_moved;
-        closing += other.closing, closing_square += other.closing_square;
+        alone += other.alone, closing += other.closing, closing_square += other.closing_square;
         gap_error = (std::max)(gap_error, other.gap_error), miss = (std::max)(miss, other.miss);
         return *this;
     }
@@ -61,6 +63,8 @@ struct DistanceEstimate {
         const double mean = residual.mean_change();
         const double scale = (std::max)({sums.change, 1e-8 * mean * mean * mass, 1e-16 * residual.round_off});
         take(worst, from_lines(sums, scale));
+        // Grains put right one by one: between two contacts that are nearly in line they move far.
+        take(worst, std::sqrt(sums.alone / scale));
         // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
         if (sums.closing > 0) take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
         // The velocity error of the component by its worst contact, in the measure of a distance.
@@ -85,14 +89,16 @@ struct DistanceEstimate {
     // the lines through the mark and through the last iterate.
     static double from_lines(const ComponentSums& sums, double scale) {
         if (sums.work == 0 && sums.slope == 0 && sums.last_slope == 0) return 0;
+        // what round-off moves by itself: a line so short leads anywhere
+        const double least = 1e-24 * scale, moved = (std::max)(sums.moved, least);
         double square = (std::max)(sums.work, 0.0), across = sums.last_slope, length = sums.last_moved;
         if (sums.slope != 0) {
-            square += sums.slope / sums.moved * sums.slope;
-            across -= sums.both_moved / sums.moved * sums.slope;
-            length -= sums.both_moved / sums.moved * sums.both_moved;
+            square += sums.slope / moved * sums.slope;
+            across -= sums.both_moved / moved * sums.slope;
+            length -= sums.both_moved / moved * sums.both_moved;
         }
-        // lines so nearly parallel say the same, but for round-off
-        if (length > 1e-6 * sums.last_moved) square += across / length * across;
+        // lines so nearly parallel say the same
+        if (length > (std::max)(1e-6 * sums.last_moved, least)) square += across / length * across;
         return std::sqrt(square / scale);
     }
 };
@@ -137,6 +143,7 @@ template <class M>
 class DistanceSums {
   public:
     std::vector<ComponentSums> components;  // by label
+    std::vector<Asked<M>> asked;            // of each body, by this problem's contacts
 
     // Before the first iteration: velocities are V_free + M^-1 H r of the warm start.
     void begin(const ContactProblem<M>& problem, FreeVelocities<M> free) {
@@ -161,33 +168,42 @@ class DistanceSums {
     }
     // Sums over the components of the iterate as it is. last: the one before it; may be null.
     void add_up(const ContactProblem<M>& problem, const Iterate<M>* last) {
-        if (!last) last = &mark_;
+        add_contacts(problem, last);
+        add_bodies(problem);
+    }
+    // The same in two parts. In between, copies of a body add up what is asked of it.
+    void add_contacts(const ContactProblem<M>& problem, const Iterate<M>* last) {
+        last_ = last ? last : &mark_;
         const Components<M>& labels = this->labels(problem);
         components.assign(labels.count(), {});
-        const auto at = [this](int label) -> ComponentSums& { return components[static_cast<std::size_t>(label)]; };
+        asked.assign(problem.bodies.size(), {});
         std::size_t k = 0;
         const auto add_contact = [&](const Contact<M>& c, auto kind, int label) {
-            add(problem, c, kind, c.r - mark_.impulses[k], c.r - last->impulses[k], at(label));
+            add(problem, c, kind, c.r - mark_.impulses[k], c.r - last_->impulses[k], at(label));
             ++k;
         };
         for (const Contact<M>& c : problem.wall_contacts) add_contact(c, WithWall{}, labels.of_wall_contact(c));
         for (const Contact<M>& c : problem.contacts) add_contact(c, BetweenGrains{}, labels.of(c));
+    }
+    void add_bodies(const ContactProblem<M>& problem) {
+        const Components<M>& labels = this->labels(problem);
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
             if (labels.of_body(b) < 0) continue;
             const Body<M>& body = problem.bodies[b];
             ComponentSums& sums = at(labels.of_body(b));
-            const typename M::Velocity moved = body.v - mark_.velocities[b], last_moved = body.v - last->velocities[b],
+            const typename M::Velocity moved = body.v - mark_.velocities[b], last_moved = body.v - last_->velocities[b],
                                        change = body.v - free_.bodies[b];
             sums.moved += product(body, moved, moved);
             sums.last_moved += product(body, last_moved, last_moved);
             sums.both_moved += product(body, moved, last_moved);
+            sums.alone += asked[b].square() / body.inv_mass;
             add_change(sums, product(body, change, change), body.inv_mass);
         }
         for (std::size_t w = 0; w < problem.walls.size(); ++w) {
             if (labels.of_wall(w) < 0) continue;
             const double speed = problem.walls[w].speed, mass = 1 / problem.walls[w].inv_mass;
             ComponentSums& sums = at(labels.of_wall(w));
-            const double moved = speed - mark_.speeds[w], last_moved = speed - last->speeds[w];
+            const double moved = speed - mark_.speeds[w], last_moved = speed - last_->speeds[w];
             sums.moved += mass * moved * moved;
             sums.last_moved += mass * last_moved * last_moved;
             sums.both_moved += mass * moved * last_moved;
@@ -196,6 +212,7 @@ class DistanceSums {
     }
 
   private:
+    ComponentSums& at(int label) { return components[static_cast<std::size_t>(label)]; }
     static void add_change(ComponentSums& sums, double energy, double inverse_mass) {
         sums.change += energy;
         sums.quartic += energy * energy * inverse_mass;
@@ -209,8 +226,8 @@ class DistanceSums {
         return sum;
     }
     // since_mark, since_last: changes of its impulse.
-    static void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind,
-                    const typename M::Impulse& since_mark, const typename M::Impulse& since_last, ComponentSums& sums) {
+    void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& since_mark,
+             const typename M::Impulse& since_last, ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse miss = law_miss(c, v, w.normal);
@@ -230,6 +247,7 @@ class DistanceSums {
         const double closing = (std::max)(-opening, 0.0);
         sums.closing += closing, sums.closing_square += closing * closing;
         sums.miss = (std::max)(sums.miss, contact_miss(c, v, w));
+        if (excess > 0 || opening < 0) ask(c, miss, kind);
         if (problem.radii.empty()) return;
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
@@ -237,9 +255,26 @@ class DistanceSums {
         sums.gap_error = (std::max)(sums.gap_error, problem.h * miss.norm() / radius);
     }
 
+    // What an acting contact asks of its bodies. It holds its normal, and all directions where friction holds it.
+    void ask(const Contact<M>& c, const typename M::Impulse& miss, auto kind) {
+        typename Asked<M>::Matrix holds = c.normal * c.normal.transpose();
+        typename M::Vec misses;
+        if constexpr (M::friction) {
+            const double rn = c.r.dot(c.normal);
+            misses = miss.dot(c.normal) * c.normal;
+            if ((c.r - rn * c.normal).norm() < M::Law::limit(rn, c) * (1 - 1e-9)) holds.setIdentity(), misses = miss;
+        } else {
+            misses = miss[0] * c.normal;
+        }
+        asked[static_cast<std::size_t>(c.i)].add(holds, misses, 1);
+        if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
+            asked[static_cast<std::size_t>(c.j)].add(holds, misses, -1);
+    }
+
     FreeVelocities<M> free_;
     std::optional<Components<M>> labels_;
     Iterate<M> mark_;
+    const Iterate<M>* last_ = nullptr;  // between add_contacts() and add_bodies()
 };
 
 // The estimate of a whole scene in one problem. last: the iterate before this one; may be null.
