@@ -159,7 +159,8 @@ Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::Simula
         const Vector change = all.v - problem.free,
                      rest = change - problem.mass.cwiseInverse().cwiseProduct(problem.h * all.r);
         const double energy = problem.energies(change).sum();
-        if (energy > 0) all.inconsistent = std::sqrt(problem.energies(rest).sum() / energy);
+        if (energy > 1e-20 * problem.energies(all.v).sum())  // else it is round-off
+            all.inconsistent = std::sqrt(problem.energies(rest).sum() / energy);
     }
     return all;
 }
