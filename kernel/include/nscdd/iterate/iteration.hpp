@@ -1,6 +1,7 @@
 // The outer loop that NLGS and NSCDD share: iterations, acceleration, and the test of convergence.
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <limits>
 
@@ -94,22 +95,23 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     Anderson anderson(options.window);
     Marks marks;
     Stall stall;
+    const bool bounded = std::isfinite(options.distance);
     for (TestResult test{false, 0}; !test.over;) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         const int count = until_test(options, report);
         // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
-        const bool kept = test.residual <= 3;
+        const bool kept = bounded && test.residual <= 10;
         for (int k = 0; k < count; ++k) {
             if (kept && k + 1 == count) system.keep();
             const double* products = system.iterate(accelerated ? &anderson : nullptr, k + 1 == count);
             if (accelerated) anderson.update(products);
         }
         report.iterations += count;
-        test = tested(system, options, kept, residual, report);
+        test = tested(system, options, kept || !bounded, residual, report);
         if (test.over && anderson.velocities_stale()) {
             system.restore_velocities();
             anderson.forget();
-            test = tested(system, options, kept, residual, report);
+            test = tested(system, options, kept || !bounded, residual, report);
         }
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
