@@ -75,14 +75,14 @@ struct TestResult {
 };
 
 // Tests the iterate. The estimate costs more than the residual, and is asked where that is small enough, or at the end.
-// may_pass: whether the step may have converged.
+// may_pass: whether the step may have converged before the last test.
 template <Tested System>
 TestResult tested(System& system, const SolveOptions& options, bool may_pass, ResidualParts& residual,
                   SolveReport& report) {
     residual = system.residual();
-    const bool near = report_residual(residual, options, system.least_radius(), report) && may_pass;
-    const double over_bounds = residual_over_bounds(report, options, system.least_radius());
     const bool last = report.iterations >= options.max_iterations;
+    const bool near = report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
+    const double over_bounds = residual_over_bounds(report, options, system.least_radius());
     if (near || last) report_distance(system.distance(residual), options, near, report);
     return {report.converged || last, over_bounds};
 }
