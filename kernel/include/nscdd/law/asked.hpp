@@ -11,10 +11,10 @@ namespace nscdd::inline NSCDD_ABI {
 
 template <class M>
 struct Asked {
-    using Matrix = Eigen::Matrix<double, M::dim, M::dim>;
-    Matrix held = Matrix::Zero();           // A: sum of the projections on what its contacts hold
-    typename M::Vec miss = M::Vec::Zero();  // b: sum of what they miss in it [m/s]
-    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;
+    using Matrix = Eigen::Matrix<double, M::dim, M::dim>;             // of A
+    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;  // that copies of a body send each other
+    Matrix held = Matrix::Zero();                   // A: sum of the projections on what its contacts hold
+    typename M::Vec miss = M::Vec::Zero();          // b: sum of what they miss in it [m/s]
     auto summed() { return std::tie(held, miss); }  // what copies of the body add up
 
     // sign: 1 of the first body of a contact, -1 of the second.

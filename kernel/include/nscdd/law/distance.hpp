@@ -171,7 +171,7 @@ class DistanceSums {
         add_contacts(problem, last);
         add_bodies(problem);
     }
-    // The same in two parts. In between, copies of a body add up what is asked of it.
+    // The first part of add_up(). After it copies of a body add up what is asked of it.
     void add_contacts(const ContactProblem<M>& problem, const Iterate<M>* last) {
         last_ = last ? last : &mark_;
         const Components<M>& labels = this->labels(problem);
@@ -185,6 +185,7 @@ class DistanceSums {
         for (const Contact<M>& c : problem.wall_contacts) add_contact(c, WithWall{}, labels.of_wall_contact(c));
         for (const Contact<M>& c : problem.contacts) add_contact(c, BetweenGrains{}, labels.of(c));
     }
+    // The second part of add_up().
     void add_bodies(const ContactProblem<M>& problem) {
         const Components<M>& labels = this->labels(problem);
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
