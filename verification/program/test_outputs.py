@@ -81,7 +81,7 @@ class Targets(ProgramTest):
         (self.folder / "again").symlink_to(".")
         os.link(self.scene, self.folder / "scene.json")
         packed = self.write("packed.toml", ENDLESS + '\n[packing]\nfile = "packing.h5"\nmaterial = "glass"\n')
-        self.succeeds("pack", self.write("spheres.toml", "dimension = 3\ngrains = 20\ngenerator = 'own'\n"), "-o", self.folder / "packing.h5", "--quiet")
+        self.succeeds("pack", self.write("spheres.toml", "dimension = 3\ngrains = 20\nseed = 2\ngenerator = 'own'\n"), "-o", self.folder / "packing.h5", "--quiet")
         state = self.folder / "state.h5"
         self.succeeds("run", self.write("short.toml", SCENE), "--state", state)
         before = {path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
