@@ -135,7 +135,7 @@ void flat_chain(Builder<M>& b) {
 // A few grains between two walls, so nearly in line that they stop far later than they would close a gap.
 template <class M>
 void flat_box(Builder<M>& b) {
-    const int n = b.draw.integer(1, 12);
+    const int n = b.draw.integer(2, 12);
     const double slope = b.draw.log_uniform(1e-6, 3e-2), push = b.draw.log_uniform(1e-2, 1);
     const bool arch = b.draw.chance(0.3), alike = b.draw.chance(0.5);
     b.scene.settings.h = b.draw.log_uniform(1e-6, 1e-2) / b.speed;
