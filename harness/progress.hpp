@@ -14,7 +14,8 @@ namespace nscdd {
 class Progress {
   public:
     // Silent when not wanted or when standard error is no terminal.
-    Progress(bool wanted, int total) : active_(wanted && isatty(STDERR_FILENO)), total_(total), began_(Clock::now()) {}
+    Progress(bool wanted, int total, std::string_view of = "step")
+        : active_(wanted && isatty(STDERR_FILENO)), total_(total), of_(of), began_(Clock::now()) {}
     ~Progress() {
         if (active_) std::fputs("\r\033[K", stderr);
     }
@@ -27,7 +28,7 @@ class Progress {
         if (done < total_ && elapsed - shown_ < 0.2) return;
         shown_ = elapsed;
         const int left = static_cast<int>(elapsed * (total_ - done) / std::max(done, 1));
-        say(stderr, "\r\033[Kstep {}/{}, {}, {}:{:02} left", done, total_, what, left / 60, left % 60);
+        say(stderr, "\r\033[K{} {}/{}, {}, {}:{:02} left", of_, done, total_, what, left / 60, left % 60);
         std::fflush(stderr);
     }
 
@@ -35,6 +36,7 @@ class Progress {
     using Clock = std::chrono::steady_clock;
     bool active_;
     int total_;
+    std::string_view of_;
     Clock::time_point began_;
     double shown_ = -1;
 };

@@ -104,6 +104,21 @@ def velocity_error(**changed):
             "rows": rows, "cost": cost} | changed
 
 
+def wild(**changed):
+    """The JSON of random scenes: of 100 steps one is beyond the stated distance."""
+    far = {"of": 90, "median": 0.01, "of_99": 0.25, "largest": 0.5, "beyond": 1}
+    made = {"of": 98, "median": 0.0, "of_99": 1e-4, "largest": 5e-4, "beyond": 0}
+    row = {"steps": 100, "accepted": 98, "refused": 2, "refused_near": 1, "iterations_median": 30, "scene_distance": far, "distance": far,
+           "energy_made": made}
+    step = {"seed": 7, "family": "row", "solver": "dcs", "subdomains": 4, "dimension": 2, "grains": 5, "contacts": 6, "iterations": 20, "estimate": 0.2,
+            "scene_distance": 0.1, "distance": 0.5, "contacts_component": 3, "energy_made": 5e-4}
+    return {"schema": "nscdd.wild/1", "command": "wild_scenes FABRICATED", "commit": "fabricated", "machine": {"cpu": "Fabricated CPU", "cores": CORES},
+            "date": "2000-01-01T00:00:00Z", "scenes": 50, "steps": 100,
+            "not_judged": {"no_room": 1, "no_answer": 2, "refused": 3, "no_contact": 4},
+            "rows": [{"by": by, "name": name} | row for by, name in (("solver", "dcs"), ("solver", "all"), ("family", "row"), ("family", "all"))],
+            "worst": [step]} | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -139,6 +154,7 @@ def fabricate(folder, scenes):
         put("accuracy.json", accuracy())
         put("acceleration.json", acceleration())
         put("velocity_error.json", velocity_error())
+        put("wild.json", wild())
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
     put("hard.json", hard())

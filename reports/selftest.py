@@ -13,9 +13,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
-from fabricated import accuracy, acceleration, compare, fabricate, hard, velocity_error  # noqa: E402
+from fabricated import accuracy, acceleration, compare, fabricate, hard, velocity_error, wild  # noqa: E402
 from nscdd_report import accuracy as figures
 from nscdd_report import hard as hard_cases
+from nscdd_report import wild as random_scenes
 from nscdd_report import curves, packings, peers, tables, velocity  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
 
@@ -237,6 +238,16 @@ class Verdict(Case):
         self.assertIsNone(velocity.iterations_at(curve, "eta", 1e-7))
         self.assertIn("<td>1.5</td>", velocity.cost_table(record))
 
+    def test_random_scenes_come_worst_first(self):
+        record = wild()
+        infinite = dict(record["rows"][0]["distance"], largest=None)
+        record["rows"].append(record["rows"][0] | {"name": "nlgs", "distance": infinite})
+        html = random_scenes.spread_table(record, "solver")
+        self.assertEqual(re.findall("<tr><td>(.*?)</td>", html), ["nlgs", "dcs", "all"])
+        self.assertIn('<td class="bad">1</td>', html)
+        self.assertIn("<td>infinite</td>", html)
+        self.assertIn("<td>dcs on 4</td>", random_scenes.worst_table(record))
+
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
         self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
@@ -288,6 +299,10 @@ class Input(Case):
         (self.folder / "velocity_error.json").write_text(json.dumps(velocity_error(rows=[{}])))
         self.assert_one_line("velocity_error.json", "rows")
 
+    def test_damaged_random_scenes_are_one_line(self):
+        (self.folder / "wild.json").write_text(json.dumps(wild(rows=[{}])))
+        self.assert_one_line("wild.json", "rows")
+
     def test_damaged_hard_cases_are_one_line(self):
         self.change("hard.json", rows=[])
         self.assert_one_line("hard.json", "rows")
@@ -306,7 +321,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 14)
+        self.assertEqual(self.page().count("Not in these results"), 15)
         self.assertIn("agreement was not checked", self.page())
 
 

@@ -12,17 +12,9 @@ nscdd_test(test_own_law "" unit/test_own_law.cpp)
 # 40 steps over and over: minutes under the sanitizers, in --full
 nscdd_test(test_steps "" unit/test_stepping.cpp agreement/test_reference.cpp)
 
-# Random scenes judged by an independent method: are accepted steps near the answer?
-find_package(CLI11 REQUIRED)
-find_package(fmt REQUIRED)
-find_package(nlohmann_json REQUIRED)
-nscdd_test_program(wild_scenes "" wild/main.cpp wild/table.cpp wild/verdict.cpp wild/active_set.cpp)
+# The judge of the random scenes: are accepted steps near the answer?
 nscdd_test(test_judge "" wild/test_judge.cpp wild/verdict.cpp wild/active_set.cpp)
 set_source_files_properties(wild/active_set.cpp PROPERTIES SKIP_PRECOMPILE_HEADERS ON COMPILE_OPTIONS -O2)
-target_link_libraries(wild_scenes PRIVATE CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json)
-add_test(NAME "accepted steps of random scenes are near the answer" COMMAND wild_scenes --scenes 50 --seed 1 --max-iterations 3000
-         --solvers nlgs,nlgs-accelerated,dcs-accelerated --distance 0.3 --energy-made 1e-3)
-set_tests_properties("accepted steps of random scenes are near the answer" PROPERTIES LABELS unit TIMEOUT 600)
 
 foreach(program test_decomposition test_steps)
     nscdd_link_metis(${program})
@@ -51,6 +43,13 @@ if(TARGET nscdd_files)
                unit/test_fclib.cpp unit/test_costs.cpp ${PROJECT_SOURCE_DIR}/harness/costs.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
     nscdd_link_metis(test_files)
+
+    find_package(CLI11 REQUIRED)
+    nscdd_test_program(wild_scenes "" wild/main.cpp wild/table.cpp wild/verdict.cpp wild/active_set.cpp)
+    target_link_libraries(wild_scenes PRIVATE CLI11::CLI11 nscdd_files)
+    add_test(NAME "accepted steps of random scenes are near the answer" COMMAND wild_scenes --scenes 50 --seed 1 --max-iterations 3000
+             --solvers nlgs,nlgs-accelerated,dcs-accelerated --distance 0.3 --energy-made 1e-3)
+    set_tests_properties("accepted steps of random scenes are near the answer" PROPERTIES LABELS unit TIMEOUT 600)
 endif()
 
 if(MPI_CXX_FOUND)

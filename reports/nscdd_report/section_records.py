@@ -2,7 +2,7 @@
 import math
 from html import escape
 
-from . import accuracy, hard, tables, velocity
+from . import accuracy, hard, tables, velocity, wild
 from .page import figure_block, missing, origin, table_block
 from .style import save
 
@@ -113,6 +113,27 @@ def acceleration(results, out):
     return parts
 
 
+def random_scenes(results):
+    """What both measures of accepted steps are worth in random scenes, worst first."""
+    if not results.wild:
+        return [missing("accepted steps of random scenes (build/bin/wild_scenes)")]
+    parts = []
+    for record in results.wild:
+        source, skipped = origin([record]), record["not_judged"]
+        distance = tables.symbols("|V - V*|_M / |V* - V_free|_M")
+        caption = (f"{tables.count(record['scenes'])} random scenes, most of them built to fool the tests of convergence. V*: the answer by an "
+                   f"active-set method of its own, in scenes without friction. Distance: {distance} of the worst component; energy made by "
+                   "the contacts of a component, in all scenes. Refused: not converged at the cap of iterations; near: of them those within 0.3 of the "
+                   f"answer. Not judged: {tables.count(skipped['no_room'])} steps whose law no velocities satisfy, "
+                   f"{tables.count(skipped['no_answer'])} that the judge did not solve.")
+        parts += [table_block(wild.spread_table(record, by), f"Random scenes by {by}, worst first", caption if by == "solver" else "As above.", source,
+                              ("counted",), wide=True) for by in ("solver", "family")]
+        caption = "Estimate: what the solver said of the distance of the worst component. Seed: <code>wild_scenes --scenes 1 --seed</code> makes the scene again."
+        parts.append(table_block(wild.worst_table(record), "Accepted steps of random scenes, the farthest from the answer first", caption, source,
+                                 ("counted",), wide=True))
+    return parts
+
+
 def converged(results, out):
     """Energy of long runs at the default tolerance, and what the measures of a step say of its distance to the answer."""
     parts = []
@@ -127,6 +148,7 @@ def converged(results, out):
         parts.append(table_block(table, "Energy from nothing", caption, "".join(origin([record]) for record in results.hard), wide=True))
     else:
         parts.append(missing("energy of long runs (scripts/hard_cases)"))
+    parts += random_scenes(results)
     if not results.velocity_error:
         return [*parts, missing("what the velocity error says (scripts/velocity_error)")]
     for record in results.velocity_error:

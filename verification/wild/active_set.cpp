@@ -81,8 +81,9 @@ class Pivoting {
     Vector gradient() const { return s_ * x + proximal_ * x + linear_; }
     Vector noise() const { return 1e-14 * (absolute_ * x.cwiseAbs() + linear_.cwiseAbs()); }
 
-    // The minimum with zeros where a contact is not passive.
-    bool solve(Vector& result) const {
+    // The minimum with zeros where a contact is not passive. False once too many were asked for.
+    bool solve(Vector& result) {
+        if (++solves_ > most_solves) return false;
         std::vector<int> place(passive_.size(), -1);
         std::vector<Eigen::Index> members;
         for (std::size_t i = 0; i < passive_.size(); ++i)
@@ -116,6 +117,8 @@ class Pivoting {
     const Vector& q_;
     std::vector<char> passive_;  // contacts with an impulse
     Vector linear_;
+    static constexpr int most_solves = 1000;  // minutes, where exchanges of one contact hardly get on
+    int solves_ = 0;
     double proximal_ = 0;
 
   public:

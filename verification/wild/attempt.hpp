@@ -24,6 +24,13 @@ struct Judged {  // one step by one solver
 struct Tally {  // of what was not judged
     int scenes = 0, no_room = 0, unsolved = 0, refused = 0, no_contact = 0;
     double worst_violation = 0, worst_certificate = 0;  // of the answers
+
+    void add(const Tally& more) {
+        scenes += more.scenes, no_room += more.no_room, unsolved += more.unsolved;
+        refused += more.refused, no_contact += more.no_contact;
+        worst_violation = std::max(worst_violation, more.worst_violation);
+        worst_certificate = std::max(worst_certificate, more.worst_certificate);
+    }
 };
 
 inline const std::vector<std::string> solver_names{
@@ -31,6 +38,13 @@ inline const std::vector<std::string> solver_names{
 
 // Whether the solver runs on several ranks.
 inline bool decomposed(const std::string& name) { return name.starts_with("dcs") || name.starts_with("ccs"); }
+
+// Its default, 2,000 factorisations, are minutes in a few scenes.
+inline nscdd::NewtonOptions newton_options() {
+    nscdd::NewtonOptions options;
+    options.max_iterations = 300;
+    return options;
+}
 
 template <class M>
 nscdd::AnyStepSolver<M> make_solver(const std::string& name, int max_iterations) {
@@ -42,7 +56,7 @@ nscdd::AnyStepSolver<M> make_solver(const std::string& name, int max_iterations)
     if (name.starts_with("ccs")) return by_nscdd<Ccs<M>>(options);
     if (name == "spg") return by_gradient<M>(options, Descent::spectral);
     if (name == "apgd") return by_gradient<M>(options, Descent::nesterov);
-    if (name == "newton") return by_newton<M>({});
+    if (name == "newton") return by_newton<M>(newton_options());
     throw std::invalid_argument("there is no solver '" + name + "'");
 }
 
@@ -52,7 +66,7 @@ std::optional<Scene<M>> start(Scene<M> scene) {
     if (!scene.tight || scene.warm_steps == 0) return scene;
     try {
         nscdd::InProcess comm(1);
-        const auto outcome = scenes::run<M>(scene, comm, scene.warm_steps, nscdd::by_newton<M>({}));
+        const auto outcome = scenes::run<M>(scene, comm, scene.warm_steps, nscdd::by_newton<M>(newton_options()));
         scene.settings.walls = outcome.walls;
         for (const auto& g : outcome.grains) scene.grains[static_cast<std::size_t>(g.grain.id)] = g.grain;
         scene.impulses.clear();

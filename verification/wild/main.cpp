@@ -1,10 +1,14 @@
 // Random scenes that are solved by every solver and judged by an active-set method: are accepted steps near the answer?
 //
-//   wild_scenes --scenes 2000 --seed 1 --json wild.json
+//   wild_scenes --scenes 2000 --seed 1 --json reports/results/wild.json --worst 50
 //   wild_scenes --scenes 1 --seed 17 --solvers nlgs        # the scene of seed 17 alone
 #include <CLI/CLI.hpp>
-#include <fstream>
+#include <atomic>
+#include <mutex>
+#include <thread>
 
+#include "progress.hpp"
+#include "report_json.hpp"
 #include "table.hpp"
 
 namespace {
@@ -17,11 +21,49 @@ bool any_beyond(const std::vector<wild::Judged>& judged, double distance, double
     });
 }
 
+struct All {
+    std::vector<wild::Judged> judged;  // in the order of seeds
+    wild::Tally tally;
+};
+
+// Every thread takes the next scene; what is judged does not depend on their number.
+All judge_all(std::uint64_t seed, int scenes, int threads, const wild::Task& task) {
+    All all;
+    std::mutex mutex;
+    std::atomic<int> next = 0;
+    std::exception_ptr failed;
+    nscdd::Progress progress(true, scenes, "scene");
+    const auto work = [&] {
+        for (int k = next++; k < scenes; k = next++) {
+            All one;
+            try {
+                wild::judge_seed(seed + static_cast<std::uint64_t>(k), task, one.tally, one.judged);
+            } catch (...) {
+                const std::lock_guard lock(mutex);
+                failed = std::current_exception(), next = scenes;
+                return;
+            }
+            const std::lock_guard lock(mutex);
+            all.tally.add(one.tally);
+            all.judged.insert(all.judged.end(), one.judged.begin(), one.judged.end());
+            progress.show(all.tally.scenes, fmt::format("{} steps", all.judged.size()));
+        }
+    };
+    {
+        std::vector<std::jthread> crew;
+        for (int k = 0; k < threads; ++k) crew.emplace_back(work);
+    }
+    if (failed) std::rethrow_exception(failed);
+    std::ranges::stable_sort(all.judged, {}, [](const wild::Judged& j) { return j.seed; });
+    return all;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     CLI::App app("Judges accepted steps of random scenes by an independent active-set method.");
-    int scenes = 100, worst = 10;
+    int scenes = 100, threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+    std::size_t worst = 10;
     std::uint64_t seed = 1;
     std::string json;
     wild::Task task{.family = {}, .solvers = wild::solver_names};
@@ -37,19 +79,18 @@ int main(int argc, char** argv) {
     app.add_option("--family", task.family, "Scenes of this family alone")->check(CLI::IsMember(families));
     app.add_option("--max-iterations", task.max_iterations, "Of each solve")->capture_default_str();
     app.add_option("--worst", worst, "Number of accepted steps to list")->capture_default_str();
-    app.add_option("--json", json, "File to write every step to");
+    app.add_option("--threads", threads, "Scenes that are solved at a time")->check(CLI::Range(1, 1024));
+    app.add_option("--json", json, "File for rows by solver and family, and the worst steps");
     app.add_option("--distance", distance, "Exit with 1 if an accepted step is farther from the answer than this");
     app.add_option("--energy-made", made, "Exit with 1 if a component of an accepted step makes more energy than this");
     CLI11_PARSE(app, argc, argv);
     try {
-        wild::Tally tally;
-        std::vector<wild::Judged> judged;
-        for (int k = 0; k < scenes; ++k) wild::judge_seed(seed + static_cast<std::uint64_t>(k), task, tally, judged);
+        const auto [judged, tally] = judge_all(seed, scenes, threads, task);
         wild::print_table(judged, tally, worst);
         if (!json.empty()) {
-            std::ofstream file(json);
-            file << wild::to_json(judged, tally).dump(1) << '\n';
-            if (!file.flush()) throw std::runtime_error(json + ": cannot be written");
+            nlohmann::json record = wild::to_json(judged, tally, worst);
+            record.update(nscdd::provenance(argc, argv));
+            nscdd::write_json(json, record);
         }
         return any_beyond(judged, distance, made) ? 1 : 0;
     } catch (const std::exception& error) {

@@ -1,4 +1,4 @@
-// What was judged, as a table and as JSON.
+// What was judged, as a table and as a record.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,7 +7,9 @@
 
 namespace wild {
 
-void print_table(const std::vector<Judged>& judged, const Tally& tally, int worst);
-nlohmann::json to_json(const std::vector<Judged>& judged, const Tally& tally);
+// `worst`: number of accepted steps to list, the farthest from the answer first.
+void print_table(const std::vector<Judged>& judged, const Tally& tally, std::size_t worst);
+// Rows by solver and by family, and the worst steps (reports/wild.schema.json).
+nlohmann::json to_json(const std::vector<Judged>& judged, const Tally& tally, std::size_t worst);
 
 }  // namespace wild
