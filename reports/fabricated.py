@@ -110,7 +110,7 @@ def wild(**changed):
     made = {"of": 98, "median": 0.0, "of_99": 1e-4, "largest": 5e-4, "beyond": 0}
     row = {"steps": 100, "accepted": 98, "refused": 2, "refused_near": 1, "iterations_median": 30, "scene_distance": far, "distance": far,
            "energy_made": made}
-    step = {"seed": 7, "family": "row", "solver": "dcs", "subdomains": 4, "dimension": 2, "grains": 5, "contacts": 6, "iterations": 20, "estimate": 0.2,
+    step = {"seed": 7, "family": "row", "solver": "dcs", "subdomains": 4, "dimension": 2, "grains": 5, "contacts": 6, "iterations": 20, "estimate": 0.2, "gap_error": 1e-6,
             "scene_distance": 0.1, "distance": 0.5, "contacts_component": 3, "energy_made": 5e-4}
     return {"schema": "nscdd.wild/1", "command": "wild_scenes FABRICATED", "commit": "fabricated", "machine": {"cpu": "Fabricated CPU", "cores": CORES},
             "date": "2000-01-01T00:00:00Z", "scenes": 50, "steps": 100,

@@ -128,7 +128,8 @@ def random_scenes(results):
                    f"{tables.count(skipped['no_answer'])} that the judge did not solve.")
         parts += [table_block(wild.spread_table(record, by), f"Random scenes by {by}, worst first", caption if by == "solver" else "As above.", source,
                               ("counted",), wide=True) for by in ("solver", "family")]
-        caption = "Estimate: what the solver said of the distance of the worst component. Seed: <code>wild_scenes --scenes 1 --seed</code> makes the scene again."
+        caption = ("Gap error: the step is proven to be exact for gaps that differ by at most this share of the contact's radius. Estimate: what the solver "
+                   "said of the distance of the worst component. Seed: <code>wild_scenes --scenes 1 --seed</code> makes the scene again.")
         parts.append(table_block(wild.worst_table(record), "Accepted steps of random scenes, the farthest from the answer first", caption, source,
                                  ("counted",), wide=True))
     return parts

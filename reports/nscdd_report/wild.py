@@ -31,10 +31,10 @@ def spread_table(record, by):
 
 def worst_table(record, most=20):
     """The accepted steps farthest from the answer, beside what the solver said of them."""
-    head = [[(name, 1) for name in ("seed", "family", "solver", "contacts", "iterations", "estimate", "distance, scene", "distance, worst component",
+    head = [[(name, 1) for name in ("seed", "family", "solver", "contacts", "iterations", "gap error", "estimate", "distance, scene", "distance, worst component",
                                     "of contacts", "energy made")]]
     lines = [[str(row["seed"]), escape(f"{row['family']}, {row['dimension']}D"),
               escape(row["solver"] + (f" on {row['subdomains']}" if row["subdomains"] > 1 else "")), tables.count(round(row["contacts"])),
-              tables.count(row["iterations"]), *(number(row[key]) for key in ("estimate", "scene_distance", "distance")),
+              tables.count(row["iterations"]), *(number(row[key]) for key in ("gap_error", "estimate", "scene_distance", "distance")),
               tables.count(round(row["contacts_component"])), number(row["energy_made"])] for row in record["worst"][:most]]
     return tables.table(head, lines, "Accepted steps, the farthest from the answer first")

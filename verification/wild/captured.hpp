@@ -153,7 +153,7 @@ Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::Simula
     for (const auto& touch : touches)
         problem.contact_component.push_back(problem.component[static_cast<std::size_t>(first(touch.i))]);
 
-    const double largest = all.v.size() ? all.v.cwiseAbs().maxCoeff() : 0;
+    const double largest = std::max(all.v.lpNorm<Eigen::Infinity>(), problem.free.lpNorm<Eigen::Infinity>());
     if (largest > 0) all.jump /= largest;
     if constexpr (!M::friction) {
         const Vector change = all.v - problem.free,

@@ -102,19 +102,20 @@ void print_table(const std::vector<Judged>& judged, const Tally& tally, std::siz
         "not judged: {} without room, {} without an answer, {} refused at the start or by the step, {} without "
         "contact\n"
         "distance |V - V*|_M over |V* - V_free|_M of the scene, and (c) of its worst component; makes: energy made by "
-        "a "
-        "component above 1e-3;\nnear: refused within 0.3 of the answer; median: of the iterations of accepted steps\n",
+        "a component above 1e-3;\nnear: refused within 0.3 of the answer; median: of the iterations of accepted "
+        "steps\n",
         tally.scenes, judged.size(), tally.worst_violation, tally.worst_certificate, tally.no_room, tally.unsolved,
         tally.refused, tally.no_contact);
     if (judged.empty()) return;
     print_rows(judged, "solver", by_solver);
     print_rows(judged, "family", by_family);
-    fmt::print("\naccepted, worst first\n{:>8} {:<18} {:<22}{:>3}{:>7}{:>9}{:>11}{:>10}{:>10}{:>10}{:>7}\n", "seed",
-               "family", "solver", "d", "grains", "contacts", "iterations", "estimate", "distance", "component", "of");
+    fmt::print("\naccepted, worst first\n{:>8} {:<18} {:<22}{:>3}{:>7}{:>9}{:>11}{:>10}{:>11}{:>10}{:>11}{:>7}\n",
+               "seed", "family", "solver", "d", "grains", "contacts", "iterations", "estimate", "gap error", "distance",
+               "component", "of");
     for (const Judged& j : worst_of(judged, worst))
-        fmt::print("{:>8} {:<18} {:<22}{:>3}{:>7}{:>9}{:>11}{:>10.3f}{:>10.3f}{:>10.3f}{:>7}\n", j.seed, j.family,
-                   name_of(j), j.dimension, j.grains, j.contacts, j.report.iterations, j.report.distance,
-                   j.verdict.distance, j.verdict.component, j.verdict.worst_size);
+        fmt::print("{:>8} {:<18} {:<22}{:>3}{:>7}{:>9}{:>11}{:>10.3f}{:>11.1e}{:>10.3f}{:>11.3f}{:>7}\n", j.seed,
+                   j.family, name_of(j), j.dimension, j.grains, j.contacts, j.report.iterations, j.report.distance,
+                   j.report.gap_error, j.verdict.distance, j.verdict.component, j.verdict.worst_size);
     double jump = 0, inconsistent = 0;
     for (const Judged& j : judged) jump = std::max(jump, j.jump), inconsistent = std::max(inconsistent, j.inconsistent);
     fmt::print(
@@ -137,6 +138,7 @@ nlohmann::json to_json(const std::vector<Judged>& judged, const Tally& tally, st
                          {"contacts", j.contacts},
                          {"iterations", j.report.iterations},
                          {"estimate", j.report.distance},
+                         {"gap_error", j.report.gap_error},
                          {"scene_distance", j.verdict.distance},
                          {"distance", j.verdict.component},
                          {"contacts_component", j.verdict.worst_size},

@@ -24,6 +24,8 @@ class ConvergenceTest {
     }
 
     const FreeVelocities<M>& free() const { return free_; }  // V_free
+    // Gives the problem the velocities that its impulses make of V_free.
+    void set_velocities(ContactProblem<M>& problem) const { sums_.set_velocities(problem); }
     // As Tested says.
     ResidualParts residual() const { return residual_parts(problem_, free_); }
     // The iterate becomes the mark.

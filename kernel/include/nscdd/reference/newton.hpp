@@ -116,8 +116,10 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     detail::newton_solve<impulse_size<M>>(
         linear, options, FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
-            replace_impulses(problem, [&, k = std::size_t{0}](const auto&) mutable { return linear.at(answer, k++); });
-            test.mark();  // no line worth following leads from the last iterate to this one
+            each_contact(problem,
+                         [&, k = std::size_t{0}](Contact<M>& c, auto) mutable { c.r = linear.at(answer, k++); });
+            test.set_velocities(problem);  // anew: steps through huge impulses would leave their round-off
+            test.mark();                   // no line worth following leads from the last iterate to this one
             test(so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= (std::min)(1e-7, options.tolerance) &&

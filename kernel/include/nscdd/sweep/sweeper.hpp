@@ -7,9 +7,9 @@
 //   sweeper.store(problem);
 #pragma once
 
-#include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 #include "nscdd/sweep/combine.hpp"
+#include "nscdd/sweep/kept_iterate.hpp"
 #include "nscdd/sweep/load_batches.hpp"
 #include "nscdd/sweep/sweep.hpp"
 
@@ -47,7 +47,7 @@ class Sweeper {
         inverse_relaxation_ = 1 / relaxation;
         if (!batched_) prepare_contacts(problem, relaxation);
         window_ = sweeps_ = 0;
-        keeps_ = false;
+        kept_.forget();
         note_free(problem);
     }
 
@@ -148,41 +148,12 @@ class Sweeper {
         detail::read_impulses(walls_, problem.wall_contacts, of(walls_), put);
     }
 
-    // Keeps the iterate as it is, in the layout of the sweep: a fifth of a sweep.
+    // Keeps the iterate as it is: a fifth of a sweep.
     void keep(const ContactProblem<M>& problem) {
-        keeps_ = true;
-        if (!batched_) return kept_.take(problem);
-        kept_rows_ = rows_.data;
-        kept_.speeds.clear();
-        for (const WallBody<M>& wall : problem.walls) kept_.speeds.push_back(wall.speed);
-        const auto copy = [](const Group& group, std::vector<double>& to) {
-            to.clear();
-            for (std::size_t k = 0; k < group.count; ++k)
-                to.insert(to.end(), group.impulses(k), group.impulses(k) + Group::impulse);
-        };
-        copy(walls_, kept_wall_impulses_);
-        copy(grains_, kept_impulses_);
+        batched_ ? kept_.take(problem, rows_, walls_, grains_) : kept_.take(problem);
     }
     // What keep() has kept last, or null if it has not been called since load().
-    const Iterate<M>* kept(const ContactProblem<M>& problem) {
-        if (!keeps_) return nullptr;
-        if (!batched_) return &kept_;
-        kept_.velocities.clear();
-        for (std::size_t g = 0; g < problem.bodies.size(); ++g)
-            kept_.velocities.push_back(rows_.velocity(g, kept_rows_));
-        kept_.impulses.resize(problem.contact_count());
-        const auto put_after = [this](std::size_t first) {
-            return [this, first](const Contact<M>&, std::size_t number, const typename M::Impulse& r) {
-                kept_.impulses[first + number] = r;
-            };
-        };
-        const auto of = [](const std::vector<double>& impulses) {
-            return [&impulses](std::size_t batch) { return impulses.data() + batch * Group::impulse; };
-        };
-        detail::read_impulses(walls_, problem.wall_contacts, of(kept_wall_impulses_), put_after(0));
-        detail::read_impulses(grains_, problem.contacts, of(kept_impulses_), put_after(problem.wall_contacts.size()));
-        return &kept_;
-    }
+    const Iterate<M>* kept(const ContactProblem<M>& problem) { return kept_.read(problem, rows_, walls_, grains_); }
 
     // Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
     double* row(int body) { return rows_.row(static_cast<std::size_t>(body)); }
@@ -423,10 +394,7 @@ class Sweeper {
     detail::AlignedDoubles free_rows_;  // V_free of bodies, where batched_
     FreeVelocities<M> free_;            // V_free of walls, and of bodies where not batched_
 
-    bool keeps_ = false;                                      // kept_ and the next two are of this problem
-    Iterate<M> kept_;                                         // of keep(); where batched_ as kept() has last read it
-    detail::AlignedDoubles kept_rows_;                        // of keep(), where batched_
-    std::vector<double> kept_wall_impulses_, kept_impulses_;  // the same, batch by batch
+    detail::KeptIterate<M> kept_;
     std::vector<double> wall_share_;  // 1/multiplicity of each wall; the first is for lanes without a contact
     Group grains_, walls_;
     std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
