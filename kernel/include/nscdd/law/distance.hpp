@@ -25,7 +25,7 @@ struct ComponentSums {
     double change = 0;                       // |V - V_free|_M^2 [J]
     double quartic = 0;                      // as VelocityChange::quartic
     double alone = 0;                        // sum of m Asked::square() over its grains [J]
-    double closing = 0, closing_square = 0;  // sums of max(-w_n, 0) [m/s] and of its square
+    double closing = 0, closing_square = 0;  // of acting contacts, sums of |w_n| [m/s] and of -w_n |w_n| [m^2/s^2]
     double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
     double miss = 0;                         // as ResidualParts::miss [m/s]
     // What reduce() adds up.
@@ -65,8 +65,10 @@ struct DistanceEstimate {
         take(worst, from_lines(sums, scale));
         // Grains put right one by one: between two contacts that are nearly in line they move far.
         take(worst, std::sqrt(sums.alone / scale));
-        // Contacts that close by the same speed in a row of `length` grains move its end by their sum.
-        if (sums.closing > 0) take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
+        // Contacts that close by the same speed in a row of `length` grains move its end by their sum; those that open
+        // take away from it.
+        if (sums.closing_square > 0)
+            take(worst, 0.6 * length * sums.closing_square / sums.closing / std::sqrt(scale / mass));
         // The velocity error of the component by its worst contact, in the measure of a distance.
         const double own = sums.change > 0 ? std::sqrt(sums.quartic / sums.change) : 0;
         if (sums.miss > 0) take(worst, 3 * sums.miss / (std::max)(own, 1e-4 * mean));
@@ -245,8 +247,8 @@ class DistanceSums {
         sums.work += std::abs(excess * opening) + limit + along;
         sums.slope += since_mark.dot(miss);
         sums.last_slope += since_last.dot(miss);
-        const double closing = (std::max)(-opening, 0.0);
-        sums.closing += closing, sums.closing_square += closing * closing;
+        if (excess > 0 || opening < 0)
+            sums.closing += std::abs(opening), sums.closing_square -= opening * std::abs(opening);
         sums.miss = (std::max)(sums.miss, contact_miss(c, v, w));
         if (excess > 0 || opening < 0) ask(c, miss, kind);
         if (problem.radii.empty()) return;
