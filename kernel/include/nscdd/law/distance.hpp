@@ -87,13 +87,13 @@ struct DistanceEstimate {
     static void take(double& most, double value) {  // the larger one, NaN if one is
         if (value > most || std::isnan(value)) most = std::isnan(most) ? most : value;
     }
-    // Root of A + sigma^2: the work that the law forbids, and the relative distance to the best point in the plane of
-    // the lines through the mark and through the last iterate.
+    // The larger of two relative distances: the root of A, the work that the law forbids, and sigma, the distance to the
+    // best point in the plane of the lines through the mark and through the last iterate.
     static double from_lines(const ComponentSums& sums, double scale) {
         if (sums.work == 0 && sums.slope == 0 && sums.last_slope == 0) return 0;
         // what round-off moves by itself: a line so short leads anywhere
         const double least = 1e-24 * scale, moved = (std::max)(sums.moved, least);
-        double square = (std::max)(sums.work, 0.0), across = sums.last_slope, length = sums.last_moved;
+        double square = 0, across = sums.last_slope, length = sums.last_moved;
         if (sums.slope != 0) {
             square += sums.slope / moved * sums.slope;
             across -= sums.both_moved / moved * sums.slope;
@@ -101,6 +101,7 @@ struct DistanceEstimate {
         }
         // lines so nearly parallel say the same
         if (length > (std::max)(1e-6 * sums.last_moved, least)) square += across / length * across;
+        take(square, sums.work);
         return std::sqrt(square / scale);
     }
 };
