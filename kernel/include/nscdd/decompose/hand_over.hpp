@@ -1,5 +1,5 @@
-// Components on which sweeps get nowhere, solved by Newton's method: impulses that grow along a self-stress, or go
-// round in a circle (METHOD.md, section 8.1).
+// Components on which sweeps get nowhere, solved by Newton's method or by damped sweeps: impulses that grow along a
+// self-stress, or go round in a circle (METHOD.md, section 8.1).
 #pragma once
 
 #include <exception>
@@ -62,8 +62,9 @@ class CollectedComponent {
         for (; contacts != in; contacts += contact_size) take_contact(contacts);
     }
 
-    // Solves it, with walls as `of` has them; true if it has converged. Restitution with strong friction may leave no
-    // answer: rebounds are given up then.
+    // Solves it, with walls as `of` has them; true if it has converged. Newton's method may fail where damped sweeps,
+    // with half of each correction, do not. Restitution with strong friction may leave no answer: rebounds are given
+    // up then.
     bool solve(const ContactProblem<M>& of, const FreeVelocities<M>& free, const NewtonOptions& options) {
         problem_.h = of.h;
         problem_.least_radius = of.least_radius;
@@ -74,13 +75,20 @@ class CollectedComponent {
         }
         NewtonOptions from_rest = options;
         from_rest.warm_sweeps = 0;  // sweeps may run away
-        if (try_newton(from_rest) || try_newton(options)) return true;
+        const auto newton = [](const NewtonOptions& how) {
+            return [&how](ContactProblem<M>& problem) { return newton_solve(problem, how).converged; };
+        };
+        const auto damped = [&options](ContactProblem<M>& problem) {
+            const SolveOptions how{.tolerance = options.tolerance, .max_iterations = 5000, .relaxation = 0.5};
+            return nlgs(problem, how).converged;
+        };
+        if (attempt(newton(from_rest)) || attempt(newton(options)) || attempt(damped)) return true;
         for (auto* contacts : {&problem_.wall_contacts, &problem_.contacts})
             for (Contact<M>& c : *contacts) {
                 rebounds_given_up_ += c.bias < 0;
                 c.bias = (std::max)(c.bias, 0.0);
             }
-        return rebounds_given_up_ > 0 && try_newton(options);
+        return rebounds_given_up_ > 0 && attempt(newton(options));
     }
     std::size_t rebounds_given_up() const { return rebounds_given_up_; }  // contacts
 
@@ -128,11 +136,11 @@ class CollectedComponent {
     }
 
   private:
-    // The problem stays as it is unless it converges.
-    bool try_newton(const NewtonOptions& options) {
+    // The problem stays as it is unless solve(problem) converges.
+    bool attempt(auto&& solve) {
         ContactProblem<M> trial = problem_;
         try {
-            if (!newton_solve(trial, options).converged) return false;
+            if (!solve(trial)) return false;
         } catch (const std::exception&) {
             return false;  // other ranks go on, and so does the iteration
         }

@@ -126,6 +126,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
                                         too_deep(so_far, stop, problem.least_radius));
         },
         report);
+    if (!report.converged) test.conclude(report);
     return report;
 }
 
