@@ -33,6 +33,11 @@ class SceneReader {
     }
 
     Scene read() {
+        // Unknown ones first: [[materials]] is a slip, not a scene without a material.
+        for (const char* key :
+             {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "wall", "step", "solver"})
+            top_.has(key);
+        top_.finish();
         scene_.name = top_.text("name");
         dim_ = top_.integer("dimension", 2);
         if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
@@ -60,7 +65,6 @@ class SceneReader {
         if (!step) top_.fail("", "no [step]");
         read_step(*step);
         if (auto table = top_.table("solver")) read_solver(*table);
-        top_.finish();
         if (!law_given && !needs_friction()) scene_.law = "frictionless";
         return std::move(scene_);
     }

@@ -35,19 +35,22 @@ Verdict verdict(const RunReport& reference, const RunReport& candidate, std::spa
         if (!fails(eta) && !fails(convergence)) return {"agrees", "", 0};
         return {"not converged", candidate.file, 2};
     }
-    if (fails(eta)) return {"wrong answer", fmt::format("{} is none, by its eta", candidate.file), 2};
+    const bool told = !reference.problem.empty() && !candidate.problem.empty();
+    if (told && (reference.problem != candidate.problem || reference.start_step != candidate.start_step))
+        return {"different problems", "grains, walls, coefficients, h or theta differ at the start of the two runs", 2};
+    if (fails(eta))
+        return {"wrong answer", fmt::format("eta of {} is beyond its bound, so it is none", candidate.file), 2};
 
     const auto untold = [](const std::string& why) {
         return Verdict{"cannot be told", "another answer or a wrong one: " + why, 2};
     };
     for (const RunReport* run : {&reference, &candidate})
         if (const auto why = inexact(*run))
-            return untold(fmt::format("{}; make both runs with --tolerance {:g} --velocity-error {:g}", *why, exact_eta,
-                                      exact_velocity_error));
-    if (reference.problem.empty() || reference.problem != candidate.problem ||
-        reference.start_step != candidate.start_step)
-        return untold(
-            "the runs do not say that they solve one problem: grains, walls, coefficients, h and theta at the start");
+            return untold(
+                fmt::format("{}; make both runs with --tolerance {:g} --velocity-error {:g}{}", *why, exact_eta,
+                            exact_velocity_error,
+                            run->unconverged_steps > 0 ? ", a higher --max-iterations or fewer --steps" : ""));
+    if (!told) return untold("one of the runs does not say which problem it solves");
     if (reference.friction)
         return {
             "another answer",

@@ -128,15 +128,19 @@ class Wedge(Judged):
         other = self.step("other", slippery, "--from", self.folder / "start.h5")
         for pair in ((self.holds, other), (self.holds, self.told(self.falls, problem="0" * 16))):
             code, line, verdict = self.judged(*pair)
-            self.assertEqual((code, verdict), (2, "cannot be told"))
-            self.assertIn("do not say that they solve one problem", line)
+            self.assertEqual((code, verdict), (2, "different problems"))
+            self.assertIn("coefficients, h or theta differ at the start", line)
+        code, line, verdict = self.judged(self.holds, self.told(self.falls, problem=""))
+        self.assertEqual((code, verdict), (2, "cannot be told"))
+        self.assertIn("does not say which problem it solves", line)
 
     def test_what_has_not_converged_is_no_answer(self):
         code, line, verdict = self.judged(self.falls, self.told(self.holds, residual=[0.01]))
-        self.assertEqual((code, line, verdict), (2, "wrong answer: told-holds.json is none, by its eta", "wrong answer"))
+        self.assertEqual((code, line, verdict), (2, "wrong answer: eta of told-holds.json is beyond its bound, so it is none", "wrong answer"))
         code, line, verdict = self.judged(self.falls, self.told(self.holds, unconverged_steps=1))
         self.assertEqual((code, verdict), (2, "cannot be told"))
         self.assertIn("told-holds.json has steps without convergence, 1", line)
+        self.assertIn("a higher --max-iterations or fewer --steps", line)
         again = self.step("again", self.scene, "--from", self.folder / "start.h5", "--scheme", "dcs", "-n", 2)
         code, _, verdict = self.judged(self.falls, self.told(again, unconverged_steps=1))
         self.assertEqual((code, verdict), (2, "not converged"))

@@ -311,3 +311,39 @@ TEST_CASE("spheres that rebound in corners with strong friction converge", "[dis
         CHECK(newton > 0);
     }
 }
+
+// A sphere of a hundredth in size lands on one that leans on a wall. Sweeps go round in a circle and Newton's method
+// fails; half corrections get there.
+TEST_CASE("a small sphere that lands on one in a corner, with friction 10, stops", "[distance]") {
+    using M = FrictionSpheres;
+    SimulationSettings<M> settings;
+    settings.h = 0.002;
+    settings.gravity = {0, 0, -10};
+    settings.materials.set(0, 0, {.friction = 10});
+    settings.walls.resize(2);
+    settings.walls[0].normal = {0, 0, 1};
+    settings.walls[1].normal = {1, 0, 0}, settings.walls[1].offset = -0.53;
+    std::vector<Grain<M>> grains{
+        make_grain<M>(0, 0.5, 1, {-0.53 + 0.5, 0.03834969125424846, 0.5000707766873761}),
+        make_grain<M>(1, 0.01, 1, {-0.024317444959049774, 0.026196379030781952, 1.009897870755974})};
+    grains[0].velocity << 0, -0.06673142880287379, -0.026769950412996613, -0.7021923310010916, -0.1464600991740066,
+        -0.13346285760574758;
+    grains[1].velocity << 0.030551227904395985, 0.1280801699463003, -0.021741196238193056, 15.553223345403683,
+        10.557725973644818, 0.31792314762738466;
+    for (Grain<M>& grain : grains)  // back to where the first detection finds them
+        grain.position -= (1 - settings.theta) * settings.h * grain.velocity.head<3>();
+    for (const int ranks : {1, 3}) {
+        SolveOptions options = SolveOptions{}.accelerated();
+        const auto step = [&] {
+            InProcess comm(ranks);
+            return Simulation<M>(comm, settings, grains)
+                .step(ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options))
+                .solve;
+        };
+        CHECK_FALSE(step().converged);
+        options.newton_contacts = 1000;
+        const SolveReport report = step();
+        CHECK(report.converged);
+        CHECK(report.newton_contacts == 3);
+    }
+}

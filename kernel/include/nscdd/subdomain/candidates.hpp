@@ -23,8 +23,8 @@ struct Candidate {
 // The normal of a contact of grains that other impulses of the step lead past each other: of their closest approach.
 template <class M>
 struct TurnedNormal {
-    typename M::Vec normal;
-    int times = 0;  // that it has turned in this step
+    typename M::Vec normal;  // of unit length, as of the contact
+    int times = 0;           // that it has turned in this step
 };
 
 template <class M>
