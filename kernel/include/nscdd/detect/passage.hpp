@@ -118,23 +118,30 @@ bool turn_passing(Subdomain<M>& part, double h) {
         const double distance = d.norm(), reach = a.radius + b.radius;
         const bool open = distance > reach && candidate.free_gap == Candidate<M>::held;  // and without restitution
         if (!open || c.r.isZero(0)) continue;
-        const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
-                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own;
-        if (!(own.dot(c.normal) > passing_share * w.norm())) continue;
         TurnedNormal<M>* turned =
             candidate.turned < 0 ? nullptr : &part.turned[static_cast<std::size_t>(candidate.turned)];
         if (turned && turned->times == most) continue;
-        // Others hold against this impulse. When it goes they do less, so at first a hit is in doubt that is less than
-        // half as deep as along the normal of the detection.
-        const double deep = reach - distance - h * w.dot(d) / distance;
-        const bool passes = pass_by(d, w, deep, turned ? reach : reach - 0.5 * deep, h);
-        if (!passes && !turned) continue;
-        if (!turned) {
-            candidate.turned = static_cast<int>(part.turned.size());
-            turned = &part.turned.emplace_back();
+        const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
+                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own;
+        const double taken = own.dot(c.normal), speed = w.norm();
+        const bool touches = when_nearer(d, w, reach, h) < h;
+        if (turned && touches) {
+            // Turned to graze, a hit as deep as 1e-4 of `reach` takes 1e-4 of w, and unturned a hundredth.
+            if (!(taken > passing_share * passing_share * speed)) continue;
+            *turned = {d / distance, most};
+        } else {
+            if (!(taken > passing_share * speed) || !(distance + h * w.dot(d) / distance < reach)) continue;
+            // Others hold against this impulse, and do less when it goes. So the first hit of grains that they alone
+            // lead to it is in doubt, where the way is long enough for that to matter.
+            const typename M::Vec before = (a.velocity - b.velocity).template head<M::dim>();
+            const bool doubt = h * speed > 2 * passing_share * reach && !(when_nearer(d, before, reach, h) < h);
+            if (touches && !doubt) continue;
+            if (!turned) {
+                candidate.turned = static_cast<int>(part.turned.size());
+                turned = &part.turned.emplace_back();
+            }
+            *turned = {normal_of_approach(d, w, reach, h), turned->times + 1};
         }
-        *turned = passes ? TurnedNormal<M>{normal_of_approach(d, w, reach, h), turned->times + 1}
-                         : TurnedNormal<M>{d / distance, most};
         found = true;
     }
     return found;
