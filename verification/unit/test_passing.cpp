@@ -98,57 +98,6 @@ TEMPLATE_TEST_CASE("a grain that is struck in the step and passes another leaves
                 CHECK(now[1].velocity[0] > 0.9);
                 // what another impulse of the step brings about may take a hundredth, shared by the two
                 CHECK(now[2].velocity.template head<M::dim>().norm() <= 0.01);
-                if (way >= 0.5 && aside >= 1.1) CHECK(now[2].velocity.norm() <= 1e-12);
-            }
-}
-
-// Grain 0 flies between grains 1 and 2, or between grain 1 and a wall: impulses of both sides would add up.
-TEMPLATE_TEST_CASE("a grain that flies through a slit without touching keeps its velocity", "[passing]", SmoothDisks,
-                   FrictionDisks, FrictionSpheres) {
-    using M = TestType;
-    const bool wall = GENERATE(false, true);
-    const double radius = 0.02;
-    for (const double clearance : {1e-4, 1e-3, 0.01, 0.1, 0.5})  // of its radius, on either side
-        for (const double way : {0.03, 0.25, 1.0, 4.0})          // of its radius, a step
-            for (const double lean : {0.0, 0.3, 0.9})            // of the clearance, to one side
-                for (const Solver& solver : one_and_several) {
-                    INFO(solver.name() << ", clearance " << clearance << ", " << way << " a step, leans " << lean);
-                    const double side = 0.5 + radius * (1 + clearance), from = -2.4 * radius - 0.37 * way * radius;
-                    std::vector<Grain<M>> grains{make_grain<M>(0, radius, 1, at<M>(from, lean * clearance * radius)),
-                                                 make_grain<M>(1, 0.5, 1, at<M>(0, side))};
-                    auto settings = in_space<M>(way * radius);
-                    if (wall)
-                        settings.walls.emplace_back().normal = at<M>(0, 1), settings.walls[0].offset = 0.5 - side;
-                    else
-                        grains.push_back(make_grain<M>(2, 0.5, 1, at<M>(0, -side)));
-                    grains[0].velocity[0] = 1;
-                    Run<M> run(solver, settings, grains);
-                    for (int step = 0; step * way < 5; ++step) run.step();
-                    CHECK((run.grains()[0].velocity - grains[0].velocity).norm() <= 1e-12);
-                }
-}
-
-// Grain 0, passing grain 1, is pushed onto it by grain 2, which touches it at the detection, after half a step. The
-// contact turned along the closest approach stops it there.
-TEMPLATE_TEST_CASE("a grain that is pushed onto one that it passes does not enter it", "[passing]", SmoothDisks,
-                   FrictionSpheres) {
-    using M = TestType;
-    const double way = GENERATE(0.01, 0.1, 0.5, 2.0);  // diameters a step
-    for (const double aside : {1.0001, 1.01, 1.1})
-        for (const double push : {0.1, 1.0, 10.0})  // speed of grain 2
-            for (const Solver& solver : one_and_several) {
-                INFO(solver.name() << ", " << way << " a step, " << aside << " beside, pushed at " << push);
-                std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1, at<M>(-way, aside)),
-                                             make_grain<M>(1, 0.5, 1000, at<M>(0, 0)),
-                                             make_grain<M>(2, 0.5, 1000, at<M>(-way, aside + 1 + 0.5 * push * way))};
-                grains[0].velocity[0] = 1, grains[2].velocity[0] = 1, grains[2].velocity[1] = -push;
-                auto settings = in_space<M>(way);
-                Run<M> run(solver, settings, grains);
-                run.step();
-                const auto now = run.grains();
-                const typename M::Vec w = (now[0].velocity - now[1].velocity).template head<M::dim>(),
-                                      d = grains[0].position - grains[1].position + 0.5 * settings.h * at<M>(1, 0);
-                const double when = std::clamp(-d.dot(w) / w.squaredNorm(), 0.0, settings.h);
-                CHECK((d + when * w).norm() >= 1 - 1e-3 * way * push);
+                if (way >= 0.5 && aside >= 1.1) CHECK(now[2].velocity.norm() == 0);
             }
 }

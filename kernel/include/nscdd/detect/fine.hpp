@@ -45,11 +45,11 @@ template <class M>
 }
 
 // True if the candidate is a contact now; else its impulse becomes 0.
-// e = 0: gap <= alert, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.5).
+// e = 0: gap <= alert and no passing by, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.5).
 template <class M>
-bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert) {
+bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert, bool passes) {
     const bool impact = pairing.restitution > 0;
-    const bool acts = impact ? gap <= 0 : (gap <= alert) | candidate.missed;
+    const bool acts = impact ? gap <= 0 : ((gap <= alert) & !passes & !candidate.passes) | candidate.missed;
     candidate.free_gap = (impact | !acts) ? gap : Candidate<M>::held;
     for (double& r : candidate.r) r = acts ? r : 0;
     return acts;
@@ -91,22 +91,17 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
         typename M::Vec normal = a.position - b.position;
-        const double distance = normal.norm(), reach = a.radius + b.radius;
-        double gap = distance - reach;
+        const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, (std::min)(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres have no normal; their overlap is noted
         const auto& pairing = materials(a.material, b.material);
         const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
         const typename M::Vec apart = normal;
         normal /= distance;
-        double approach = v.dot(normal);
-        const bool acts = detail::acts(candidate, pairing, gap, alert);
-        if (gap > 0 && (candidate.turned >= 0 || detail::pass_by(apart, v, -h * approach - gap, reach, h))) {
-            normal = candidate.turned >= 0 ? part.turned[static_cast<std::size_t>(candidate.turned)].normal
-                                           : detail::normal_of_approach(apart, v, reach, h);
-            gap = normal.dot(apart) - reach;
-            approach = v.dot(normal);
-        }
+        const double approach = v.dot(normal);
+        const bool passes =
+            gap > 0 && detail::pass_by(apart, v, approach, gap / h, a.radius + b.radius, h, detail::passing_share);
+        const bool acts = detail::acts(candidate, pairing, gap, alert, passes);
         detail::fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
                      b.radius + 0.5 * gap);
         part.source[count] = static_cast<int>(k);
@@ -124,7 +119,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double gap = wall.distance(a.position) - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
         const auto& pairing = materials(a.material, wall.material);
-        if (!detail::acts(candidate, pairing, gap, alert)) continue;
+        if (!detail::acts(candidate, pairing, gap, alert, false)) continue;
         const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
         detail::fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius,
                      0.0);

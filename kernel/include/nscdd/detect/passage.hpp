@@ -93,56 +93,35 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
 
 // What find_unseen() finds in a subdomain.
 struct Unseen {
-    bool again = false;  // a candidate without restitution is to be a contact, or turned: the step is solved again
+    bool again = false;  // a candidate without restitution is to be a contact, or none: the step is solved again
     Passage passage;     // of pairs with restitution, which act once they touch
 };
 
 namespace detail {
 
-// Share of its relative speed that a contact may take from grains which it alone keeps from passing each other.
-constexpr double passing_share = 0.01;
-
-// Turns the contacts whose grains would pass each other without touching, but for the contact's own impulse. True if
-// there is one. Other impulses react to that, so a contact may turn again, or back for good where its grains touch: not
-// without end. None turns for at most `passing_share`: solving again costs more than it is worth.
+// Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
+// An impulse of at most `passing_share` stays where others act too: solving again costs more than it is worth. What
+// turns out to touch without the contact is missed then. True if there is one. Contacts that were missed stay: each
+// candidate changes its mind twice at most, so attempts end.
 template <class M>
-bool turn_passing(Subdomain<M>& part, double h) {
-    constexpr int most = 8;  // times that a contact turns in a step
+bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
     for (std::size_t k = 0; k < part.problem.contacts.size(); ++k) {
         const Contact<M>& c = part.problem.contacts[k];
         Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
+        const bool open = c.bias > 0 && candidate.free_gap == Candidate<M>::held;  // at first, and without restitution
+        if (!open || c.r.isZero(0) || candidate.missed) continue;
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
-        const typename M::Vec d = a.position - b.position;
-        const double distance = d.norm(), reach = a.radius + b.radius;
-        const bool open = distance > reach && candidate.free_gap == Candidate<M>::held;  // and without restitution
-        if (!open || c.r.isZero(0)) continue;
-        TurnedNormal<M>* turned =
-            candidate.turned < 0 ? nullptr : &part.turned[static_cast<std::size_t>(candidate.turned)];
-        if (turned && turned->times == most) continue;
         const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
-                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own;
-        const double taken = own.dot(c.normal), speed = w.norm();
-        const bool touches = when_nearer(d, w, reach, h) < h;
-        if (turned && touches) {
-            // Turned to graze, a hit as deep as 1e-4 of `reach` takes 1e-4 of w, and unturned a hundredth.
-            if (!(taken > passing_share * passing_share * speed)) continue;
-            *turned = {d / distance, most};
-        } else {
-            if (!(taken > passing_share * speed) || !(distance + h * w.dot(d) / distance < reach)) continue;
-            // Others hold against this impulse, and do less when it goes. So the first hit of grains that they alone
-            // lead to it is in doubt, where the way is long enough for that to matter.
-            const typename M::Vec before = (a.velocity - b.velocity).template head<M::dim>();
-            const bool doubt = h * speed > 2 * passing_share * reach && !(when_nearer(d, before, reach, h) < h);
-            if (touches && !doubt) continue;
-            if (!turned) {
-                candidate.turned = static_cast<int>(part.turned.size());
-                turned = &part.turned.emplace_back();
-            }
-            *turned = {normal_of_approach(d, w, reach, h), turned->times + 1};
-        }
-        found = true;
+                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own,
+                              before = (a.velocity - b.velocity).template head<M::dim>(), d = a.position - b.position;
+        const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
+        // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
+        // normal.
+        const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias);
+        if (pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, alone ? 0 : passing_share))
+            candidate.passes = found = true;
     }
     return found;
 }
@@ -150,15 +129,15 @@ bool turn_passing(Subdomain<M>& part, double h) {
 }  // namespace detail
 
 // Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion from
-// this detection to the next. Marks as missed those without restitution that the step would close, and turns the
-// contacts of turn_passing(). Other contacts without restitution need no check: the law keeps v_n >= -gap/h, so they
-// stay open along their normal, and so all the way. `speed`: the largest of any body [m/s];
+// this detection to the next. Marks as missed those without restitution that the step would close, and as passing the
+// contacts of mark_passing(). Other contacts without restitution need no check: the law keeps v_n >= -gap/h, so they
+// stay open along the normal of this detection, and so all the way. `speed`: the largest of any body [m/s];
 // `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
-    unseen.again = detail::turn_passing(part, h);
+    unseen.again = detail::mark_passing(part, h);
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check_law = [&](Candidate<M>& c, bool closes) {

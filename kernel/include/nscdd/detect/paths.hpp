@@ -33,24 +33,17 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
     return t < time ? t : never;
 }
 
-// Whether a contact along d would deflect two spheres that pass each other: at `d` from each other, their relative
-// velocity w would close their gap along d, and by `deep` more [m], but does not take them within `least`, the sum of
-// their radii, in `time`.
+// Whether a contact would deflect two spheres that pass each other: at `d` from each other, their relative velocity w
+// would close their gap by more than all of it along the normal, v_n < -bias, but does not take them within `least`,
+// the sum of their radii, in `time`. Only where the contact takes more than `share` of w.
 template <class Vec>
-bool pass_by(const Vec& d, const Vec& w, double deep, double least, double time) {
-    return deep > 0 && !(when_nearer(d, w, least, time) < time);
+bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, double least, double time, double share) {
+    const double taken = -normal_speed - bias;
+    return taken > 0 && taken > share * w.norm() && !(when_nearer(d, w, least, time) < time);
 }
 
-// Direction from one to the other where they are nearest within `time`; where they would touch, `least` from each
-// other, that of the path beside it that grazes. Paths that stay beyond the plane across it do not touch.
-template <class Vec>
-Vec normal_of_approach(const Vec& d, const Vec& w, double least, double time) {
-    const Vec nearest = d + std::clamp(-d.dot(w) / w.squaredNorm(), 0.0, time) * w;
-    if (nearest.squaredNorm() >= least * least) return nearest.normalized();
-    const Vec along = d.normalized(), across = w - w.dot(along) * along;
-    const double cosine = least / d.norm();
-    return (cosine * along + std::sqrt(1 - cosine * cosine) * across.normalized()).normalized();
-}
+// Share of their relative speed that a contact may take from two grains that pass each other (METHOD.md, section 2.4).
+constexpr double passing_share = 0.01;
 
 }  // namespace detail
 

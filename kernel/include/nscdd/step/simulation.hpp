@@ -269,14 +269,14 @@ class Simulation {
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
     }
 
-    struct Unsettled {  // on any rank, above 0: a candidate that is to be a contact, or turned; a passage
+    struct Unsettled {  // on any rank, above 0: a candidate that is to be a contact, or none; a passage
         double again = 0, passages = 0;
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(again, passages); }
     };
 
     // False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
-    // each other: the step is then solved again with that pair, or with that contact turned. The broad phase is renewed first if grains
+    // each other: the step is then solved again with that pair, or without. The broad phase is renewed first if grains
     // move farther than its skin allows.
     bool complete(int attempt) {
         if (attempt > 50)
@@ -324,8 +324,7 @@ class Simulation {
     void commit() {
         for (auto& part : parts_) {
             for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
-            for (auto& c : part.pairs) c.missed = false, c.turned = -1;
-            part.turned.clear();
+            for (auto& c : part.pairs) c.missed = c.passes = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)

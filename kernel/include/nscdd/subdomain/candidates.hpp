@@ -17,14 +17,7 @@ struct Candidate {
     static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
     double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
     bool missed = false;     // left out, then found to close within the step: a contact in the next attempt
-    int turned = -1;         // place of its normal in Candidates::turned; -1: found from what is known
-};
-
-// The normal of a contact of grains that other impulses of the step lead past each other: of their closest approach.
-template <class M>
-struct TurnedNormal {
-    typename M::Vec normal;  // of unit length, as of the contact
-    int times = 0;           // that it has turned in this step
+    bool passes = false;     // a contact of grains that pass each other: none in the next attempt, unless missed
 };
 
 template <class M>
@@ -36,8 +29,6 @@ struct Candidates {
 
     // Set by the narrow phase of each step (fine.hpp).
     std::vector<int> source, wall_source;  // candidate of each contact
-
-    std::vector<TurnedNormal<M>> turned;  // of this step, by passage.hpp
 };
 
 }  // namespace nscdd
