@@ -36,7 +36,8 @@ Verdict verdict(const RunReport& reference, const RunReport& candidate, std::spa
         return {"not converged", candidate.file, 2};
     }
     const bool told = !reference.problem.empty() && !candidate.problem.empty();
-    if (told && (reference.problem != candidate.problem || reference.start_step != candidate.start_step))
+    const bool one_start = reference.start_step == candidate.start_step;  // else the problems are those of other times
+    if (told && one_start && reference.problem != candidate.problem)
         return {"different problems", "grains, walls, coefficients, h or theta differ at the start of the two runs", 2};
     if (fails(eta))
         return {"wrong answer", fmt::format("eta of {} is beyond its bound, so it is none", candidate.file), 2};
@@ -44,13 +45,14 @@ Verdict verdict(const RunReport& reference, const RunReport& candidate, std::spa
     const auto untold = [](const std::string& why) {
         return Verdict{"cannot be told", "another answer or a wrong one: " + why, 2};
     };
+    if (!told) return untold("one of the runs does not say which problem it solves");
+    if (!one_start) return untold("the runs do not begin at one step");
     for (const RunReport* run : {&reference, &candidate})
         if (const auto why = inexact(*run))
             return untold(
                 fmt::format("{}; make both runs with --tolerance {:g} --velocity-error {:g}{}", *why, exact_eta,
                             exact_velocity_error,
                             run->unconverged_steps > 0 ? ", a higher --max-iterations or fewer --steps" : ""));
-    if (!told) return untold("one of the runs does not say which problem it solves");
     if (reference.friction)
         return {
             "another answer",

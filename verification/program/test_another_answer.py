@@ -137,6 +137,10 @@ class Wedge(Judged):
         code, line, verdict = self.judged(self.holds, earlier)
         self.assertEqual((code, verdict), (2, "cannot be told"))
         self.assertIn("does not say which problem it solves", line)
+        whole = self.step("whole", self.scene, "--steps", 2)  # the other begins with its second step
+        code, line, verdict = self.judged(self.holds, whole)
+        self.assertEqual((code, verdict), (2, "cannot be told"))
+        self.assertIn("do not begin at one step", line)
 
     def test_what_has_not_converged_is_no_answer(self):
         code, line, verdict = self.judged(self.falls, self.told(self.holds, residual=[0.01]))

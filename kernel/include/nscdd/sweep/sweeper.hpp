@@ -11,6 +11,7 @@
 #include "nscdd/sweep/combine.hpp"
 #include "nscdd/sweep/kept_iterate.hpp"
 #include "nscdd/sweep/load_batches.hpp"
+#include "nscdd/sweep/pass.hpp"
 #include "nscdd/sweep/sweep.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
@@ -18,21 +19,9 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class Sweeper {
   public:
-    enum class Pass {  // which contacts it takes, those with walls first: 1 % fewer iterations than last
-        all,           // every contact
-        first,         // those at the front of the problem's lists, see Front
-        rest,          // all others
-        rest_walls,    // of the others those with walls
-        rest_grains,   // of the others those between grains, perhaps piece by piece
-    };
-    struct Piece {                       // one of several equal parts of what Pass::rest_grains takes
-        std::size_t number = 0, of = 1;  // its number, from 0, and how many parts there are
-        std::size_t begin(std::size_t count) const { return count * number / of; }      // its first of `count` items
-        std::size_t end(std::size_t count) const { return count * (number + 1) / of; }  // one past its last item
-    };
-    struct Front {  // numbers of contacts that Pass::first takes from the front of the problem's lists
-        std::size_t contacts = 0, wall_contacts = 0;  // between grains, with walls
-    };
+    using Pass = SweepPass;
+    using Piece = SweepPiece;
+    using Front = SweepFront;
 
     // Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
     // fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
