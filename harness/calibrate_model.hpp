@@ -66,17 +66,18 @@ double seconds_among(std::size_t subdomains, const CalibrationRequest& request, 
 template <class M>
 class SweepCosts {
   public:
-    using Pass = typename Sweeper<M>::Pass;
-
     // `seconds`: of a sweep of `told`. Batches are measured on the subdomain that has most of them.
     SweepCosts(std::span<Subdomain<M>> parts, const Subdomain<M>& told, double seconds, double least)
-        : contacts_(double(told.problem.contact_count())), driven_(double(told.sweeper.driven_batches(Pass::all))) {
-        const auto count = [](const Subdomain<M>& p) { return double(p.sweeper.driven_batches(Pass::rest_walls)); };
+        : contacts_(double(told.problem.contact_count())),
+          driven_(double(told.sweeper.driven_batches(SweepPass::all))) {
+        const auto count = [](const Subdomain<M>& p) {
+            return double(p.sweeper.driven_batches(SweepPass::rest_walls));
+        };
         Subdomain<M>& part = *std::ranges::max_element(parts, {}, count);
         batches_ = count(part);
         if (batches_ == 0) return;
         part.sweeper.begin(part.problem);
-        const double walls = seconds_of(least, [&] { part.sweeper.pass(part.problem, Pass::rest_walls); }),
+        const double walls = seconds_of(least, [&] { part.sweeper.pass(part.problem, SweepPass::rest_walls); }),
                      touching = double(part.problem.wall_contacts.size() - part.interface_wall_contacts);
         // seconds = contacts_ c + driven_ b, walls = touching c + batches_ b
         const double contact = (seconds * batches_ - walls * driven_) / (contacts_ * batches_ - touching * driven_);
@@ -95,7 +96,6 @@ class SweepCosts {
 template <class M>
 void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& request,
                       std::vector<MeasuredCost>& costs) {
-    using Pass = typename Sweeper<M>::Pass;
     Subdomain<M>& told = parts[parts.size() / 2];
     const std::vector<Subdomain<M>> start(parts.begin(), parts.end());
     const auto restart = [&](std::size_t k) { parts[k] = start[k]; };
@@ -117,7 +117,7 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
     const double swept = seconds_of_sweep(restart, [&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.sweeper.begin(part.problem);
-        for (const Pass pass : {Pass::first, Pass::rest}) part.sweeper.pass(part.problem, pass);
+        for (const SweepPass pass : {SweepPass::first, SweepPass::rest}) part.sweeper.pass(part.problem, pass);
     });
     const SweepCosts<M> sweep(parts, told, swept, request.least_seconds);
     note(Work::sweep, sweep.contact(swept));
@@ -140,7 +140,7 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
             Subdomain<M>& part = parts[k];
             Anderson::Products products{};
             part.sweeper.begin(part.problem, &anderson[k]);
-            for (const Pass pass : {Pass::first, Pass::rest})
+            for (const SweepPass pass : {SweepPass::first, SweepPass::rest})
                 part.sweeper.pass(part.problem, pass, &anderson[k], &products);
             anderson[k].update(products.data());
         });

@@ -44,7 +44,7 @@ void second_step(Solver solver, SimulationSettings<M> settings, const std::vecto
 
 // One sweep in two passes, contact by contact: walls' contacts before others in each.
 template <class M>
-void sweep_in_passes(ContactProblem<M>& problem, const typename Sweeper<M>::Front& front, bool rest_first) {
+void sweep_in_passes(ContactProblem<M>& problem, const SweepFront& front, bool rest_first) {
     using List = std::vector<Contact<M>>;
     const auto pass = [&](List& contacts, std::size_t begin, std::size_t end, auto kind) {
         List part(contacts.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -69,8 +69,7 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
     ContactProblem<M> fast = scalar;
     prepare_contacts(scalar);
     Sweeper<M> sweeper;
-    const typename Sweeper<M>::Front front{scalar.contacts.size() * share / 100,
-                                           scalar.wall_contacts.size() * share / 100};
+    const SweepFront front{scalar.contacts.size() * share / 100, scalar.wall_contacts.size() * share / 100};
     sweeper.load(fast, 1, front);
     REQUIRE(sweeper.batched());
     scalar.contacts = in_order<M>(scalar.contacts, sweeper.order());
@@ -84,12 +83,11 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
         }
         const bool rest_first = s % 2 == 0;
         sweep_in_passes(scalar, front, rest_first);
-        using Pass = typename Sweeper<M>::Pass;
         sweeper.begin(fast);
-        if (!rest_first) sweeper.pass(fast, Pass::first);
-        sweeper.pass(fast, Pass::rest_walls);
-        for (std::size_t n = 0; n < 3; ++n) sweeper.pass(fast, Pass::rest_grains, nullptr, nullptr, {n, 3});
-        if (rest_first) sweeper.pass(fast, Pass::first);
+        if (!rest_first) sweeper.pass(fast, SweepPass::first);
+        sweeper.pass(fast, SweepPass::rest_walls);
+        for (std::size_t n = 0; n < 3; ++n) sweeper.pass(fast, SweepPass::rest_grains, nullptr, nullptr, {n, 3});
+        if (rest_first) sweeper.pass(fast, SweepPass::first);
     }
     const ResidualParts ours = sweeper.residual(fast), theirs = residual_parts(scalar);
     sweeper.store(fast);

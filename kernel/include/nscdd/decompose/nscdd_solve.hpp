@@ -45,8 +45,8 @@ class SweptTogether {
         const bool interface_last = tested || anderson;
         comm_.each_rank([&](std::size_t k) {
             begin_sweep(k, anderson);
-            if (interface_last) pass(k, Pass::rest, anderson);
-            pass(k, Pass::first, anderson);
+            if (interface_last) pass(k, SweepPass::rest, anderson);
+            pass(k, SweepPass::first, anderson);
         });
         watch_.lap(seconds_.sweep);
         pack(scheme_, parts_, comm_);
@@ -113,9 +113,6 @@ class SweptTogether {
     }
 
   private:
-    using Pass = typename Sweeper<M>::Pass;
-    using Piece = typename Sweeper<M>::Piece;
-
     // Makes all sweeps of the iteration but the last, and begins that one. With `anderson` the first sweep is
     // accelerated.
     void begin_sweep(std::size_t k, const Anderson* anderson) {
@@ -128,25 +125,25 @@ class SweptTogether {
                 sweeper.sweep(problem, *anderson, products_[k]);
             else
                 sweeper.sweep(problem);
-            charge_sweep(k, anderson && s == 1, problem.contact_count(), Pass::all);
+            charge_sweep(k, anderson && s == 1, problem.contact_count(), SweepPass::all);
         }
         sweeper.begin(problem, accelerated_pass(anderson));
     }
 
-    void pass(std::size_t k, Pass which, const Anderson* anderson, Piece piece = {}) {
+    void pass(std::size_t k, SweepPass which, const Anderson* anderson, SweepPiece piece = {}) {
         const Subdomain<M>& part = parts_[k];
         parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k], piece);
         const std::size_t grains = part.problem.contacts.size() - part.interface_contacts,
                           walls = part.problem.wall_contacts.size() - part.interface_wall_contacts;
         charge_sweep(k, accelerated_pass(anderson),
-                     which == Pass::first        ? part.interface_contacts + part.interface_wall_contacts
-                     : which == Pass::rest       ? walls + grains
-                     : which == Pass::rest_walls ? walls
-                                                 : piece.end(grains) - piece.begin(grains),
+                     which == SweepPass::first        ? part.interface_contacts + part.interface_wall_contacts
+                     : which == SweepPass::rest       ? walls + grains
+                     : which == SweepPass::rest_walls ? walls
+                                                      : piece.end(grains) - piece.begin(grains),
                      which);
     }
 
-    void charge_sweep(std::size_t k, bool accelerated, std::size_t contacts, Pass which) {
+    void charge_sweep(std::size_t k, bool accelerated, std::size_t contacts, SweepPass which) {
         charge(comm_, parts_[k], k, accelerated ? Work::accelerated : Work::sweep, contacts);
         charge(comm_, parts_[k], k, Work::driven, parts_[k].sweeper.driven_batches(which));
     }
@@ -154,14 +151,14 @@ class SweptTogether {
     // Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
     // final and their reduction starts.
     void sweep_rest() {
-        comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_walls, nullptr); });
+        comm_.each_rank([&](std::size_t k) { pass(k, SweepPass::rest_walls, nullptr); });
         start_sums(0);
         const bool rounds = walls_ > 0 && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
         // Four pieces, so advance() is called three times; up to 64 ranks need three rounds.
         const std::size_t pieces = rounds ? 4 : 1;
         for (std::size_t n = 0; n < pieces; ++n) {
             if (n > 0) comm_.advance();
-            comm_.each_rank([&](std::size_t k) { pass(k, Pass::rest_grains, nullptr, {n, pieces}); });
+            comm_.each_rank([&](std::size_t k) { pass(k, SweepPass::rest_grains, nullptr, {n, pieces}); });
         }
         watch_.lap(seconds_.sweep);
     }

@@ -11,7 +11,7 @@ template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
     const auto charge = [options](Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
         const double contacts = double(part.problem.contact_count()), bytes = double(part.sweeper.bytes()),
-                     driven = double(part.sweeper.driven_batches(Sweeper<M>::Pass::all));
+                     driven = double(part.sweeper.driven_batches(SweepPass::all));
         // One iteration after the other, as NSCDD does: a machine that draws noise for each charge draws as often.
         for (int done = 1; done <= report.iterations; ++done) {
             // acceleration begins with the first test

@@ -19,13 +19,9 @@ namespace nscdd::inline NSCDD_ABI {
 template <class M>
 class Sweeper {
   public:
-    using Pass = SweepPass;
-    using Piece = SweepPiece;
-    using Front = SweepFront;
-
     // Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
     // fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
-    void load(ContactProblem<M>& problem, double relaxation = 1, Front front = {}) {
+    void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {}) {
         rows_.begin(problem);
         batched_ = detail::load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
         batched_ &=
@@ -66,11 +62,11 @@ class Sweeper {
     // [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
-        pass(problem, Pass::all);
+        pass(problem, SweepPass::all);
     }
     void sweep(ContactProblem<M>& problem, const Anderson& anderson, Anderson::Products& products) {
         begin(problem, &anderson);
-        pass(problem, Pass::all, &anderson, &products);
+        pass(problem, SweepPass::all, &anderson, &products);
     }
 
     // To be called once before the passes of a sweep. Without acceleration `anderson` is null, and `products` of pass()
@@ -79,11 +75,12 @@ class Sweeper {
         if (anderson) combine_velocities(problem, *anderson);
         if (batched_) find_open();
     }
-    // A part of a sweep: Pass::first before or after all others; `anderson` as in begin(), `products` as in sweep().
-    void pass(ContactProblem<M>& problem, Pass which, const Anderson* anderson = nullptr,
-              Anderson::Products* products = nullptr, Piece piece = {}) {
+    // A part of a sweep: SweepPass::first before or after all others; `anderson` as in begin(), `products` as in
+    // sweep().
+    void pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson = nullptr,
+              Anderson::Products* products = nullptr, SweepPiece piece = {}) {
         if (!batched_) {
-            if (which != Pass::all && which != Pass::first) return;
+            if (which != SweepPass::all && which != SweepPass::first) return;
             if (anderson)
                 nscdd::sweep(problem, detail::OneByOne<M>{*anderson, metric_.data(), past_.data(), *products});
             else
@@ -161,9 +158,11 @@ class Sweeper {
 
     bool batched() const { return batched_; }  // whether the layout fits the problem of load()
     // Batches with driven walls in a pass, each of which waits for the speeds that the one before it leaves.
-    std::size_t driven_batches(Pass which) const {
-        if (!batched_ || !walls_.driven || which == Pass::rest_grains) return 0;
-        return which == Pass::all ? walls_.count : which == Pass::first ? walls_.first : walls_.count - walls_.first;
+    std::size_t driven_batches(SweepPass which) const {
+        if (!batched_ || !walls_.driven || which == SweepPass::rest_grains) return 0;
+        return which == SweepPass::all     ? walls_.count
+               : which == SweepPass::first ? walls_.first
+                                           : walls_.count - walls_.first;
     }
     // Where batched(): indices into problem.contacts, `Packet::width` a batch, in the order of a sweep; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
@@ -277,22 +276,22 @@ class Sweeper {
         }
     }
 
-    void sweep_groups(ContactProblem<M>& problem, Pass pass, Piece piece, auto&& acceleration) {
-        if (pass != Pass::rest_grains)
+    void sweep_groups(ContactProblem<M>& problem, SweepPass pass, SweepPiece piece, auto&& acceleration) {
+        if (pass != SweepPass::rest_grains)
             with_walls([&](auto walls) {
                 sweep_group<typename decltype(walls)::type>(problem, walls_, pass, {}, acceleration);
             });
-        if (pass != Pass::rest_walls) sweep_group<GrainRows>(problem, grains_, pass, piece, acceleration);
+        if (pass != SweepPass::rest_walls) sweep_group<GrainRows>(problem, grains_, pass, piece, acceleration);
     }
 
     template <class Other>
-    void sweep_group(ContactProblem<M>& problem, Group& group, Pass pass, Piece piece, auto&& acceleration) {
+    void sweep_group(ContactProblem<M>& problem, Group& group, SweepPass pass, SweepPiece piece, auto&& acceleration) {
         const Packet inverse_relaxation(inverse_relaxation_);
-        const bool front = pass == Pass::all || pass == Pass::first;
+        const bool front = pass == SweepPass::all || pass == SweepPass::first;
         const std::size_t rest = group.count - group.first, begin = front ? 0 : group.first + piece.begin(rest),
-                          end = pass == Pass::all ? group.count
-                                : front           ? group.first
-                                                  : group.first + piece.end(rest);
+                          end = pass == SweepPass::all ? group.count
+                                : front                ? group.first
+                                                       : group.first + piece.end(rest);
         const std::size_t fetched = group.streams() ? end : 0;
         for (std::size_t k = begin; k < end; ++k) {
             if (k + ahead < fetched) {
