@@ -32,12 +32,12 @@ Generated pack_model(const PackSpecification& spec, bool quiet) {
     InProcess comm(1);
     const double h = settings.h;
     Simulation<M> simulation(comm, std::move(settings), grains);
-    SolveOptions options;
+    SolveOptions options = SolveOptions{}.accelerated();  // else steps end at the cap, and walls creep on
     options.penetration = 1e-5;  // overlaps are never undone, and hundreds of steps add up
     options.gap_error = options.distance = std::numeric_limits<double>::infinity();  // a packing is judged by its gaps
     options.max_iterations = 2000;
 
-    constexpr int step_limit = 5000;
+    constexpr int step_limit = 10000;
     Progress progress(!quiet, step_limit);
     int quiet_steps = 0, step = 0;
     double fraction = spec.loose_fraction;

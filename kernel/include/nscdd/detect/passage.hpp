@@ -100,9 +100,9 @@ struct Unseen {
 namespace detail {
 
 // Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
-// An impulse of at most `passing_share` stays where others act too: solving again costs more than it is worth. What
-// turns out to touch without the contact is missed then. True if there is one. Contacts that were missed stay: each
-// candidate changes its mind twice at most, so attempts end.
+// One that takes no more than `passing_share` or `passing_way` stays where others act too: solving again costs more
+// than it is worth. What turns out to touch without the contact is missed then. True if there is one. Contacts that
+// were missed stay: each candidate changes its mind twice at most, so attempts end.
 template <class M>
 bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
@@ -120,7 +120,9 @@ bool mark_passing(Subdomain<M>& part, double h) {
         // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
         // normal.
         const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias);
-        if (pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, alone ? 0 : passing_share))
+        const double share = alone ? 0 : passing_share,
+                     negligible = alone ? 0 : passing_way * (std::min)(a.radius, b.radius);
+        if (pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, share, negligible))
             candidate.passes = found = true;
     }
     return found;
