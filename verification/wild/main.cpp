@@ -14,10 +14,11 @@
 namespace {
 
 // Whether an accepted step is beyond what is stated, by the scene or by its worst component.
-bool any_beyond(const std::vector<wild::Judged>& judged, double distance, double made) {
+bool any_beyond(const std::vector<wild::Judged>& judged, double distance, double made, double inconsistent) {
     return std::ranges::any_of(judged, [&](const wild::Judged& j) {
         const wild::Verdict& v = j.verdict;
-        return j.report.converged && (v.distance > distance || v.component > distance || v.made_component > made);
+        return j.inconsistent > inconsistent ||
+               (j.report.converged && (v.distance > distance || v.component > distance || v.made_component > made));
     });
 }
 
@@ -67,7 +68,7 @@ int main(int argc, char** argv) {
     std::uint64_t seed = 1;
     std::string json;
     wild::Task task{.family = {}, .solvers = wild::solver_names};
-    double distance = std::numeric_limits<double>::infinity(), made = distance;
+    double distance = std::numeric_limits<double>::infinity(), made = distance, inconsistent = distance;
     app.add_option("--scenes", scenes, "Number of scenes")->capture_default_str();
     app.add_option("--seed", seed, "Of the first scene; the next ones follow")->capture_default_str();
     app.add_option("--solvers", task.solvers, "Names, separated by commas")
@@ -83,6 +84,8 @@ int main(int argc, char** argv) {
     app.add_option("--json", json, "File for rows by solver and family, and the worst steps");
     app.add_option("--distance", distance, "Exit with 1 if an accepted step is farther from the answer than this");
     app.add_option("--energy-made", made, "Exit with 1 if a component of an accepted step makes more energy than this");
+    app.add_option("--inconsistent", inconsistent,
+                   "Exit with 1 if velocities differ from those of the impulses by more");
     CLI11_PARSE(app, argc, argv);
     try {
         const auto [judged, tally] = judge_all(seed, scenes, threads, task);
@@ -92,7 +95,7 @@ int main(int argc, char** argv) {
             record.update(nscdd::provenance(argc, argv));
             nscdd::write_json(json, record);
         }
-        return any_beyond(judged, distance, made) ? 1 : 0;
+        return any_beyond(judged, distance, made, inconsistent) ? 1 : 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "wild_scenes: %s\n", error.what());
         return 1;

@@ -96,6 +96,9 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
                             .gap_error = options.gap_error,
                             .distance = options.distance,
                             .max_iterations = (std::numeric_limits<int>::max)()};
+    // Both take V_free from what is given: sweeps would leave round-off of their impulses, however large, in it.
+    ConvergenceTest<M> test(problem, stop);
+    const LinearContactsOf<M> linear = linear_contacts(problem);
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
@@ -109,8 +112,6 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             nlgs_of_valid(problem, sweeps, sweeper);
         }
     }
-    ConvergenceTest<M> test(problem, stop);
-    const LinearContactsOf<M> linear = linear_contacts(problem);
     Eigen::VectorXd r(linear.free.size());
     each_contact(problem, [&, k = std::size_t{0}](const Contact<M>& c, auto) mutable { linear.at(r, k++) = c.r; });
     detail::newton_solve<impulse_size<M>>(
