@@ -99,9 +99,8 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const typename M::Vec apart = normal;
         normal /= distance;
         const double approach = v.dot(normal);
-        const bool passes =
-            gap > 0 && detail::pass_by(apart, v, approach, gap / h, a.radius + b.radius, h, detail::passing_share,
-                                       detail::passing_way * (std::min)(a.radius, b.radius));
+        const bool passes = gap > 0 && detail::pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,
+                                                       detail::passing_way * (std::min)(a.radius, b.radius));
         const bool acts = detail::acts(candidate, pairing, gap, alert, passes);
         detail::fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
                      b.radius + 0.5 * gap);

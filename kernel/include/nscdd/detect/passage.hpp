@@ -93,16 +93,13 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
 
 // What find_unseen() finds in a subdomain.
 struct Unseen {
-    bool again = false;  // a candidate without restitution is to be a contact, or none: the step is solved again
-    Passage passage;     // of pairs with restitution, which act once they touch
+    bool closes = false;  // candidates without restitution are to be contacts, see mark_missed(): solved again
+    Passage passage;      // of pairs with restitution, which act once they touch
 };
 
-namespace detail {
-
 // Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
-// One that takes no more than `passing_share` or `passing_way` stays where others act too: solving again costs more
-// than it is worth. What turns out to touch without the contact is missed then. True if there is one. Contacts that
-// were missed stay: each candidate changes its mind twice at most, so attempts end.
+// Where others act too, one that takes little stays: solving again costs more than it is worth. What turns out to touch
+// without the contact is missed then, and stays a contact. True if there is one: the step is solved again.
 template <class M>
 bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
@@ -119,36 +116,35 @@ bool mark_passing(Subdomain<M>& part, double h) {
         const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
         // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
         // normal.
-        const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias);
-        const double share = alone ? 0 : passing_share,
-                     negligible = alone ? 0 : passing_way * (std::min)(a.radius, b.radius);
-        if (pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, share, negligible))
+        const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias),
+                     negligible = alone ? 0
+                                        : (std::max)(detail::passing_way * (std::min)(a.radius, b.radius),
+                                                     detail::passing_share * h * w.norm());
+        if (detail::pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, negligible))
             candidate.passes = found = true;
     }
     return found;
 }
 
-}  // namespace detail
-
 // Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion from
-// this detection to the next. Marks as missed those without restitution that the step would close, and as passing the
-// contacts of mark_passing(). Other contacts without restitution need no check: the law keeps v_n >= -gap/h, so they
-// stay open along the normal of this detection, and so all the way. `speed`: the largest of any body [m/s];
-// `largest_overlap`: allowed, over the smaller radius.
+// this detection to the next. Finds those without restitution that the step would close. Contacts without restitution
+// need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so all the way.
+// `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
     Unseen unseen;
-    unseen.again = detail::mark_passing(part, h);
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check_law = [&](Candidate<M>& c, bool closes) {
-        if (closes) c.missed = unseen.again = true;
+        c.closes = closes;
+        unseen.closes |= closes;
     };
     const auto note = [&](double when, double allowed, double closing, int i, int j) {
         if (when < h) unseen.passage.note({when > 0 ? (std::min)(when, allowed / closing) : 0, i, j});
     };
     for (auto& c : part.pairs) {
+        c.closes = false;
         if (!near(c)) continue;
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
@@ -161,6 +157,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
         }
     }
     for (auto& c : part.wall_pairs) {
+        c.closes = false;
         if (!near(c)) continue;
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
@@ -174,6 +171,14 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
         }
     }
     return unseen;
+}
+
+// Candidates that find_unseen() has found to close become contacts in the next attempt, and so do all up to a gap [m].
+// To be called only where no rank has marked a contact as passing: its impulse may be what closes them.
+template <class M>
+void mark_missed(Subdomain<M>& part, double all_up_to) {
+    for (auto* candidates : {&part.pairs, &part.wall_pairs})
+        for (Candidate<M>& c : *candidates) c.missed |= c.closes || c.free_gap <= all_up_to;
 }
 
 }  // namespace nscdd

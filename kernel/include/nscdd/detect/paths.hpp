@@ -35,19 +35,17 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
 
 // Whether a contact would deflect two spheres that pass each other: at `d` from each other, their relative velocity w
 // would close their gap by more than all of it along the normal, v_n < -bias, but does not take them within `least`,
-// the sum of their radii, in `time`. Only where the contact takes more than `share` of their closing speed, and more
-// than `negligible` [m] of their way.
+// the sum of their radii, in `time`. Only where the contact takes more than `negligible` [m] of their way.
 template <class Vec>
-bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, double least, double time, double share,
+bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, double least, double time,
              double negligible) {
     const double taken = -normal_speed - bias;
-    return taken > 0 && taken > share * -normal_speed && taken * time > negligible &&
-           !(when_nearer(d, w, least, time) < time);
+    return taken > 0 && taken * time > negligible && !(when_nearer(d, w, least, time) < time);
 }
 
-// A contact may take this share of their closing speed from two grains that pass each other, and this share of the
-// smaller radius of their way in a step (METHOD.md, section 2.4).
-constexpr double passing_share = 0.01, passing_way = 1e-6;
+// What a contact may take from the way of two grains that pass each other in a step (METHOD.md, section 2.4): a share
+// of the smaller radius; where other impulses act too, a share of the way.
+constexpr double passing_way = 1e-5, passing_share = 0.01;
 
 }  // namespace detail
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -269,10 +270,10 @@ class Simulation {
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
     }
 
-    struct Unsettled {  // on any rank, above 0: a candidate that is to be a contact, or none; a passage
-        double again = 0, passages = 0;
+    struct Unsettled {  // on any rank, above 0: a contact that is to be none; a candidate that is to be one; a passage
+        double passes = 0, closes = 0, passages = 0;
         auto summed() { return std::tie(); }
-        auto largest() { return std::tie(again, passages); }
+        auto largest() { return std::tie(passes, closes, passages); }
     };
 
     // False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
@@ -288,13 +289,22 @@ class Simulation {
             return false;
         }
         std::vector<Passage> passages;
+        const bool early = attempt <= 3;  // to look on for ever costs more than it is worth: some grain of many passes
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
+            const bool passes = early && mark_passing(parts_[k], settings_.h);
             const Unseen unseen = find_unseen<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
                                                  after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
-            return Unsettled{double(unseen.again), double(unseen.passage.found())};
+            return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
-        if (any.again > 0) return false;
+        if (any.passes > 0) return false;
+        if (any.closes > 0) {
+            // One closes where another was added, and so on: in the end all are added that can.
+            const double all_up_to =
+                attempt < 10 ? -std::numeric_limits<double>::infinity() : 2 * settings_.h * after.speed;
+            for (auto& part : parts_) mark_missed(part, all_up_to);
+            return false;
+        }
         if (any.passages > 0) refuse_passages(passages, Velocities::solved);
         return true;
     }

@@ -16,7 +16,8 @@ struct Candidate {
     typename M::Impulse r = M::Impulse::Zero();  // on i [N s], 0 where it is no contact
     static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
     double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
-    bool missed = false;     // left out, then found to close within the step: a contact in the next attempt
+    bool closes = false;     // left out, and the last attempt would close it
+    bool missed = false;     // has closed: a contact in the next attempt
     bool passes = false;     // a contact of grains that pass each other: none in the next attempt, unless missed
 };
 
