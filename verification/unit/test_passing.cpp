@@ -78,24 +78,29 @@ TEMPLATE_TEST_CASE("a grain that is hit is hit, along a normal no farther off th
         }
 }
 
-// Grain 0 flies along x between grains on both sides, nearer to one than to the other.
+// Grain 0 flies along x between grains, or a grain and a wall, nearer to one than to the other.
 TEMPLATE_TEST_CASE("a grain passes a slit that is wider than it without touching", "[passing]", SmoothDisks,
                    FrictionDisks, FrictionSpheres) {
     using M = TestType;
     const double way = GENERATE(0.01, 0.1, 0.3, 1.0, 3.0);  // radii of the one that flies, a step
     const double radius = GENERATE(0.5, 0.02);
+    const bool wall = GENERATE(false, true);
     for (const double left : {1e-4, 1e-3, 1e-2})  // clearances, radii
         for (const double right : {1e-4, 3e-2})
             for (const double shift : {0.0, 0.2}) {  // of the right one, along x
                 const double from = -5.3 * way * radius;
-                std::vector<Grain<M>> grains{
-                    make_grain<M>(0, radius, 1, at<M>(from, 0)),
-                    make_grain<M>(1, 0.5, 1, at<M>(0, 0.5 + radius * (1 + left))),
-                    make_grain<M>(2, 0.5, 1, at<M>(shift * radius, -0.5 - radius * (1 + right)))};
+                const double side = radius * (1 + right);
+                std::vector<Grain<M>> grains{make_grain<M>(0, radius, 1, at<M>(from, 0)),
+                                             make_grain<M>(1, 0.5, 1, at<M>(0, 0.5 + radius * (1 + left)))};
+                auto settings = in_space<M>(way * radius);
+                if (wall)
+                    settings.walls.emplace_back().normal = at<M>(0, 1), settings.walls[0].offset = -side;
+                else
+                    grains.push_back(make_grain<M>(2, 0.5, 1, at<M>(shift * radius, -0.5 - side)));
                 grains[0].velocity[0] = 1;
                 for (const Solver& solver : one_and_several) {
                     INFO(solver.name() << ", " << way << " radii a step, " << left << " and " << right << " beside");
-                    Run<M> run(solver, in_space<M>(way * radius), grains);
+                    Run<M> run(solver, settings, grains);
                     for (int step = 0; step < 9; ++step) run.step();
                     const auto now = run.grains();
                     for (std::size_t g = 0; g < grains.size(); ++g) CHECK(now[g].velocity == grains[g].velocity);

@@ -173,12 +173,12 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
     return unseen;
 }
 
-// Candidates that find_unseen() has found to close become contacts in the next attempt, and so do all up to a gap [m].
-// To be called only where no rank has marked a contact as passing: its impulse may be what closes them.
+// Candidates that find_unseen() has found to close become contacts in the next attempt. To be called only where no rank
+// has marked a contact as passing: its impulse may be what closes them.
 template <class M>
-void mark_missed(Subdomain<M>& part, double all_up_to) {
+void mark_missed(Subdomain<M>& part) {
     for (auto* candidates : {&part.pairs, &part.wall_pairs})
-        for (Candidate<M>& c : *candidates) c.missed |= c.closes || c.free_gap <= all_up_to;
+        for (Candidate<M>& c : *candidates) c.missed |= c.closes;
 }
 
 }  // namespace nscdd
