@@ -77,6 +77,20 @@ std::string unconverged(const nlohmann::json& json, int steps) {
         json["distance_allowed"].get<double>(), worst("distance"));
 }
 
+// What Newton's method solved in the place of sweeps, and the rebounds that were given up; empty where nothing was.
+std::string handed_over(const nlohmann::json& json) {
+    const auto steps_with = [&json](const char* key) {
+        return std::ranges::count_if(json[key], [](const auto& contacts) { return contacts > 0; });
+    };
+    const auto newton = steps_with("newton_contacts"), given_up = steps_with("rebounds_given_up");
+    if (newton == 0) return {};
+    std::string said = fmt::format("in {} of {} steps sweeps got nowhere, and Newton's method solved components",
+                                   newton, json["steps"].get<int>());
+    if (given_up > 0)
+        said += fmt::format("; in {} of them it found no answer with rebounds, which were given up", given_up);
+    return said;
+}
+
 double solver_cpu(const RunResult& result) { return result.json["seconds"]["solver_cpu"]; }  // the same on all ranks
 
 }  // namespace
@@ -272,6 +286,8 @@ int run(const RunArguments& arguments, const Provenance& provenance, const Sessi
             say("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
                 json["grains"].get<int>(), request.scene.step.count, request.scheme, json["subdomains"].get<int>(),
                 json["subdomains"] == 1 ? "" : "s", iterations, json["seconds"]["total"].get<double>());
+        if (const std::string said = handed_over(json); !said.empty() && !arguments.quiet)
+            say(stderr, "nscdd: note: {}\n", said);
         if (result.unconverged_steps > 0) say(stderr, "nscdd: {}\n", unconverged(json, result.unconverged_steps));
     }
     return result.unconverged_steps > 0 ? 3 : 0;

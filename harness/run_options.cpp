@@ -81,8 +81,10 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
                      "Largest velocity error of a step, instead of the scene's (default: 0.1)")
         ->check(positive_number());
     command
-        ->add_option("--energy-made", run.energy_made,
-                     "Largest share of energy that contacts may make in a step, instead of the scene's (default: 1e-3)")
+        ->add_option(
+            "--energy-made", run.energy_made,
+            "Largest share of energy that contacts may make in a step, of the scene and of each component, instead of "
+            "the scene's (default: 1e-3)")
         ->check(positive_number());
     command
         ->add_option(
