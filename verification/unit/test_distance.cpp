@@ -345,3 +345,29 @@ TEST_CASE("a small sphere that lands on one in a corner, with friction 10, stops
     CHECK_FALSE(failed.converged);
     CHECK(failed.distance > 0.3);  // and says so
 }
+
+// Sweeps move a sphere by a share of its way that falls with the mass of what bears it, 1e-9 of its own.
+TEST_CASE("a sphere on 81 of a thousandth of its radius comes to rest", "[distance]") {
+    using M = FrictionSpheres;
+    constexpr double small = 1e-3;
+    SimulationSettings<M> settings;
+    settings.h = 1e-3;
+    settings.gravity = {0, 0, -10};
+    settings.materials.set(0, 0, {.friction = 0.3});
+    settings.walls.resize(1);
+    settings.walls[0].normal = {0, 0, 1};
+    std::vector<Grain<M>> grains{make_grain<M>(0, 1, 1, {0, 0, 1 + 2 * small})};
+    for (int k = 0; k < 81; ++k)
+        grains.push_back(make_grain<M>(k + 1, small, 1, {2.2 * small * (k % 9 - 4), 2.2 * small * (k / 9 - 4), small}));
+    SolveOptions options = SolveOptions{}.accelerated();
+    options.newton_contacts = 1000;
+    InProcess comm(1);
+    Simulation<M> simulation(comm, settings, grains);
+    double newton = 0;
+    for (int step = 0; step < 3; ++step) {
+        const SolveReport report = simulation.step(by_nlgs<M>(options)).solve;
+        CHECK(report.converged);
+        newton += report.newton_contacts;
+    }
+    CHECK(newton > 0);
+}
