@@ -122,8 +122,10 @@ void judge_solver(const Scene<M>& scene, const Judged& about, int max_iterations
         nscdd::SolveReport report;  // of one attempt; that of the step has the iterations of all
         const nscdd::AnyStepSolver<M> witness = [&](std::span<nscdd::Subdomain<M>> parts, nscdd::Communicator& among,
                                                     nscdd::PhaseSeconds& seconds) {
+            Vector start;
+            if constexpr (!M::friction) start = by_impulses(capture<M>(parts, simulation.settings()));
             report = solve_step(parts, among, seconds);
-            found = capture<M>(parts, simulation.settings());
+            found = capture<M>(parts, simulation.settings(), start);
             if (!report.converged) throw NotConverged{};
             return report;
         };

@@ -13,6 +13,7 @@ namespace wild {
 struct Captured {
     Quadratic problem;
     Vector v;                 // after the solve
+    Vector start;             // velocities by the impulses that the solve began with; empty with friction
     Vector r;                 // of each contact, along the normal
     Vector work;              // of each contact, r_n w_n + r_t.v_t [J]
     double jump = 0;          // largest difference between copies of a body, over the largest velocity
@@ -44,9 +45,16 @@ struct Touch {
 
 }  // namespace detail
 
-// To be called when the solver has returned, before the step is over.
+// Velocities by the impulses of the contacts, which a solve does not know better than to their round-off.
+inline Vector by_impulses(const Captured& found) {
+    const Quadratic& problem = found.problem;
+    return problem.free + problem.mass.cwiseInverse().cwiseProduct(problem.h * found.r);
+}
+
+// To be called when the solver has returned, before the step is over; `start` is by_impulses() before the solve.
 template <class M>
-Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::SimulationSettings<M>& settings) {
+Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::SimulationSettings<M>& settings,
+                 const Vector& start = {}) {
     std::map<int, int> number;  // of a grain that is touched, by its id
     const auto each = [&](auto&& visit) {
         for (const auto& part : parts) {
@@ -156,10 +164,11 @@ Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::Simula
     const double largest = std::max(all.v.lpNorm<Eigen::Infinity>(), problem.free.lpNorm<Eigen::Infinity>());
     if (largest > 0) all.jump /= largest;
     if constexpr (!M::friction) {
-        const Vector change = all.v - problem.free,
-                     rest = change - problem.mass.cwiseInverse().cwiseProduct(problem.h * all.r);
-        const double energy = problem.energies(change).sum();
-        if (energy > 1e-20 * problem.energies(all.v).sum())  // else it is round-off
+        all.start = start;
+        const Vector rest = all.v - by_impulses(all);
+        const double energy = problem.energies(all.v - problem.free).sum(),
+                     begun = start.size() > 0 ? problem.energies(start).sum() : 0;
+        if (energy > 1e-20 * std::max(problem.energies(all.v).sum(), begun))  // else it is round-off
             all.inconsistent = std::sqrt(problem.energies(rest).sum() / energy);
     }
     return all;

@@ -111,3 +111,17 @@ TEST_CASE("the verdict sees a small component beside a large one", "[wild]") {
     found.work[1] = 0.1;
     CHECK(judge_energy(found).made_component == Approx(0.1 / 0.25));
 }
+
+TEST_CASE("round-off of the velocities that a solve began with is no distance", "[wild]") {
+    Captured found;
+    found.problem = on_a_line({1}, {{0, -1}});
+    found.problem.free[0] = -1e-9;
+    const Answer answer = solve(found.problem);
+    found.r = answer.r, found.work = Vector::Zero(1);
+    found.v = Vector::Constant(1, -1e-9);  // nothing has been solved
+    CHECK(judge(found, answer).component == Approx(1));
+    found.start = Vector::Constant(1, 1e3);
+    CHECK(judge(found, answer).component == Approx(1e-9 / 1e-7));
+    found.start[0] = 1;  // round-off of that is too small to hide it
+    CHECK(judge(found, answer).component == Approx(1));
+}

@@ -7,8 +7,10 @@ namespace wild {
 namespace {
 
 // Energies by which those of components are divided: a component counts with a mean change of at least 1e-4 of the
-// scene's, and no change need be exact to less than 1e-8 of the velocities.
-Vector scales(const Quadratic& problem, const Vector& change) {
+// scene's, and no change need be exact to less than 1e-8 of the free velocities, nor to less than 1e-10 of those that
+// the solve began with: that is their round-off.
+Vector scales(const Captured& found, const Vector& change) {
+    const Quadratic& problem = found.problem;
     Vector masses = Vector::Zero(problem.components);
     double quartic = 0, energy = 0;
     for (std::size_t b = 0; b + 1 < problem.begin.size(); ++b) {
@@ -21,7 +23,9 @@ Vector scales(const Quadratic& problem, const Vector& change) {
     }
     const Vector energies = problem.energies(change), free = problem.energies(problem.free);
     const double mean_square = energy > 0 ? quartic / energy : 0;
-    return energies.cwiseMax(1e-8 * mean_square * masses).cwiseMax(1e-16 * free);
+    const Vector floors = (1e-8 * mean_square * masses).cwiseMax(1e-16 * free);
+    if (found.start.size() == 0) return energies.cwiseMax(floors);
+    return energies.cwiseMax(floors).cwiseMax(1e-20 * problem.energies(found.start));
 }
 
 double ratio(double part, double whole) {
@@ -37,7 +41,7 @@ Verdict judge_energy(const Captured& found) {
     Vector made = Vector::Zero(problem.components);
     for (Eigen::Index c = 0; c < found.work.size(); ++c)
         made[problem.contact_component[static_cast<std::size_t>(c)]] += found.work[c];
-    const Vector scale = scales(problem, found.v - problem.free);
+    const Vector scale = scales(found, found.v - problem.free);
     verdict.made = ratio(made.sum(), scale.sum());
     for (int k = 0; k < problem.components; ++k)
         verdict.made_component = std::max(verdict.made_component, ratio(made[k], scale[k]));
@@ -47,7 +51,7 @@ Verdict judge_energy(const Captured& found) {
 Verdict judge(const Captured& found, const Answer& answer) {
     const Quadratic& problem = found.problem;
     Verdict verdict = judge_energy(found);
-    const Vector off = problem.energies(found.v - answer.v), scale = scales(problem, answer.v - problem.free);
+    const Vector off = problem.energies(found.v - answer.v), scale = scales(found, answer.v - problem.free);
     verdict.distance = std::sqrt(ratio(off.sum(), scale.sum()));
     for (int k = 0; k < problem.components; ++k)
         if (const double far = std::sqrt(ratio(off[k], scale[k])); far >= verdict.component)
