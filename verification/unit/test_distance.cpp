@@ -346,8 +346,8 @@ TEST_CASE("a small sphere that lands on one in a corner, with friction 10, stops
     CHECK(failed.distance > 0.3);  // and says so
 }
 
-// Sweeps move a sphere by a share of its way that falls with the mass of what bears it, 1e-9 of its own.
-TEST_CASE("a sphere on 81 of a thousandth of its radius comes to rest", "[distance]") {
+// What bears the sphere has 1e-9 of its mass each: sweeps get nowhere, and Newton's method takes over.
+TEST_CASE("steps of a sphere on 81 of a thousandth of its radius converge", "[distance]") {
     using M = FrictionSpheres;
     constexpr double small = 1e-3;
     SimulationSettings<M> settings;
