@@ -63,7 +63,7 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template void detail::newton_solve(const LinearContacts<size>&, const NewtonOptions&, const NewFactors&, \
                                               Eigen::VectorXd&, const detail::NewtonJudge&, NewtonReport&);
 
-#ifndef EIGEN_DONT_VECTORIZE
+#ifndef NSCDD_WITHOUT_COMPILED_KERNEL
 namespace nscdd {
 COMPILED_MODEL(extern, scenes::SmoothDisks)
 COMPILED_MODEL(extern, scenes::Disks)

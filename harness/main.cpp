@@ -36,8 +36,9 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.set_version_flag("--version", [] {
         const nscdd::Provenance me = nscdd::provenance(0, nullptr);
-        return fmt::format("nscdd, commit {}, {}, {} doubles a vector", me.commit, me.machine.compiler,
-                           me.machine.lanes);
+        return fmt::format("nscdd, commit {}, {}, {} doubles a vector{}", me.commit, me.machine.compiler,
+                           me.machine.lanes,
+                           me.machine.fused ? "" : ", no fused products: its counts are not those of other machines");
     });
     app.footer(R"(Examples:
   nscdd pack cases/packings/triaxial.toml -o spheres.h5

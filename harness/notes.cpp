@@ -42,9 +42,12 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
     if (const std::string line = unpaired(scene, grains_of); !line.empty()) lines.push_back(line);
     if (!scene.gravity.isZero(0) &&
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
-        lines.push_back(fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));
+        lines.push_back(
+            fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));
     if (request.undivided)
         lines.push_back(fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", request.scheme));
+    if (!Packet::fuses)
+        lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
     return lines;
 }
 

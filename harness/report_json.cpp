@@ -14,6 +14,8 @@
 #include <string_view>
 #include <thread>
 
+#include "nscdd/core/packet.hpp"
+
 #ifndef NSCDD_COMMIT
 #define NSCDD_COMMIT "unknown"
 #endif
@@ -51,7 +53,8 @@ Machine this_machine() {
                     .cores = usable_cores(),
                     .os = look_up("/etc/os-release", "PRETTY_NAME", '='),
                     .compiler = {},
-                    .lanes = Eigen::internal::packet_traits<double>::size};
+                    .lanes = Packet::width,
+                    .fused = Packet::fuses};
     if (machine.cpu.empty()) machine.cpu = kernel.machine;
     machine.os += fmt::format("{}{} {}", machine.os.empty() ? "" : ", ", kernel.sysname, kernel.machine);
 #if defined(__clang__)
@@ -94,11 +97,16 @@ Provenance provenance(int argc, const char* const* argv) {
 
 void to_json(nlohmann::json& json, const Provenance& provenance) {
     const Machine& m = provenance.machine;
-    json = {
-        {"command", provenance.command},
-        {"machine", {{"cpu", m.cpu}, {"cores", m.cores}, {"os", m.os}, {"compiler", m.compiler}, {"lanes", m.lanes}}},
-        {"commit", provenance.commit},
-        {"date", provenance.date}};
+    json = {{"command", provenance.command},
+            {"machine",
+             {{"cpu", m.cpu},
+              {"cores", m.cores},
+              {"os", m.os},
+              {"compiler", m.compiler},
+              {"lanes", m.lanes},
+              {"fused", m.fused}}},
+            {"commit", provenance.commit},
+            {"date", provenance.date}};
 }
 
 void write_json(FileSet& files, const std::string& path, const nlohmann::json& json) {

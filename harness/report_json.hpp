@@ -14,6 +14,7 @@ struct Machine {
     std::string os;        // distribution, kernel and architecture
     std::string compiler;  // that built this program
     int lanes = 0;         // doubles in the vectors that it was compiled for
+    bool fused = false;    // whether it rounds a product and sum once, as it must for the bits of other machines
 };
 
 struct Provenance {
@@ -25,7 +26,7 @@ struct Provenance {
 
 Provenance provenance(int argc, const char* const* argv);
 
-// The keys command, machine {cpu, cores, os, compiler, lanes}, commit and date.
+// The keys command, machine {cpu, cores, os, compiler, lanes, fused}, commit and date.
 void to_json(nlohmann::json& json, const Provenance& provenance);
 
 // Arguments joined as a POSIX shell reads them back; those with special characters in single quotes.

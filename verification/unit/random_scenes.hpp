@@ -127,7 +127,7 @@ struct Run {
     StepReport step() {
         const StepReport report = [&] {
             if (solver.scheme == Scheme::nlgs) return simulation.step(by_nlgs<M>(options));
-#ifndef EIGEN_DONT_VECTORIZE  // else there is no compiled_kernel, and this takes longest to compile
+#ifndef NSCDD_WITHOUT_COMPILED_KERNEL  // this takes longest to compile
             if (solver.scheme == Scheme::newton)
                 return simulation.step(by_newton<M>(
                     {.tolerance = options.tolerance, .penetration = options.penetration, .warm_sweeps = 0}));

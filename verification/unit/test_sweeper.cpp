@@ -7,8 +7,8 @@
 using namespace nscdd;
 using namespace nscdd::test;
 
-// The layouts of bodies and contacts; compiled without packets, which takes half a minute more, those that turn.
-#ifdef EIGEN_DONT_VECTORIZE
+// The layouts of bodies and contacts; where the kernel is compiled for this test alone, those that turn.
+#ifdef NSCDD_WITHOUT_COMPILED_KERNEL
 #define EVERY_LAYOUT FrictionDisks, FrictionSpheres
 #else
 #define EVERY_LAYOUT SmoothDisks, FrictionDisks, SmoothSpheres, FrictionSpheres
@@ -200,19 +200,19 @@ TEMPLATE_TEST_CASE("batches hold every contact once and no body twice", "[sweepe
                        Sweeper<M> sweeper;
                        sweeper.load(problem);
                        const std::vector<int>& order = sweeper.order();
-                       REQUIRE(order.size() % Packet::width == 0);
+                       REQUIRE(order.size() % detail::batch_size == 0);
                        std::vector<int> times(problem.contacts.size(), 0), last(problem.bodies.size(), -1);
                        for (std::size_t k = 0; k < order.size(); ++k) {
                            if (order[k] < 0) continue;
                            const auto& c = problem.contacts[static_cast<std::size_t>(order[k])];
                            ++times[static_cast<std::size_t>(order[k])];
                            for (int body : {c.i, c.j}) {
-                               CHECK(last[static_cast<std::size_t>(body)] < static_cast<int>(k / Packet::width));
-                               last[static_cast<std::size_t>(body)] = static_cast<int>(k / Packet::width);
+                               CHECK(last[static_cast<std::size_t>(body)] < static_cast<int>(k / detail::batch_size));
+                               last[static_cast<std::size_t>(body)] = static_cast<int>(k / detail::batch_size);
                            }
                        }
                        CHECK(std::ranges::all_of(times, [](int n) { return n == 1; }));
-                       CHECK(order.size() < problem.contacts.size() + 4 * Packet::width);  // few lanes are idle
+                       CHECK(order.size() < problem.contacts.size() + 4 * detail::batch_size);  // few lanes are idle
                    });
 }
 

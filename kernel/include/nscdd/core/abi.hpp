@@ -64,20 +64,27 @@
 #define NSCDD_ABI_VECTORS other
 #endif
 
-// How many doubles Eigen takes at once: fewer than the widest vectors hold if it is told so (EIGEN_DONT_VECTORIZE).
-#if defined(EIGEN_VECTORIZE_AVX512)
-#define NSCDD_ABI_LANES _8
-#elif defined(EIGEN_VECTORIZE_AVX)
-#define NSCDD_ABI_LANES _4
-#elif defined(EIGEN_VECTORIZE)
-#define NSCDD_ABI_LANES _2
+#if !defined(NSCDD_LANES)
+#if defined(__AVX512F__)
+// How many doubles a packet holds (packet.hpp): 8, 4 or 2. Fewer than the machine could are for tests.
+#define NSCDD_LANES 8
+#elif defined(__AVX__)
+#define NSCDD_LANES 4
 #else
-#define NSCDD_ABI_LANES _1
+#define NSCDD_LANES 2
+#endif
+#endif
+
+// u: Eigen is told to use no vectors (EIGEN_DONT_VECTORIZE).
+#if defined(EIGEN_VECTORIZE)
+#define NSCDD_ABI_EIGEN _
+#else
+#define NSCDD_ABI_EIGEN u_
 #endif
 
 // Other instruction sets that compilers use on their own.
 #define NSCDD_ABI_SCALAR                                                                                \
-    NSCDD_ABI_JOIN(_s, NSCDD_ABI_IF(__FMA__, f), NSCDD_ABI_IF(__FMA4__, g), NSCDD_ABI_IF(__XOP__, x),   \
+    NSCDD_ABI_JOIN(s, NSCDD_ABI_IF(__FMA__, f), NSCDD_ABI_IF(__FMA4__, g), NSCDD_ABI_IF(__XOP__, x),    \
                    NSCDD_ABI_IF(__BMI__, b), NSCDD_ABI_IF(__BMI2__, c), NSCDD_ABI_IF(__TBM__, t),       \
                    NSCDD_ABI_IF(__LZCNT__, l), NSCDD_ABI_IF(__POPCNT__, p), NSCDD_ABI_IF(__MOVBE__, m), \
                    NSCDD_ABI_IF(__F16C__, h), , , , , )
@@ -90,5 +97,6 @@
                    NSCDD_ABI_IF(__AVX512BF16__, g), NSCDD_ABI_IF(__AVXVNNI__, y))
 
 // Such as avx2_4_sfbclpmh_v for -march=x86-64-v3.
-#define NSCDD_ABI \
-    NSCDD_ABI_JOIN(NSCDD_ABI_VECTORS, NSCDD_ABI_LANES, NSCDD_ABI_SCALAR, NSCDD_ABI_AVX512, , , , , , , , , , , , )
+#define NSCDD_ABI                                                                                                      \
+    NSCDD_ABI_JOIN(NSCDD_ABI_VECTORS, _, NSCDD_LANES, NSCDD_ABI_EIGEN, NSCDD_ABI_SCALAR, NSCDD_ABI_AVX512, , , , , , , \
+                   , , , )

@@ -1,30 +1,59 @@
 // What the fast sweep asks of the machine: packets of doubles, and rows of bodies loaded component by component.
 //
-// Underneath are Eigen's packets (AVX-512, AVX, SSE, NEON and others behind one set of names, chosen by what the
-// compiler targets), because Eigen is a dependency already. Where Eigen does not vectorise, a packet is one double and
-// the same code is the scalar path.
+// The bits are the same on every processor with fused products (IEEE 754), whatever the width of its vectors:
+// operations go lane by lane, each rounded once; sums over lanes have a fixed order; no instruction that two processors
+// round differently is used. GCC's vectors (Clang has them, too) are behind it.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <new>
 #include <utility>
 #include <vector>
 
+// NSCDD_MM(op): the intrinsic for a packet, where x86 has one of its width.
+#if NSCDD_LANES == 8 && defined(__AVX512F__)
+#define NSCDD_MM(op) _mm512_##op##_pd
+#elif NSCDD_LANES == 4 && defined(__AVX__)
+#define NSCDD_MM(op) _mm256_##op##_pd
+#elif NSCDD_LANES == 2 && defined(__SSE2__)
+#define NSCDD_MM(op) _mm_##op##_pd
+#endif
+
 namespace nscdd::inline NSCDD_ABI {
 
-// Doubles that the machine computes with at once, one in each lane: 8 with AVX-512, 4 with AVX, 2 with SSE or NEON, 1
-// where Eigen does not vectorise. The fast sweep gives each contact a lane. All operations go lane by lane.
+namespace detail {
+
+// `count` doubles or words of 64 bits in one register, or in several where the machine has none of this size.
+template <class T, int count>
+struct Vector {
+    typedef T type __attribute__((vector_size(count * sizeof(T))));
+    typedef T in_memory __attribute__((vector_size(count * sizeof(T)), may_alias));
+};
+
+}  // namespace detail
+
+// Doubles that the machine computes with at once, one in each lane (abi.hpp). All operations go lane by lane.
 struct Packet {
-    using Native = Eigen::internal::packet_traits<double>::type;                // Eigen's name of the machine's type
-    static constexpr int width = Eigen::internal::packet_traits<double>::size;  // lanes, doubles in a packet
+    static constexpr int width = NSCDD_LANES;                 // lanes, doubles in a packet
+    using Native = detail::Vector<double, width>::type;       // the compiler's vector of `width` doubles
+    using Bits = detail::Vector<std::uint64_t, width>::type;  // and of as many words of 64 bits
 
     Native lanes;  // `width` doubles
 
     Packet() = default;
-    explicit Packet(double x) : lanes(Eigen::internal::pset1<Native>(x)) {}  // in every lane
+    explicit Packet(double x) : lanes(x - Native{}) {}  // in every lane
     // A packet of these lanes.
     static Packet of(Native lanes) {
         Packet packet;
@@ -33,26 +62,73 @@ struct Packet {
     }
 
     // `width` doubles, from or to memory aligned to sizeof(Packet); the first is that of lane 0.
-    static Packet load(const double* from) { return of(Eigen::internal::pload<Native>(from)); }
-    void store(double* to) const { Eigen::internal::pstore(to, lanes); }  // see load()
+    static Packet load(const double* from) {
+        return of(*reinterpret_cast<const detail::Vector<double, width>::in_memory*>(from));
+    }
+    // See load().
+    void store(double* to) const { *reinterpret_cast<detail::Vector<double, width>::in_memory*>(to) = lanes; }
 
     // The operation in every lane.
-    friend Packet operator+(Packet a, Packet b) { return of(Eigen::internal::padd(a.lanes, b.lanes)); }
-    friend Packet operator-(Packet a, Packet b) { return of(Eigen::internal::psub(a.lanes, b.lanes)); }
-    friend Packet operator*(Packet a, Packet b) { return of(Eigen::internal::pmul(a.lanes, b.lanes)); }
-    friend Packet operator/(Packet a, Packet b) { return of(Eigen::internal::pdiv(a.lanes, b.lanes)); }
-    // a b + c, rounded once where the machine can.
-    friend Packet madd(Packet a, Packet b, Packet c) { return of(Eigen::internal::pmadd(a.lanes, b.lanes, c.lanes)); }
-    friend Packet magnitude(Packet a) { return of(Eigen::internal::pabs(a.lanes)); }       // |a|
-    friend Packet inverse_root(Packet a) { return of(Eigen::internal::prsqrt(a.lanes)); }  // a^-1/2, a > 0
+    friend Packet operator+(Packet a, Packet b) { return of(a.lanes + b.lanes); }
+    friend Packet operator-(Packet a, Packet b) { return of(a.lanes - b.lanes); }
+    friend Packet operator*(Packet a, Packet b) { return of(a.lanes * b.lanes); }
+    friend Packet operator/(Packet a, Packet b) { return of(a.lanes / b.lanes); }
+    // a b + c, rounded once where the machine can (fuses).
+    friend Packet madd(Packet a, Packet b, Packet c) {
+#if defined(NSCDD_MM) && defined(__FMA__)
+        return of(NSCDD_MM(fmadd)(a.lanes, b.lanes, c.lanes));
+#elif NSCDD_LANES == 2 && defined(__ARM_NEON) && defined(__aarch64__)
+        return of(vfmaq_f64(c.lanes, a.lanes, b.lanes));
+#elif defined(__FP_FAST_FMA)
+        for (int k = 0; k < width; ++k) c.lanes[k] = __builtin_fma(a.lanes[k], b.lanes[k], c.lanes[k]);
+        return c;
+#else
+        return a * b + c;
+#endif
+    }
+#if defined(__FP_FAST_FMA) || defined(__FMA__)
+    static constexpr bool fuses = true;
+#else
+    static constexpr bool fuses = false;  // counts of iterations and last digits are not those of other machines
+#endif
+    // |a|
+    friend Packet magnitude(Packet a) {
+        return of(reinterpret_cast<Native>(reinterpret_cast<Bits>(a.lanes) & ~std::uint64_t{0} >> 1));
+    }
 };
 
 // The larger of two, in every lane, and of two doubles: so a contact law has one formula for both.
-inline Packet larger(Packet a, Packet b) { return Packet::of(Eigen::internal::pmax(a.lanes, b.lanes)); }
 inline double larger(double a, double b) { return a < b ? b : a; }
+inline Packet larger(Packet a, Packet b) {
+#if defined(NSCDD_MM)
+    return Packet::of(NSCDD_MM(max)(b.lanes, a.lanes));  // one instruction; the compiler makes two of the other
+#else
+    return Packet::of(a.lanes < b.lanes ? b.lanes : a.lanes);
+#endif
+}
 // The smaller of two, in every lane, and of two doubles.
-inline Packet smaller(Packet a, Packet b) { return Packet::of(Eigen::internal::pmin(a.lanes, b.lanes)); }
 inline double smaller(double a, double b) { return b < a ? b : a; }
+inline Packet smaller(Packet a, Packet b) {
+#if defined(NSCDD_MM)
+    return Packet::of(NSCDD_MM(min)(b.lanes, a.lanes));
+#else
+    return Packet::of(b.lanes < a.lanes ? b.lanes : a.lanes);
+#endif
+}
+
+// a^-1/2 to the last bit or two, 1e-300 <= a <= 1e300. Not by the processor's estimate, which differs between makers:
+// half the exponent by a shift, with |h| < 0.07 in a y^2 = 1 - h; then (1 - h)^-1/2 by a quadratic that is off by 3e-5
+// at most over these h, and by its series to the third order.
+inline Packet inverse_root(Packet a) {
+    const auto miss = [a](Packet y) { return madd(Packet::of(-(a * y).lanes), y, Packet(1)); };
+    Packet y = Packet::of(
+        reinterpret_cast<Packet::Native>(0x5FE6EB50C7B537A9u - (reinterpret_cast<Packet::Bits>(a.lanes) >> 1)));
+    Packet h = miss(y);
+    y = y * madd(madd(Packet(0.3752279281616211), h, Packet(0.5010948181152344)), h, Packet(1.0000009536743164));
+    h = miss(y);
+    const Packet series = h * madd(madd(Packet(0.3125), h, Packet(0.375)), h, Packet(0.5));
+    return madd(y, series, y);
+}
 
 namespace detail {
 
@@ -77,21 +153,37 @@ struct PacketAllocator {
 
 using AlignedDoubles = std::vector<double, PacketAllocator<double>>;
 
-// Lane by lane, in a fixed order.
-inline double sum(Packet a) {
+// One double for each contact of a batch. A batch has eight contacts on every machine, so that the order of a sweep is
+// the same; a machine with narrower packets takes it in parts, which share no body.
+inline constexpr int batch_size = 8;
+using Batchful = std::array<Packet, batch_size / Packet::width>;
+
+inline std::array<double, batch_size> doubles(const Batchful& a) {
+    std::array<double, batch_size> all;
     alignas(sizeof(Packet)) double lane[Packet::width];
-    a.store(lane);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        if (k % Packet::width == 0) a[k / Packet::width].store(lane);
+        all[k] = lane[k % Packet::width];
+    }
+    return all;
+}
+// In the order of the contacts.
+inline double sum(const Batchful& a) {
     double total = 0;
-    for (double x : lane) total += x;
+    for (const double x : doubles(a)) total += x;
     return total;
 }
-inline bool none_negative(Packet a) { return Eigen::internal::predux_min(a.lanes) >= 0; }
-inline double largest(Packet a) {
+inline double largest(const Batchful& a) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const double x : doubles(a)) most = x > most ? x : most;
+    return most;
+}
+inline bool none_negative(Packet a) {
     alignas(sizeof(Packet)) double lane[Packet::width];
     a.store(lane);
-    double most = lane[0];
-    for (double x : lane) most = x > most ? x : most;
-    return most;
+    bool none = true;
+    for (const double x : lane) none &= x >= 0;
+    return none;
 }
 
 // Which lane of (a, b) comes to lane l. First stage: lanes of a and b in turn. Later stages: pairs of lanes, in each
@@ -149,8 +241,7 @@ class Rows {
                 for (int k = 0; k < lanes; ++k) packets_[p * lanes + k] = Packet::load(at(k) + p * lanes);
         } else {
             for (int k = 0; k < row; ++k)
-                packets_[k] = join(Eigen::internal::pload<Part>(at(k)), Eigen::internal::pload<Part>(at(k + row)),
-                                   std::make_integer_sequence<int, lanes>{});
+                packets_[k] = join(part(at(k)), part(at(k + row)), std::make_integer_sequence<int, lanes>{});
         }
         transpose();
     }
@@ -162,10 +253,10 @@ class Rows {
             for (int p = 0; p < row / lanes; ++p)
                 for (int k = 0; k < lanes; ++k) packets_[p * lanes + k].store(at(k) + p * lanes);
         } else {
-            constexpr auto half = std::make_integer_sequence<int, row>{};
+            constexpr auto lanes_of_row = std::make_integer_sequence<int, row>{};
             for (int k = 0; k < row; ++k) {
-                Eigen::internal::pstore(at(k), part<0>(packets_[k], half));
-                Eigen::internal::pstore(at(k + row), part<row>(packets_[k], half));
+                part(at(k)) = half<0>(packets_[k], lanes_of_row);
+                part(at(k + row)) = half<row>(packets_[k], lanes_of_row);
             }
         }
     }
@@ -173,7 +264,8 @@ class Rows {
     const Packet& operator[](int component) const { return packets_[component]; }
 
   private:
-    using Part = Eigen::internal::packet_traits<double>::half;
+    using Part = typename Vector<double, row>::type;
+    using PartInMemory = typename Vector<double, row>::in_memory;
     static constexpr int group = row < lanes ? row : lanes;
 
     EIGEN_ALWAYS_INLINE void transpose() {
@@ -183,8 +275,12 @@ class Rows {
     EIGEN_ALWAYS_INLINE static Packet join(Part a, Part b, std::integer_sequence<int, lane...>) {
         return Packet::of(__builtin_shufflevector(a, b, lane...));
     }
+    EIGEN_ALWAYS_INLINE static const PartInMemory& part(const double* from) {
+        return *reinterpret_cast<const PartInMemory*>(from);
+    }
+    EIGEN_ALWAYS_INLINE static PartInMemory& part(double* to) { return *reinterpret_cast<PartInMemory*>(to); }
     template <int first, int... lane>
-    EIGEN_ALWAYS_INLINE static Part part(Packet a, std::integer_sequence<int, lane...>) {
+    EIGEN_ALWAYS_INLINE static Part half(Packet a, std::integer_sequence<int, lane...>) {
         return __builtin_shufflevector(a.lanes, a.lanes, (first + lane)...);
     }
 
@@ -194,3 +290,5 @@ class Rows {
 }  // namespace detail
 
 }  // namespace nscdd
+
+#undef NSCDD_MM

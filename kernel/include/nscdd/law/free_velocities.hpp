@@ -33,8 +33,9 @@ struct VelocityChange {
     // A body of this inverse mass [1/kg] that is changed by c; `square` is c^2 [m^2/s^2].
     void add(double inverse_mass, double square) {
         if (!(square > 0)) return;
-        energy += square / inverse_mass;
-        quartic += square * square / inverse_mass;
+        const double own = square / inverse_mass;
+        energy += own;
+        quartic += own * square;
     }
     // Mean c^2 [m^2/s^2], each body weighed by its share of the energy: bodies that hardly change do not count.
     double mean_square() const { return quartic / energy; }

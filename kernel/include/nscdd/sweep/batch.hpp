@@ -1,4 +1,6 @@
-// One batch of contacts, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact.
+// Contacts of one batch, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact. Where packets
+// hold fewer doubles than a batch has contacts, its parts are taken one after the other: `lane` is the first contact of
+// one.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +28,7 @@ struct BatchLayout {
     static constexpr int row = half_gap ? 8 : 4;
     static constexpr int mass_at = dim + spins, radius_at = half_gap ? mass_at + 1 : 0;
 
-    // Fields of a contact, each a packet wide.
+    // Fields of a contact, each of them of all contacts of a batch.
     static constexpr int normal_at = 0, impulse_at = dim, bias_at = dim + components, lever_at = bias_at + 1;
     static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0);
 };
@@ -45,7 +47,7 @@ struct BatchGroup {
     std::size_t first = 0;  // of them with the contacts that are swept first
     bool driven = false;    // true for contacts with walls when any wall of the problem is driven
 
-    static constexpr std::size_t lanes = Packet::width;
+    static constexpr std::size_t lanes = batch_size;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
@@ -84,14 +86,18 @@ struct BatchGroup {
     // programs.
     [[gnu::always_inline]] bool stays_open(std::size_t batch, const AlignedDoubles& rows) const {
         static_assert(BatchLayout<M>::row % 4 == 0);
-        Rows<4> a, b;  // the first four components, with the velocity
-        a.load(rows.data(), body(batch));
-        b.load(rows.data(), other(batch));
-        const double* from = fields(batch);
-        Packet opening = Packet::load(from + BatchLayout<M>::bias_at * Packet::width);
-        for (int d = 0; d < M::dim; ++d)
-            opening = madd(a[d] - b[d], Packet::load(from + (BatchLayout<M>::normal_at + d) * Packet::width), opening);
-        return none_negative(opening);
+        for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
+            Rows<4> a, b;  // the first four components, with the velocity
+            a.load(rows.data(), body(batch) + lane);
+            b.load(rows.data(), other(batch) + lane);
+            const double* from = fields(batch) + lane;
+            Packet opening = Packet::load(from + BatchLayout<M>::bias_at * lanes);
+            for (std::size_t d = 0; d < M::dim; ++d)
+                opening = madd(a[static_cast<int>(d)] - b[static_cast<int>(d)],
+                               Packet::load(from + (BatchLayout<M>::normal_at + d) * lanes), opening);
+            if (!none_negative(opening)) return false;
+        }
+        return true;
     }
     const int* body(std::size_t batch) const { return i.data() + batch * lanes; }
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
@@ -113,7 +119,7 @@ struct BatchWalls {
         if (wall[Packet::width - 1] >= 0)
             for (int k = 0; k < Packet::width; ++k) fill(k);
         else  // lanes without a contact come last
-            for (int k = 0; wall[k] >= 0; ++k) fill(k);
+            for (int k = 0; k < Packet::width && wall[k] >= 0; ++k) fill(k);
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);
@@ -160,13 +166,13 @@ struct Batch : BatchLayout<M> {
     }
 
     EIGEN_ALWAYS_INLINE void load(const ContactProblem<M>& problem, const AlignedDoubles& rows,
-                                  const BatchGroup<M>& group, std::size_t batch) {
-        const auto field = [from = group.fields(batch)](int f) { return Packet::load(from + f * Packet::width); };
-        a.load(rows.data(), group.body(batch));
+                                  const BatchGroup<M>& group, std::size_t batch, std::size_t lane) {
+        const auto field = [from = group.fields(batch) + lane](int f) { return Packet::load(from + f * batch_size); };
+        a.load(rows.data(), group.body(batch) + lane);
         if constexpr (wall)
-            b.load(problem, group.other(batch));
+            b.load(problem, group.other(batch) + lane);
         else
-            b.load(rows.data(), group.other(batch));
+            b.load(rows.data(), group.other(batch) + lane);
         for (int d = 0; d < dim; ++d) n[d] = field(Layout::normal_at + d);
         for (int d = 0; d < components; ++d) r[d] = field(Layout::impulse_at + d);
         bias = field(Layout::bias_at);

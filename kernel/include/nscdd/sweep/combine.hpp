@@ -13,41 +13,43 @@ template <class M>
 struct BatchByBatch {
     using Layout = BatchLayout<M>;
     const Anderson& anderson;
-    std::array<Packet, Anderson::largest_window + 1> products;
+    std::array<Batchful, Anderson::largest_window + 1> products;
 
     EIGEN_ALWAYS_INLINE void prefetch(const BatchGroup<M>& group, std::size_t k) const {
         group.prefetch_past(k, anderson.window());
     }
-    EIGEN_ALWAYS_INLINE void before(auto& batch, BatchGroup<M>& group, std::size_t k) {
+    EIGEN_ALWAYS_INLINE void before(auto& batch, BatchGroup<M>& group, std::size_t k, std::size_t lane) {
         const int window = anderson.window();
         Packet iterate[Layout::components];
         for (int d = 0; d < Layout::components; ++d) iterate[d] = batch.r[d];
         for (int j = 0; j < window; ++j) {
-            const double* past = group.iterate(k, j, window);
+            const double* past = group.iterate(k, j, window) + lane;
             const Packet c(anderson.coefficient(j));
             for (int d = 0; d < Layout::components; ++d)
-                batch.r[d] = madd(c, Packet::load(past + d * Packet::width) - iterate[d], batch.r[d]);
+                batch.r[d] = madd(c, Packet::load(past + d * batch_size) - iterate[d], batch.r[d]);
         }
-        double* last = group.iterate(k, anderson.last(), window);
-        for (int d = 0; d < Layout::components; ++d) iterate[d].store(last + d * Packet::width);
+        double* last = group.iterate(k, anderson.last(), window) + lane;
+        for (int d = 0; d < Layout::components; ++d) iterate[d].store(last + d * batch_size);
     }
-    EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, const Packet* change) {
+    EIGEN_ALWAYS_INLINE void after(const auto& batch, BatchGroup<M>& group, std::size_t k, std::size_t lane,
+                                   const Packet* change) {
         const int window = anderson.window();
-        const Packet normal = Packet::load(group.metric(k, window));
+        const std::size_t part = lane / Packet::width;
+        const Packet normal = Packet::load(group.metric(k, window) + lane);
         Packet weighted[Layout::components];
         batch.weigh(change, normal, Packet(Anderson::tangential_weight) * normal, weighted);
         const auto times = [&](auto&& other, Packet total) {
             for (int d = 0; d < Layout::components; ++d) total = madd(weighted[d], other(d), total);
             return total;
         };
-        products[0] = times([&](int d) { return change[d]; }, products[0]);
+        products[0][part] = times([&](int d) { return change[d]; }, products[0][part]);
         for (int j = 0; j < window; ++j) {
-            const double* past = group.change(k, j, window);
-            Packet& product = products[static_cast<std::size_t>(j) + 1];
-            product = times([&](int d) { return Packet::load(past + d * Packet::width); }, product);
+            const double* past = group.change(k, j, window) + lane;
+            Packet& product = products[static_cast<std::size_t>(j) + 1][part];
+            product = times([&](int d) { return Packet::load(past + d * batch_size); }, product);
         }
-        double* now = group.change(k, anderson.now(), window);
-        for (int d = 0; d < Layout::components; ++d) change[d].store(now + d * Packet::width);
+        double* now = group.change(k, anderson.now(), window) + lane;
+        for (int d = 0; d < Layout::components; ++d) change[d].store(now + d * batch_size);
     }
 };
 

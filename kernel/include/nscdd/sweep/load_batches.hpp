@@ -30,7 +30,7 @@ template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
                   BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {
     using Layout = BatchLayout<M>;
-    constexpr std::size_t lanes = Packet::width;
+    constexpr std::size_t lanes = batch_size;
     const std::size_t bodies = problem.bodies.size();
     const auto at = [&](int c) -> const Contact<M>& { return contacts[static_cast<std::size_t>(c)]; };
     // the contacts of a batch have the same coefficients; open contacts keep to themselves (BatchGroup::stays_open())
@@ -44,10 +44,10 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if constexpr (!wall) visit(at(c).j);
         if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
     };
-    const int most = group.driven ? (std::min)(Packet::width, static_cast<int>(problem.walls.size())) : Packet::width;
+    const int most = group.driven ? (std::min)(batch_size, static_cast<int>(problem.walls.size())) : batch_size;
     const auto deal = [&](std::size_t begin, std::size_t end) {
         find_order<wall>(problem, contacts, begin, end, dealt);
-        group.batches.deal(dealt, Packet::width, bodies + problem.walls.size(), 256, most, together, touched);
+        group.batches.deal(dealt, batch_size, bodies + problem.walls.size(), 256, most, together, touched);
     };
     group.batches.contact.clear();
     deal(0, first);
@@ -105,7 +105,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
 template <class M>
 void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, auto&& put) {
     using Layout = BatchLayout<M>;
-    constexpr std::size_t lanes = Packet::width;
+    constexpr std::size_t lanes = batch_size;
     const std::vector<int>& order = group.batches.contact;
     for (std::size_t k = 0; k < order.size(); ++k) {
         if (order[k] < 0) continue;

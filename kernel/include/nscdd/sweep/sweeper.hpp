@@ -164,7 +164,7 @@ class Sweeper {
                : which == SweepPass::first ? walls_.first
                                            : walls_.count - walls_.first;
     }
-    // Where batched(): indices into problem.contacts, `Packet::width` a batch, in the order of a sweep; -1 pads.
+    // Where batched(): indices into problem.contacts, detail::batch_size a batch, in the order of a sweep; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
     const std::vector<int>& wall_order() const { return walls_.batches.contact; }  // of wall_contacts
 
@@ -183,8 +183,9 @@ class Sweeper {
     using Layout = detail::BatchLayout<M>;
     using Group = detail::BatchGroup<M>;
     using GrainRows = detail::Rows<Layout::row>;
-    static constexpr std::size_t lanes = Packet::width;
-    static constexpr std::size_t ahead = 4;  // batches to prefetch ahead: about the time of a cache miss
+    static constexpr std::size_t lanes = detail::batch_size;
+    // batches to prefetch ahead: about the time of a cache miss
+    static constexpr std::size_t ahead = Packet::width > 4 ? 4 : 2;
 
     // Calls f with the type of the walls of this problem.
     void with_walls(auto&& f) const {
@@ -241,12 +242,14 @@ class Sweeper {
     template <class Other>
     void apply(ContactProblem<M>& problem, const Group& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
-            detail::Batch<M, Other> batch;
-            batch.load(problem, rows_.data, group, k);
-            Packet dr[Layout::components];
-            for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, d);
-            batch.apply(dr);
-            store_batch(problem, group, k, batch);
+            for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
+                detail::Batch<M, Other> batch;
+                batch.load(problem, rows_.data, group, k, lane);
+                Packet dr[Layout::components];
+                for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, d);
+                batch.apply(dr);
+                store_batch(problem, group, k, lane, batch);
+            }
         }
     }
 
@@ -255,7 +258,7 @@ class Sweeper {
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
         const int slots = anderson.window();
-        for (std::size_t k = 0; k < rows_.data.size(); k += lanes) {
+        for (std::size_t k = 0; k < rows_.data.size(); k += Packet::width) {
             const Packet before = Packet::load(rows_.data.data() + k);
             Packet combined = before;
             for (int j = 0; j < slots; ++j) {
@@ -302,32 +305,35 @@ class Sweeper {
                 if (group.open[k] && group.stays_open(k, rows_.data)) continue;
                 group.open[k] = 0;
             }
-            detail::Batch<M, Other> batch;
-            batch.load(problem, rows_.data, group, k);
-            acceleration.before(batch, group, k);
-            Packet wn, wt, next[Layout::components], dr[Layout::components];
-            batch.delassus(Packet(1), Packet(1), wn, wt);
-            wn = wn * inverse_relaxation;
-            if constexpr (M::friction) wt = wt * inverse_relaxation;
-            batch.solve(wn, wt, group.coefficients[k], next);
-            for (int d = 0; d < Layout::components; ++d) {
-                dr[d] = next[d] - batch.r[d];
-                next[d].store(group.fields(k) + (Layout::impulse_at + d) * Packet::width);
+            for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
+                detail::Batch<M, Other> batch;
+                batch.load(problem, rows_.data, group, k, lane);
+                acceleration.before(batch, group, k, lane);
+                Packet wn, wt, next[Layout::components], dr[Layout::components];
+                batch.delassus(Packet(1), Packet(1), wn, wt);
+                wn = wn * inverse_relaxation;
+                if constexpr (M::friction) wt = wt * inverse_relaxation;
+                batch.solve(wn, wt, group.coefficients[k], next);
+                double* impulses = group.fields(k) + Layout::impulse_at * detail::batch_size + lane;
+                for (int d = 0; d < Layout::components; ++d) {
+                    dr[d] = next[d] - batch.r[d];
+                    next[d].store(impulses + d * detail::batch_size);
+                }
+                acceleration.after(batch, group, k, lane, dr);
+                batch.apply(dr);
+                store_batch(problem, group, k, lane, batch);
             }
-            acceleration.after(batch, group, k, dr);
-            batch.apply(dr);
-            store_batch(problem, group, k, batch);
         }
     }
 
     template <class Other>
     EIGEN_ALWAYS_INLINE void store_batch(ContactProblem<M>& problem, const Group& group, std::size_t k,
-                                         detail::Batch<M, Other>& batch) {
-        batch.a.store(rows_.data.data(), group.body(k));
+                                         std::size_t lane, detail::Batch<M, Other>& batch) {
+        batch.a.store(rows_.data.data(), group.body(k) + lane);
         if constexpr (detail::Batch<M, Other>::wall)
-            batch.b.store(problem, group.other(k), group.batches.contact.data() + k * lanes);
+            batch.b.store(problem, group.other(k) + lane, group.batches.contact.data() + k * lanes + lane);
         else
-            batch.b.store(rows_.data.data(), group.other(k));
+            batch.b.store(rows_.data.data(), group.other(k) + lane);
     }
 
     // Finds the open batches anew at every eighth sweep, because few change.
@@ -337,24 +343,27 @@ class Sweeper {
 
     template <class Other>
     void add_group(const ContactProblem<M>& problem, const Group& group, ResidualParts& parts) const {
-        Packet change(0), energy(0), next_energy(0), round_off(0), work(0), made(0), closing(0), miss(0);
+        detail::Batchful change{}, energy{}, next_energy{}, round_off{}, work{}, made{}, closing{}, miss{};
         for (std::size_t k = 0; k < group.count; ++k) {
-            detail::Batch<M, Other> batch;
-            batch.load(problem, rows_.data, group, k);
-            Packet wn, wt, next[Layout::components], dr[Layout::components], share_i(1), share_j(1);
-            if (group.shared[k]) load_shares<Other>(group, k, share_i, share_j);
-            batch.delassus(share_i, share_j, wn, wt);
-            batch.solve(wn, wt, group.coefficients[k], next);
-            for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
-            change = change + batch.energy(dr, wn, wt);
-            energy = energy + batch.energy(batch.r, wn, wt);
-            next_energy = next_energy + batch.energy(next, wn, wt);
-            Packet speed[M::dim];
-            for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
-            round_off = round_off + batch.dot(speed, speed) / wn;
-            batch.add_work(group.coefficients[k], work, made);
-            closing = larger(closing, Packet(0) - batch.normal_speed() - batch.bias);
-            miss = larger(miss, batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
+            Packet share_i(1), share_j(1);
+            for (std::size_t lane = 0, p = 0; lane < lanes; lane += Packet::width, ++p) {
+                detail::Batch<M, Other> batch;
+                batch.load(problem, rows_.data, group, k, lane);
+                Packet wn, wt, next[Layout::components], dr[Layout::components];
+                if (group.shared[k]) load_shares<Other>(group, k, lane, share_i, share_j);
+                batch.delassus(share_i, share_j, wn, wt);
+                batch.solve(wn, wt, group.coefficients[k], next);
+                for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
+                change[p] = change[p] + batch.energy(dr, wn, wt);
+                energy[p] = energy[p] + batch.energy(batch.r, wn, wt);
+                next_energy[p] = next_energy[p] + batch.energy(next, wn, wt);
+                Packet speed[M::dim];
+                for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
+                round_off[p] = round_off[p] + batch.dot(speed, speed) / wn;
+                batch.add_work(group.coefficients[k], work[p], made[p]);
+                closing[p] = larger(closing[p], Packet(0) - batch.normal_speed() - batch.bias);
+                miss[p] = larger(miss[p], batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
+            }
         }
         parts.change += detail::sum(change);
         parts.energy += detail::sum(energy);
@@ -367,11 +376,11 @@ class Sweeper {
     }
 
     template <class Other>
-    void load_shares(const Group& group, std::size_t batch, Packet& share_i, Packet& share_j) const {
-        alignas(sizeof(Packet)) double share[2][lanes];
-        for (std::size_t k = 0; k < lanes; ++k) {
-            const auto j = static_cast<std::size_t>(group.other(batch)[k] + detail::Batch<M, Other>::wall);
-            share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[k]) / Layout::row];
+    void load_shares(const Group& group, std::size_t batch, std::size_t lane, Packet& share_i, Packet& share_j) const {
+        alignas(sizeof(Packet)) double share[2][Packet::width];
+        for (std::size_t k = 0; k < Packet::width; ++k) {
+            const auto j = static_cast<std::size_t>(group.other(batch)[lane + k] + detail::Batch<M, Other>::wall);
+            share[0][k] = rows_.share[static_cast<std::size_t>(group.body(batch)[lane + k]) / Layout::row];
             share[1][k] = detail::Batch<M, Other>::wall ? wall_share_[j] : rows_.share[j / Layout::row];
         }
         share_i = Packet::load(share[0]);
