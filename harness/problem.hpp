@@ -1,4 +1,5 @@
-// What the steps of a run are asked to solve, whoever solves it: counted over all processes before the first step.
+// What the steps of a run are asked to solve, whoever solves it: counted over all processes before the first step. And
+// the checksum of what has come out.
 #pragma once
 
 #include <fmt/format.h>
@@ -29,17 +30,24 @@ void add(std::string& bytes, const auto& values)
     for (const double value : values) add(bytes, value);
 }
 
-inline std::uint64_t number(std::string_view bytes) { return std::stoull(checksum(bytes), nullptr, 16); }
+// Adds up the checksums of items, modulo 2^64, so that their order does not count. Sums of 16 bits are exact.
+constexpr std::size_t pieces = 4;
+inline void add_item(std::span<double> sums, std::string_view bytes) {
+    const std::uint64_t own = std::stoull(checksum(bytes), nullptr, 16);
+    for (std::size_t k = 0; k < pieces; ++k) sums[k] += static_cast<double>(own >> (16 * k) & 0xffff);
+}
+inline std::uint64_t total(std::span<const double> sums) {
+    std::uint64_t sum = 0;
+    for (std::size_t k = 0; k < pieces; ++k) sum += static_cast<std::uint64_t>(sums[k]) << (16 * k);
+    return sum;
+}
 
 }  // namespace problem_detail
 
 // Collective; each process passes its share of the grains.
 template <class M>
 Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator& comm) {
-    using problem_detail::add, problem_detail::number;
-    // The checksums of the grains are added, modulo 2^64, so that their order does not count. Sums of 16 bits are
-    // exact.
-    constexpr std::size_t pieces = 4;
+    using problem_detail::add, problem_detail::pieces;
     const std::size_t materials = scene.materials.size();
     Buffer mine(materials + pieces);
     for (const Grain<M>& grain : built.grains) {
@@ -50,16 +58,14 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
         add(bytes, grain.position);
         add(bytes, grain.velocity);
         add(bytes, grain.load);
-        const std::uint64_t own = number(bytes);
-        for (std::size_t k = 0; k < pieces; ++k) mine[materials + k] += static_cast<double>(own >> (16 * k) & 0xffff);
+        problem_detail::add_item(std::span(mine).subspan(materials), bytes);
     }
     const std::span<const double> all = reduce(comm, mine.size(), [&](std::size_t k) {  //
         return k == 0 ? mine : Buffer(mine.size());
     });
     Problem problem;
     problem.grains_of.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(materials));
-    std::uint64_t sum = 0;
-    for (std::size_t k = 0; k < pieces; ++k) sum += static_cast<std::uint64_t>(all[materials + k]) << (16 * k);
+    const std::uint64_t sum = problem_detail::total(all.subspan(materials));
 
     const SimulationSettings<M>& settings = built.settings;
     std::string bytes = fmt::format("{} {:x}", M::Law::name, sum);
@@ -82,6 +88,33 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
     }
     problem.checksum = checksum(bytes);
     return problem;
+}
+
+// Checksum of the answer to the last bit: positions and velocities of grains and driven walls, and impulses of
+// contacts, whatever subdomains they are on. Collective.
+template <class M>
+std::string answer_checksum(const Simulation<M>& simulation) {
+    using problem_detail::add;
+    const std::span<const double> all = reduce(simulation.comm(), problem_detail::pieces, [&simulation](std::size_t k) {
+        const auto& part = simulation.parts()[k];
+        const auto id = [&part](int g) { return double(part.grains[static_cast<std::size_t>(g)].id); };
+        Buffer mine(problem_detail::pieces);
+        const auto add_item = [&mine](std::initializer_list<double> names, const auto&... values) {
+            std::string bytes;
+            for (const double name : names) add(bytes, name);
+            (add(bytes, values), ...);
+            problem_detail::add_item(mine, bytes);
+        };
+        for (std::size_t g = 0; g < part.grains.size(); ++g)
+            if (part.primary(g)) add_item({id(static_cast<int>(g))}, part.grains[g].position, part.grains[g].velocity);
+        for (const auto& c : part.problem.contacts) add_item({id(c.i), id(c.j)}, c.r);
+        for (const auto& c : part.problem.wall_contacts) add_item({id(c.i), -1.0 - c.j}, c.r);
+        return mine;
+    });
+    std::string bytes = fmt::format("{:x}", problem_detail::total(all));
+    for (const Wall<M>& wall : simulation.walls())
+        for (const double value : {wall.offset, wall.speed}) add(bytes, value);
+    return checksum(bytes);
 }
 
 }  // namespace nscdd

@@ -288,6 +288,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     json.update({{"schema", "nscdd.run/1"},
                  {"scene", scene.name},
                  {"problem", problem.checksum},
+                 {"answer", answer_checksum(simulation)},
                  {"notes", said},
                  {"dimension", M::dim},
                  {"grains", simulation.grain_count()},

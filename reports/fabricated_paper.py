@@ -73,7 +73,7 @@ def paper(**changed):
             drawn = run("biaxial", scheme, partition, n, perturbed=seed)
             runs.append(drawn | {"iterations": [each + 10 * seed for each in drawn["iterations"]]})
     return {"schema": "nscdd.paper/1", "command": "scripts/paper FABRICATED", "commit": "fabricated", "date": "2000-01-01T00:00:00Z", "quick": False,
-            "machine": {"cpu": "Fabricated CPU", "cores": 2, "os": "Fabricated OS", "compiler": "g++ 0", "lanes": 1},
+            "machine": {"cpu": "Fabricated CPU", "cores": 2, "os": "Fabricated OS", "compiler": "g++ 0", "lanes": 2, "fused": True},
             "platform": {"name": "node48", "file": "FABRICATED.xml", "costs_2d": "FABRICATED-2d.json", "costs_3d": "FABRICATED-3d.json"},
             "packings": [{"scene": "triaxial", "grains": 64000, "source": "FABRICATED", "solid_fraction": 0.6, "solid_fraction_core": 0.63,
                           "coordination": 5.9, "rattlers": 0.02, "largest_overlap": 1e-4, "command": "nscdd pack FABRICATED"}],

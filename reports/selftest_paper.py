@@ -370,7 +370,7 @@ class Script(unittest.TestCase):
         elsewhere = later | {"machine": later["machine"] | {"cpu": "another"}}
         self.assertEqual(paper_rows.merge(earlier, elsewhere | {"measured": []})["machine"], earlier["machine"])
         self.assertEqual(len(paper_rows.merge(earlier, elsewhere | {"measured": []})["counted_on"]), 2)
-        for refused in (elsewhere | {"measured": earlier["measured"]}, later | {"machine": later["machine"] | {"compiler": "another"}}):
+        for refused in (elsewhere | {"measured": earlier["measured"]}, later | {"machine": later["machine"] | {"fused": False}}):
             with self.assertRaises(ValueError):
                 paper_rows.merge(earlier, refused)
 

@@ -135,12 +135,12 @@ def commits_of(rows):
 
 def merge(earlier, record):
     """The earlier record with the rows of this one: those of the same identity are replaced, others added. Raises ValueError where
-    rows could not stand side by side. Counts depend on the compiler and the lanes of a vector, measured times on the whole machine:
+    rows could not stand side by side. Counts are the same on all machines with fused products, measured times depend on the whole machine:
     `machine` stays that of the measured times."""
     measured = ["cpu", "cores", "os"] if record["measured"] else []
-    for told, what, keys in (("", lambda r: r, ["schema", "quick"]), ("machine's ", lambda r: r["machine"], ["compiler", "lanes", *measured])):
+    for told, what, keys in (("", lambda r: r, ["schema", "quick"]), ("machine's ", lambda r: r["machine"], ["fused", *measured])):
         for key in keys:
-            was, now = what(earlier)[key], what(record)[key]
+            was, now = what(earlier).get(key), what(record).get(key)
             if was != now:
                 raise ValueError(f"{told}{key} was {was}, and is {now}")
     commands = dict.fromkeys([*earlier["command"].split("; "), record["command"]])  # each once
