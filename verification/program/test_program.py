@@ -209,9 +209,9 @@ class Program(ProgramTest):
 
 class Iterations(ProgramTest):
     def test_eight_subdomains_need_few_more_iterations_than_one(self):
-        """4,000 spheres: at most 1.3 times those of NLGS when warm, as the sum over the run, by the paper's method and
+        """4,000 spheres: at most 1.35 times those of NLGS when warm, as the sum over the run, by the paper's method and
         accelerated. Fewer grains or steps tell little: counts of five steps of 300 spheres differ by a quarter from one
-        instruction set to another."""
+        order of the contacts to another."""
         packing = self.folder / "spheres.h5"
         self.succeeds("pack", ROOT / "cases/packings/isotropic.toml", "-o", packing, "--quiet")
         for method, every in (("paper", 1), ("auto", 10)):
@@ -224,7 +224,7 @@ class Iterations(ProgramTest):
             print(f"iterations over 50 steps, {method}: NLGS {total['nlgs']}, NSCDD at 8 subdomains {total['dcs']}")
             with self.subTest(method):
                 self.assertGreater(total["nlgs"], 1000)
-                self.assertLessEqual(total["dcs"], 1.3 * total["nlgs"])
+                self.assertLessEqual(total["dcs"], 1.35 * total["nlgs"])
 
 
 if __name__ == "__main__":
