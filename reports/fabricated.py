@@ -119,6 +119,15 @@ def wild(**changed):
             "worst": [step]} | changed
 
 
+def bits(**changed):
+    """The JSON of two builds, one of which has another answer by DCS."""
+    answers = {"biaxial auto nlgs 1 answer": "00aa", "biaxial auto dcs 8 answer": "00bb"}
+    row = {"build": "g++-v4", "compiler": "g++ 0", "lanes": 8, "numbers": 4, "differ": [], "answers": answers}
+    other = row | {"build": "clang-v3", "differ": ["biaxial auto dcs 8 answer"], "answers": answers | {"biaxial auto dcs 8 answer": "00cc"}}
+    return {"schema": "nscdd.bits/1", "command": "scripts/same_bits FABRICATED", "commit": "fabricated", "accepted": "fabricated",
+            "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "rows": [row, other]} | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4
@@ -155,6 +164,7 @@ def fabricate(folder, scenes):
         put("acceleration.json", acceleration())
         put("velocity_error.json", velocity_error())
         put("wild.json", wild())
+        put("bits.json", bits())
     if "isotropic" in scenes:
         write_state(folder / "isotropic-dcs-in-process-8.h5", 3)
     put("hard.json", hard())

@@ -13,9 +13,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
-from fabricated import accuracy, acceleration, compare, fabricate, hard, velocity_error, wild  # noqa: E402
+from fabricated import accuracy, acceleration, bits, compare, fabricate, hard, velocity_error, wild  # noqa: E402
 from nscdd_report import accuracy as figures
 from nscdd_report import hard as hard_cases
+from nscdd_report import bits as same_bits
 from nscdd_report import wild as random_scenes
 from nscdd_report import curves, packings, peers, tables, velocity  # noqa: E402
 from nscdd_report.load import load  # noqa: E402
@@ -77,7 +78,7 @@ class Page(Case):
                   "Scenes of the work-precision curves", "CPU time of the solver [s] against \u03b7", "All solvers at", "Distance of NLGS",
                   "CPU time beside Siconos", "Performance profiles, CPU time", "What acceleration saves", "Hard cases that cost more",
                   "Energy from nothing", "Distance against \u03b7", "The distance over each measure", "What a measure must be",
-                  "Iterations to a velocity error"}
+                  "Iterations to a velocity error", "The same bits by several compilers"}
         for title in blocks:
             self.assertRegex(page, r"<figcaption><b>(Table|Fig\.) \d+\.\d+\. " + re.escape(title))
         for anchor in re.findall('href="#([^"]*)"', page):
@@ -303,6 +304,11 @@ class Input(Case):
         (self.folder / "wild.json").write_text(json.dumps(wild(rows=[{}])))
         self.assert_one_line("wild.json", "rows")
 
+    def test_other_bits_are_bad(self):
+        self.assertEqual(re.findall('<td class="bad">(.*?)</td>', same_bits.table(bits())), ["00cc"])
+        (self.folder / "bits.json").write_text(json.dumps(bits(rows=[{}])))
+        self.assert_one_line("bits.json", "rows")
+
     def test_damaged_hard_cases_are_one_line(self):
         self.change("hard.json", rows=[])
         self.assert_one_line("hard.json", "rows")
@@ -321,7 +327,7 @@ class Input(Case):
             if path.name != "column-dcs-in-process-2.json":
                 path.unlink()
         self.assertEqual(self.report()[0], 0)
-        self.assertEqual(self.page().count("Not in these results"), 15)
+        self.assertEqual(self.page().count("Not in these results"), 16)
         self.assertIn("agreement was not checked", self.page())
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
 NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
-RECORDS = ("paper", "physics", "peers", "hard", "accuracy", "acceleration", "velocity_error", "wild")  # of scripts; schema nscdd.NAME/1
+RECORDS = ("paper", "physics", "peers", "hard", "accuracy", "acceleration", "velocity_error", "wild", "bits")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
 
@@ -92,7 +92,7 @@ class Results:
         self.folder = Path(folder)
         self.runs, self.compares, self.jobs = runs, compares, jobs
         (self.paper, self.physics, self.peers, self.hard, self.accuracy, self.acceleration, self.velocity_error,
-         self.wild) = (records[kind] for kind in RECORDS)
+         self.wild, self.bits) = (records[kind] for kind in RECORDS)
         self.statements = None  # of the paper, set by its section: what the summary of verdicts needs
         self.summary = {}  # what sections add to summary.json
         self.records = [record for kind in RECORDS for record in records[kind]]

@@ -2,7 +2,7 @@
 import math
 from html import escape
 
-from . import accuracy, hard, tables, velocity, wild
+from . import accuracy, bits, hard, tables, velocity, wild
 from .page import figure_block, missing, origin, table_block
 from .style import save
 
@@ -133,6 +133,19 @@ def random_scenes(results):
         parts.append(table_block(wild.worst_table(record), "Accepted steps of random scenes, the farthest from the answer first", caption, source,
                                  ("counted",), wide=True))
     return parts
+
+
+def same_bits(results, _out):
+    """Answers by several compilers and processors."""
+    parts = []
+    for record in results.bits:
+        rows = record["rows"]
+        same = sum(row["numbers"] - len(row["differ"]) for row in rows)
+        caption = (f"Checksums of positions, velocities, driven walls and impulses at the end of the reduced scenes, by {len(rows)} builds "
+                   f"of one source. {tables.count(same)} of {tables.count(sum(row['numbers'] for row in rows))} counts, residuals and checksums are the "
+                   f"accepted ones (commit {escape(record['accepted'])}); others are in red. The build for aarch64 ran under qemu.")
+        parts.append(table_block(bits.table(record), "The same bits by several compilers and processors", caption, origin([record]), ("counted",), wide=True))
+    return parts or [missing("the same runs by other compilers and processors (scripts/same_bits)")]
 
 
 def converged(results, out):

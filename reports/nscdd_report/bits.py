@@ -1,0 +1,19 @@
+"""Checksums of answers by several compilers and processors."""
+from html import escape
+
+from . import tables
+
+
+def table(record):
+    """One line for each run, one column for each build; those that are not the accepted ones are bad."""
+    rows = record["rows"]
+    runs = list(dict.fromkeys(key.removesuffix(" answer") for row in rows for key in row["answers"]))
+    lines = []
+    for run in runs:
+        line = [escape(run)]
+        for row in rows:
+            answer = row["answers"].get(f"{run} answer")
+            line.append("\u2013" if answer is None else (answer, "bad") if f"{run} answer" in row["differ"] else answer)
+        lines.append(line)
+    head = [[("run", 1), *((escape(row["build"]), 1) for row in rows)], [("", 1), *((escape(row["compiler"]), 1) for row in rows)]]
+    return tables.table(head, lines, "Checksums of answers by four builds")
