@@ -128,6 +128,12 @@ def bits(**changed):
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "rows": [row, other]} | changed
 
 
+def counted(**changed):
+    """Two of three counted numbers are those of the record."""
+    return {"schema": "nscdd.counted/1", "records": ["hard"], "same": 2, "of": 3, "not_in_the_record": 0,
+            "differ": [{"name": "hard: column nlgs: iterations", "now": 11, "record": 10}]} | changed
+
+
 def write_state(path, dim):
     """Grains of diameter 1 on a square or cubic lattice, cut in halves along x; eight octants in 3D."""
     side = 8 if dim == 2 else 4

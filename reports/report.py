@@ -15,7 +15,7 @@ from pathlib import Path
 
 from nscdd_report import peers, physics, section_main, section_paper, section_records
 from nscdd_report.load import InputError, load
-from nscdd_report.page import commits, machines, number, page, verdict
+from nscdd_report.page import commits, counted, machines, number, page, verdict
 from nscdd_report.style import write
 from nscdd_report.tables import count
 
@@ -56,6 +56,7 @@ def make(folder, out):
     results = load(folder)
     out.mkdir(parents=True, exist_ok=True)
     verdict_html, passes = verdict(results)
+    verdict_html += counted(results)
     sections = [(key, heading, make_parts(results, out)) for key, heading, make_parts in SECTIONS]
     sections = [section for section in sections if section[2]]
     number(sections)

@@ -13,7 +13,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import report  # noqa: E402  (after the path is set)
-from fabricated import accuracy, acceleration, bits, compare, fabricate, hard, velocity_error, wild  # noqa: E402
+from fabricated import accuracy, acceleration, bits, compare, counted, fabricate, hard, velocity_error, wild  # noqa: E402
 from nscdd_report import accuracy as figures
 from nscdd_report import hard as hard_cases
 from nscdd_report import bits as same_bits
@@ -303,6 +303,18 @@ class Input(Case):
     def test_damaged_random_scenes_are_one_line(self):
         (self.folder / "wild.json").write_text(json.dumps(wild(rows=[{}])))
         self.assert_one_line("wild.json", "rows")
+
+    def test_counts_beside_the_record(self):
+        (self.folder / "counted.json").write_text(json.dumps(counted()))
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn("2 of 3 counted numbers are those of the record.</b><ul><li>hard: column nlgs: iterations: 11, in the record 10</li></ul>", self.page())
+        (self.folder / "counted.json").write_text(json.dumps(counted(same=3, differ=[])))
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn('good"><b>3 of 3 counted numbers are those of the record.</b></div>', self.page())
+
+    def test_damaged_counts_are_one_line(self):
+        (self.folder / "counted.json").write_text(json.dumps(counted(same=-1)))
+        self.assert_one_line("counted.json", "same")
 
     def test_other_bits_are_bad(self):
         self.assertEqual(re.findall('<td class="bad">(.*?)</td>', same_bits.table(bits())), ["00cc"])

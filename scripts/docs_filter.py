@@ -201,7 +201,7 @@ class Header:
 
 def header(text, stem=""):
     text = re.sub(r"(?m)^namespace nscdd::inline NSCDD_ABI", "namespace nscdd", text)
-    text = re.sub(r"(?m)^#define NSCDD_ABI(?:.*\\\n)*.*$", lambda found: "\n" * found[0].count("\n"), text)
+    text = re.sub(r"(?m)^#define NSCDD_(?:ABI|LANES)(?:.*\\\n)*.*$", lambda found: "\n" * found[0].count("\n"), text)
     made = Header(stem)
     for line in text.splitlines():
         made.read(line)

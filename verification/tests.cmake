@@ -140,6 +140,7 @@ if(NSCDD_PROGRAM)
     set_tests_properties("program: bundle for other machines" "program: what the bundle measures" PROPERTIES
                          SKIP_REGULAR_EXPRESSION "OK \\(skipped" RESOURCE_LOCK mpirun)
     nscdd_program_test("judge of regressions" program test_regression)
+    nscdd_program_test("counted numbers beside the record" program test_counted)
     nscdd_program_test("floors of the kernel" program test_floors)
     nscdd_program_test("site of manual and reference" program test_docs)
     set_tests_properties("program: site of manual and reference" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")

@@ -3,7 +3,7 @@ import json
 from pathlib import Path
 
 SCHEMAS = Path(__file__).resolve().parent.parent
-NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions"))
+NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions", "main"))
 RECORDS = ("paper", "physics", "peers", "hard", "accuracy", "acceleration", "velocity_error", "wild", "bits")  # of scripts; schema nscdd.NAME/1
 ROLES = ("isotropic", "biaxial", "triaxial", "network")  # scenes of the paper, known by their names
 
@@ -93,6 +93,7 @@ class Results:
         self.runs, self.compares, self.jobs = runs, compares, jobs
         (self.paper, self.physics, self.peers, self.hard, self.accuracy, self.acceleration, self.velocity_error,
          self.wild, self.bits) = (records[kind] for kind in RECORDS)
+        self.counts = []  # how many counted numbers are those of the committed records (scripts/counted)
         self.statements = None  # of the paper, set by its section: what the summary of verdicts needs
         self.summary = {}  # what sections add to summary.json
         self.records = [record for kind in RECORDS for record in records[kind]]
@@ -209,7 +210,7 @@ def check_steps(path, data):
 
 def load(folder):
     """Reads every *.json of a folder, not of folders in it. Raises InputError."""
-    runs, compares, jobs, records = [], [], [], {kind: [] for kind in RECORDS}
+    runs, compares, jobs, counts, records = [], [], [], [], {kind: [] for kind in RECORDS}
     for path in sorted(Path(folder).glob("*.json")):
         data = read_json(path)
         if data["schema"] == "nscdd.run/1":
@@ -226,6 +227,9 @@ def load(folder):
             if kind == "paper":
                 check_steps(path, data)
             records[kind].append(Record(data))
+        elif data["schema"] == "nscdd.counted/1":
+            check(path, data, "counted.schema.json")
+            counts.append(data)
         elif data["schema"] == "nscdd.job/1":
             try:
                 jobs += [{"title": job["title"], "exit": job["exit"]} for job in data["jobs"]]
@@ -237,4 +241,6 @@ def load(folder):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    return Results(folder, runs, compares, jobs, records)
+    results = Results(folder, runs, compares, jobs, records)
+    results.counts = counts
+    return results

@@ -94,6 +94,17 @@ def missing(text):
     return f'<p class="missing">Not in these results: {escape(text)}.</p>'
 
 
+def counted(results, most=10):
+    """How many counted numbers are those of the committed records, and the first that are not."""
+    html = ""
+    for record in results.counts:
+        text = f"{record['same']:,} of {record['of']:,} counted numbers are those of the record.".replace(",", "\u2009")
+        names = "".join(f"<li>{escape(row['name'])}: {escape(str(row['now']))}, in the record {escape(str(row['record']))}</li>" for row in record["differ"][:most])
+        more = f"<li>and {len(record['differ']) - most} more</li>" if len(record["differ"]) > most else ""
+        html += f'<div class="verdict {"open" if names else "good"}"><b>{text}</b>' + (f"<ul>{names}{more}</ul>" if names else "") + "</div>"
+    return html
+
+
 def verdict(results):
     """The line at the top, and whether the report passes."""
     failures, unchecked = results.failures(), results.unchecked()

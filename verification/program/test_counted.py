@@ -1,0 +1,78 @@
+"""scripts/counted: made-up results beside made-up records."""
+import contextlib
+import io
+import json
+import pathlib
+import unittest.mock
+
+from harness import ProgramTest, load_script
+
+script = load_script("counted")
+RUN = {"schema": "nscdd.run/1", "commit": "c0ffee", "machine": {"cpu": "Fabricated CPU", "cores": 2}, "date": "2000-01-01T00:00:00Z",
+       "iterations": [10, 12], "contacts": [5, 5], "answer": "00aa", "seconds": 3.5}
+ROW = {"case": "column", "scheme": "nlgs", "quantity": "height", "iterations": 7, "steps": 2, "found": 1.25, "answer": "00bb", "ok": True}
+
+
+class Counted(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.results, self.records = self.folder / "results", self.folder / "reports" / "results"
+        self.results.mkdir()
+        self.records.mkdir(parents=True)
+        self.write_run()
+        self.write_hard()
+
+    def write_run(self, **changed):
+        (self.results / "pack-nlgs.json").write_text(json.dumps(RUN | changed))
+
+    def write_hard(self, **changed):
+        (self.results / "hard.json").write_text(json.dumps({"schema": "nscdd.hard/1", "rows": [ROW | changed]}))
+
+    def counted(self, *options):
+        """(what it says, results/counted.json)"""
+        home = pathlib.Path.cwd()
+        said = io.StringIO()
+        with (unittest.mock.patch.object(script, "ROOT", self.folder), unittest.mock.patch("sys.argv", ["counted", str(self.results), *options]),
+              contextlib.chdir(home), contextlib.redirect_stdout(said)):
+            self.assertEqual(script.main(), 0)
+        return said.getvalue(), json.loads((self.results / "counted.json").read_text())
+
+    def test_without_records_nothing_is_compared_and_it_says_so(self):
+        said, told = self.counted()
+        self.assertIn("reports/results/main.json is not there: nothing to compare main with", said)
+        self.assertIn("0 of 0 counted numbers are those of the record (none)", said)
+        self.assertEqual(told["of"], 0)
+
+    def test_the_same_again_is_all_the_same_whatever_the_times(self):
+        self.counted("--record")
+        self.write_run(seconds=99.0, date="2001-01-01T00:00:00Z", machine={"cpu": "Another", "cores": 1})
+        said, told = self.counted()
+        self.assertIn("7 of 7 counted numbers are those of the record (main, hard)\n", said)
+        self.assertEqual((told["same"], told["of"], told["differ"]), (7, 7, []))
+
+    def test_each_number_that_differs_is_named(self):
+        self.counted("--record")
+        self.write_run(iterations=[10, 13], answer="00ab")
+        self.write_hard(found=1.2500000000000002)
+        said, told = self.counted()
+        self.assertIn("main: pack-nlgs: iterations: 23, in the record 22", said)
+        self.assertIn("4 of 7 counted numbers", said)
+        self.assertEqual([entry["name"] for entry in told["differ"]],
+                         ["main: pack-nlgs: iterations", "main: pack-nlgs: answer", "hard: column nlgs height: found"])
+
+    def test_a_run_that_the_record_lacks_is_told(self):
+        self.counted("--record")
+        (self.results / "other-nlgs.json").write_text(json.dumps(RUN))
+        said, told = self.counted()
+        self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 more are not in it", said)
+        self.assertEqual(told["not_in_the_record"], 3)
+
+    def test_a_folder_without_results_is_one_line(self):
+        for path in self.results.iterdir():
+            path.unlink()
+        with self.assertRaisesRegex(SystemExit, "no runs and no records"):
+            self.counted()
+
+
+if __name__ == "__main__":
+    unittest.main()
