@@ -61,6 +61,11 @@ def load_script(name):
     return module
 
 
+def errors_of(done):
+    """The lines of ours on stderr that are no notes: a program without fused products begins with one."""
+    return [line for line in done.stderr.splitlines() if line.startswith("nscdd:") and not line.startswith("nscdd: note:")]
+
+
 class ProgramTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -78,12 +83,12 @@ class ProgramTest(unittest.TestCase):
         return subprocess.run([*launcher, NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=timeout, **options)
 
     def run_on_small_disk(self, *arguments, ranks, kib):
-        """Files of rank 0, which writes, may have so many KiB. Exit code, and the lines that are ours."""
+        """Files of rank 0, which writes, may have so many KiB. Exit code, and the errors."""
         command = [NSCDD, *map(str, arguments)]
         small = ["bash", "-c", f'ulimit -f {kib}; exec "$@"', "bash", *command]
         with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
             done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", str(ranks - 1), *command], capture_output=True, text=True, timeout=60)
-        return done.returncode, [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
+        return done.returncode, errors_of(done)
 
     def succeeds(self, *arguments, ranks=0):
         done = self.run_program(*arguments, ranks=ranks)

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from fclib_files import write_local
-from harness import NSCDD, SCENE, ProgramTest
+from harness import NSCDD, SCENE, ProgramTest, errors_of
 
 PACK = "dimension = 2\ngrains = 10\n"
 ENDLESS = SCENE.replace("count = 5", "count = 2147483647")  # a refusal comes before the first step, or never
@@ -182,7 +182,7 @@ class Writing(ProgramTest):
             resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
 
         done = self.run_pair(preexec_fn=small_disk)
-        self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.json}: cannot write: File too large\n"))
+        self.assertEqual((done.returncode, errors_of(done)), (1, [f"nscdd: {self.json}: cannot write: File too large"]))
         self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, before)
 
     def test_streams_that_are_closed_or_full(self):
