@@ -1,13 +1,51 @@
-// What an accelerated sweep does at each contact besides solving it: before() combines its iterates, after() adds its
-// products and keeps its change (anderson.hpp).
+// What an accelerated sweep does besides solving contacts (anderson.hpp): velocities are combined before it; at each
+// contact before() combines its iterates, after() adds its products and keeps its change.
 #pragma once
 
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/sweep/batch.hpp"
+#include "nscdd/sweep/body_rows.hpp"
 
 namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
+
+// Past velocities of bodies and driven walls, combined as the impulses of the contacts will be.
+template <class M>
+class PastVelocities {
+  public:
+    void make_room(const BodyRows<M>& rows, std::size_t walls, int window) {
+        const auto slots = static_cast<std::size_t>(window);
+        rows_.assign(slots, AlignedDoubles(rows.data.size()));
+        speeds_.assign(slots * walls, 0.0);
+    }
+
+    // Keeps the velocities in `rows` and `walls` and puts their combination there.
+    void combine(BodyRows<M>& rows, std::vector<WallBody<M>>& walls, const Anderson& anderson) {
+        const int slots = anderson.window();
+        for (std::size_t k = 0; k < rows.data.size(); k += Packet::width) {
+            const Packet before = Packet::load(rows.data.data() + k);
+            Packet combined = before;
+            for (int j = 0; j < slots; ++j) {
+                const Packet past = Packet::load(rows_[static_cast<std::size_t>(j)].data() + k);
+                combined = madd(Packet(anderson.coefficient(j)), past - before, combined);
+            }
+            combined.store(rows.data.data() + k);
+            before.store(rows_[static_cast<std::size_t>(anderson.last())].data() + k);
+        }
+        for (std::size_t w = 0; w < walls.size(); ++w) {
+            double& speed = walls[w].speed;
+            double* past = speeds_.data() + w * static_cast<std::size_t>(slots);
+            const double before = speed;
+            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
+            past[anderson.last()] = before;
+        }
+    }
+
+  private:
+    std::vector<AlignedDoubles> rows_;  // by slot
+    std::vector<double> speeds_;        // by wall and slot
+};
 
 template <class M>
 struct BatchByBatch {

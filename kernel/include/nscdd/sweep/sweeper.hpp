@@ -197,10 +197,8 @@ class Sweeper {
 
     void make_room(const ContactProblem<M>& problem, int window) {
         window_ = window;
-        const auto slots = static_cast<std::size_t>(window);
-        past_rows_.assign(slots, detail::AlignedDoubles(rows_.data.size()));
-        past_speeds_.assign(slots * problem.walls.size(), 0.0);
-        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * slots, M::Impulse::Zero());
+        past_velocities_.make_room(rows_, problem.walls.size(), window);
+        past_.assign(batched_ ? 0 : problem.contact_count() * 2 * static_cast<std::size_t>(window), M::Impulse::Zero());
         metric_.clear();
         make_room(problem, problem.wall_contacts, walls_, WithWall{});
         make_room(problem, problem.contacts, grains_, BetweenGrains{});
@@ -257,26 +255,9 @@ class Sweeper {
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
-        const int slots = anderson.window();
-        for (std::size_t k = 0; k < rows_.data.size(); k += Packet::width) {
-            const Packet before = Packet::load(rows_.data.data() + k);
-            Packet combined = before;
-            for (int j = 0; j < slots; ++j) {
-                const Packet past = Packet::load(past_rows_[static_cast<std::size_t>(j)].data() + k);
-                combined = madd(Packet(anderson.coefficient(j)), past - before, combined);
-            }
-            combined.store(rows_.data.data() + k);
-            before.store(past_rows_[static_cast<std::size_t>(anderson.last())].data() + k);
-        }
+        past_velocities_.combine(rows_, problem.walls, anderson);
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
-        for (std::size_t w = 0; w < problem.walls.size(); ++w) {
-            double& speed = problem.walls[w].speed;
-            double* past = past_speeds_.data() + w * static_cast<std::size_t>(slots);
-            const double before = speed;
-            for (int j = 0; j < slots; ++j) speed += anderson.coefficient(j) * (past[j] - before);
-            past[anderson.last()] = before;
-        }
     }
 
     void sweep_groups(ContactProblem<M>& problem, SweepPass pass, SweepPiece piece, auto&& acceleration) {
@@ -398,10 +379,9 @@ class Sweeper {
     bool batched_ = false;
     double inverse_relaxation_ = 1;  // 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
-    std::vector<double> metric_;                     // of each contact, where not batched_
-    std::vector<typename M::Impulse> past_;          // iterates and changes of each contact, where not batched_
-    std::vector<detail::AlignedDoubles> past_rows_;  // by slot
-    std::vector<double> past_speeds_;                // by wall and slot
+    detail::PastVelocities<M> past_velocities_;
+    std::vector<double> metric_;             // of each contact, where not batched_
+    std::vector<typename M::Impulse> past_;  // iterates and changes of each contact, where not batched_
 };
 
 }  // namespace nscdd
