@@ -130,7 +130,7 @@ def bits(**changed):
 
 def counted(**changed):
     """Two of three counted numbers are those of the record."""
-    return {"schema": "nscdd.counted/1", "records": ["hard"], "same": 2, "of": 3, "not_in_the_record": 0,
+    return {"schema": "nscdd.counted/1", "records": ["hard"], "same": 2, "of": 3, "not_in_the_record": 0, "missing": 0,
             "differ": [{"name": "hard: column nlgs: iterations", "now": 11, "record": 10}]} | changed
 
 

@@ -308,9 +308,17 @@ class Input(Case):
         (self.folder / "counted.json").write_text(json.dumps(counted()))
         self.assertEqual(self.report(), (0, ""))
         self.assertIn("2 of 3 counted numbers are those of the record.</b><ul><li>hard: column nlgs: iterations: 11, in the record 10</li></ul>", self.page())
+        (self.folder / "counted.json").write_text(json.dumps(counted(missing=1234)))
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn("of the record. 1\u202f234 of the record are not in these results.</b>", self.page())
         (self.folder / "counted.json").write_text(json.dumps(counted(same=3, differ=[])))
         self.assertEqual(self.report(), (0, ""))
         self.assertIn('good"><b>3 of 3 counted numbers are those of the record.</b></div>', self.page())
+
+    def test_nothing_to_compare_is_not_good(self):
+        (self.folder / "counted.json").write_text(json.dumps(counted(records=[], same=0, of=0, differ=[])))
+        self.assertEqual(self.report(), (0, ""))
+        self.assertIn('open"><b>0 of 0 counted numbers are those of the record.</b></div>', self.page())
 
     def test_damaged_counts_are_one_line(self):
         (self.folder / "counted.json").write_text(json.dumps(counted(same=-1)))

@@ -88,12 +88,12 @@ class Record(dict):
 class Results:
     """Everything read from one folder."""
 
-    def __init__(self, folder, runs, compares, jobs, records):
+    def __init__(self, folder, runs, compares, jobs, records, counts):
         self.folder = Path(folder)
         self.runs, self.compares, self.jobs = runs, compares, jobs
         (self.paper, self.physics, self.peers, self.hard, self.accuracy, self.acceleration, self.velocity_error,
          self.wild, self.bits) = (records[kind] for kind in RECORDS)
-        self.counts = []  # how many counted numbers are those of the committed records (scripts/counted)
+        self.counts = counts  # how many counted numbers are those of the committed records (scripts/counted)
         self.statements = None  # of the paper, set by its section: what the summary of verdicts needs
         self.summary = {}  # what sections add to summary.json
         self.records = [record for kind in RECORDS for record in records[kind]]
@@ -241,6 +241,4 @@ def load(folder):
         raise InputError(f"{folder}: no run JSON (schema nscdd.run/1) in this folder")
     for entries in (runs, compares):
         entries.sort(key=lambda e: (e["scene"], e["scheme"] != "nlgs", e["transport"], e["scheme"], e["subdomains"]))
-    results = Results(folder, runs, compares, jobs, records)
-    results.counts = counts
-    return results
+    return Results(folder, runs, compares, jobs, records, counts)

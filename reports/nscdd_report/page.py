@@ -4,6 +4,8 @@ import re
 from html import escape
 from pathlib import Path
 
+from .tables import count
+
 STYLE = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
 # Where numbers come from; the first thing that a caption says.
 KINDS = {"simulated": "SIMULATED", "measured": "measured", "counted": "counted", "computed": "computed"}
@@ -98,10 +100,12 @@ def counted(results, most=10):
     """How many counted numbers are those of the committed records, and the first that are not."""
     html = ""
     for record in results.counts:
-        text = f"{record['same']:,} of {record['of']:,} counted numbers are those of the record.".replace(",", "\u2009")
+        text = f"{count(record['same'])} of {count(record['of'])} counted numbers are those of the record."
+        if record["missing"]:
+            text += f" {count(record['missing'])} of the record are not in these results."
         names = "".join(f"<li>{escape(row['name'])}: {escape(str(row['now']))}, in the record {escape(str(row['record']))}</li>" for row in record["differ"][:most])
         more = f"<li>and {len(record['differ']) - most} more</li>" if len(record["differ"]) > most else ""
-        html += f'<div class="verdict {"open" if names else "good"}"><b>{text}</b>' + (f"<ul>{names}{more}</ul>" if names else "") + "</div>"
+        html += f'<div class="verdict {"good" if record["of"] and not names else "open"}"><b>{text}</b>' + (f"<ul>{names}{more}</ul>" if names else "") + "</div>"
     return html
 
 

@@ -67,6 +67,14 @@ class Counted(ProgramTest):
         self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 more are not in it", said)
         self.assertEqual(told["not_in_the_record"], 3)
 
+    def test_a_run_that_was_not_made_is_told(self):
+        (self.results / "other-nlgs.json").write_text(json.dumps(RUN))
+        self.counted("--record")
+        (self.results / "other-nlgs.json").unlink()
+        said, told = self.counted()
+        self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 of it are not in these results", said)
+        self.assertEqual(told["missing"], 3)
+
     def test_a_folder_without_results_is_one_line(self):
         for path in self.results.iterdir():
             path.unlink()
