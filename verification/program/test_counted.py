@@ -75,11 +75,40 @@ class Counted(ProgramTest):
         self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 of it are not in these results", said)
         self.assertEqual(told["missing"], 3)
 
+    def assert_refused(self, name, problem):
+        with self.assertRaisesRegex(script.InputError, f"{name}: .*{problem}"):
+            self.counted()
+        self.assertFalse((self.results / "counted.json").exists())
+
     def test_a_folder_without_results_is_one_line(self):
         for path in self.results.iterdir():
             path.unlink()
-        with self.assertRaisesRegex(SystemExit, "no runs and no records"):
-            self.counted()
+        self.assert_refused("results", "no runs and no records")
+        self.results.rmdir()
+        self.assert_refused("results", "no such folder")
+
+    def test_damaged_results_and_records_are_one_line(self):
+        for path in (self.results / "pack-nlgs.json", self.results / "hard.json", self.records / "hard.json"):
+            before = path.read_text() if path.exists() else None
+            for text, problem in (('{"schema": "nscdd', "truncated"), ("[1]", "schema")):
+                with self.subTest(path=path.name, text=text):
+                    path.write_text(text)
+                    self.assert_refused(path.name, problem)
+            path.unlink() if before is None else path.write_text(before)
+
+    def test_a_record_of_another_kind_is_one_line(self):
+        (self.results / "hard.json").write_text(json.dumps({"schema": "nscdd.paper/1", "runs": []}))
+        self.assert_refused("hard.json", "schema is nscdd.paper/1")
+        (self.results / "hard.json").write_text(json.dumps({"schema": "nscdd.hard/1"}))
+        self.assert_refused("hard.json", "rows")
+
+    def test_a_quick_record_is_not_compared_with_a_whole_one(self):
+        self.counted("--record")
+        self.write_hard(iterations=1)
+        record = json.loads((self.results / "hard.json").read_text())
+        (self.results / "hard.json").write_text(json.dumps(record | {"quick": True}))
+        said, told = self.counted()
+        self.assertEqual((told["same"], told["not_in_the_record"], told["missing"], told["differ"]), (3, 4, 4, []))
 
 
 if __name__ == "__main__":
