@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 
+#include <array>
 #include <csignal>
 #include <cstdlib>
 
@@ -15,6 +16,14 @@ bool launched() {
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"})
         if (std::getenv(name)) return true;
     return false;
+}
+
+std::string mpi_library() {
+    std::array<char, MPI_MAX_LIBRARY_VERSION_STRING> text{};
+    int length = 0;
+    MPI_Get_library_version(text.data(), &length);  // may be asked before MPI_Init; one line or more
+    const std::string all(text.data());
+    return all.substr(0, all.find_first_of(",\n"));
 }
 
 int begin_together(std::span<char*> words, bool with_mpi, const std::function<void(int)>& check,

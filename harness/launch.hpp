@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 
 namespace nscdd {
 
@@ -11,6 +12,9 @@ class Session;
 // Started by mpirun or srun, as opposed to alone: there one rank is an MPI run as well. A simulated rank is always one
 // of a run of smpirun.
 bool launched();
+
+// The MPI that the program is linked with, and its version.
+std::string mpi_library();
 
 // Starts MPI where the processes were launched or `with_mpi` asks for it, calls check(ranks) and then part(session,
 // rank), and ends MPI; alone the process is rank 0 of 1. Collective. Returns what the part does. 1, without the part,

@@ -9,6 +9,7 @@
 #include "compare.hpp"
 #include "export_fclib.hpp"
 #include "launch.hpp"
+#include "libraries.hpp"
 #include "pack.hpp"
 #include "run_options.hpp"
 #include "say.hpp"
@@ -115,7 +116,8 @@ each is exact to 1e-8.)");
         });
     }
     try {
-        const nscdd::Provenance provenance = nscdd::provenance(argc, argv);
+        nscdd::Provenance provenance = nscdd::provenance(argc, argv);
+        provenance.machine.libraries = nscdd::libraries();
         if (*run_command || *window_command)
             return nscdd::begin_together(
                 words, *window_command || run.transport == "mpi", [](int) {},

@@ -14,6 +14,7 @@
 #include <string_view>
 #include <thread>
 
+#include "load.hpp"
 #include "nscdd/core/packet.hpp"
 
 #ifndef NSCDD_COMMIT
@@ -54,7 +55,9 @@ Machine this_machine() {
                     .os = look_up("/etc/os-release", "PRETTY_NAME", '='),
                     .compiler = {},
                     .lanes = Packet::width,
-                    .fused = Packet::fuses};
+                    .fused = Packet::fuses,
+                    .governor = clock_governor(),
+                    .libraries = {}};
     if (machine.cpu.empty()) machine.cpu = kernel.machine;
     machine.os += fmt::format("{}{} {}", machine.os.empty() ? "" : ", ", kernel.sysname, kernel.machine);
 #if defined(__clang__)
@@ -104,7 +107,9 @@ void to_json(nlohmann::json& json, const Provenance& provenance) {
               {"os", m.os},
               {"compiler", m.compiler},
               {"lanes", m.lanes},
-              {"fused", m.fused}}},
+              {"fused", m.fused},
+              {"governor", m.governor},
+              {"libraries", m.libraries}}},
             {"commit", provenance.commit},
             {"date", provenance.date}};
 }

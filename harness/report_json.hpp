@@ -1,6 +1,7 @@
 // Results as JSON, with where they come from.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -15,6 +16,8 @@ struct Machine {
     std::string compiler;  // that built this program
     int lanes = 0;         // doubles in the vectors that it was compiled for
     bool fused = false;    // whether it rounds a product and sum once, as it must for the bits of other machines
+    std::string governor;  // "performance" and the like, what sets the clock; "unknown" where the system hides it
+    std::map<std::string, std::string> libraries;  // versions, of those that times depend on
 };
 
 struct Provenance {
@@ -26,7 +29,7 @@ struct Provenance {
 
 Provenance provenance(int argc, const char* const* argv);
 
-// The keys command, machine {cpu, cores, os, compiler, lanes, fused}, commit and date.
+// The keys command, machine {cpu, cores, os, compiler, lanes, fused, governor, libraries}, commit and date.
 void to_json(nlohmann::json& json, const Provenance& provenance);
 
 // Arguments joined as a POSIX shell reads them back; those with special characters in single quotes.

@@ -3,25 +3,15 @@
 
 #include <sys/resource.h>
 
-#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "load.hpp"
 #include "nscdd/nscdd.hpp"
+#include "over_ranks.hpp"
 
 namespace nscdd::run_detail {
-
-// Least, mean and largest value of one column of rows, one a rank.
-inline nlohmann::json over_ranks(std::span<const double> rows, std::size_t columns, std::size_t column) {
-    double least = rows[column], sum = 0, largest = least;
-    for (std::size_t at = column; at < rows.size(); at += columns) {
-        least = std::min(least, rows[at]);
-        largest = std::max(largest, rows[at]);
-        sum += rows[at];
-    }
-    return {{"least", least}, {"mean", sum * double(columns) / double(rows.size())}, {"largest", largest}};
-}
 
 // What this process has sent and spent inside the communicator so far: messages and bytes; then messages, seconds of
 // waiting and of transferring, of each operation.
@@ -104,6 +94,11 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
     json["seconds"]["mpi_transfer"] = transfer;
     json["mpi_fraction"] = sum(total_time) > 0 ? count * (wait + transfer) / sum(total_time) : 0;
     return json;
+}
+
+// The key `load` of a result, from the processes of `comm`. Collective.
+inline nlohmann::json load_of(const LoadMeter& meter, const Communicator& comm, int threads) {
+    return load_json(comm.all_gather(std::vector<Buffer>(comm.ranks().size(), meter.row())), threads);
 }
 
 struct Memory {  // of processes [bytes]

@@ -50,13 +50,6 @@ std::string model_name(std::span<const Wall<M>> walls) {
     return model_name<M>() + (driven ? ", driven walls" : ", kinematic walls");
 }
 
-// CPU time of this process, all its threads [s]. std::clock() counts microseconds, in which small scenes are solved.
-inline double cpu_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 template <class M>
 nlohmann::json final_measures(const Simulation<M>& simulation) {
     const Measures<M> m = measure(simulation);
@@ -212,6 +205,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
 
     const double began = comm.now();
+    const LoadMeter load;
     Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
                              built.rough ? &*built.rough : nullptr);
     const double grains = static_cast<double>(simulation.grain_count());
@@ -279,6 +273,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     const double total = comm.now() - began;
 
     nlohmann::json json = request.provenance;
+    json["load"] = load_of(load, comm, request.threads);
     json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
     nlohmann::json measures = final_measures(simulation);
     measures["free_velocity_norm"] = free_norm;

@@ -1,9 +1,9 @@
 #include "solve_fclib.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <filesystem>
 
+#include "load.hpp"
 #include "local_form.hpp"
 #include "number_option.hpp"
 #include "registry/local_solvers.hpp"
@@ -45,6 +45,7 @@ struct Solved {
     ErrorMeasures measures;
     std::size_t blocks;
     double cpu;  // [s]
+    nlohmann::json load;
 };
 
 template <int dim>
@@ -55,9 +56,11 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
     if (arguments.solver == "none") r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
     const LocalTask<DelassusProblem<dim>> task{
         problem, r, {arguments.tolerance, arguments.check_every, arguments.max_sweeps}};
-    const std::clock_t began = std::clock();
+    const LoadMeter load;
+    const double began = cpu_seconds();
     solved.report = make_offered<DelassusProblem<dim>, SolveReport>(local_solvers, arguments.solver, task);
-    solved.cpu = static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC;
+    solved.cpu = cpu_seconds() - began;
+    solved.load = load_json(load.row(), 1);
     solved.measures = error_measures(problem, r);
     solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
     solved.blocks = problem.blocks.size();
@@ -129,6 +132,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"tolerance", arguments.tolerance},
                      {"iterations", solved.report.iterations},
                      {"solver_cpu", solved.cpu},
+                     {"load", solved.load},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});
         write_json(files, arguments.json, json);

@@ -174,6 +174,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
         if (session.rank() != 0) return;
         nlohmann::json& json = result.json;
         json["simulated"] = simulated;
+        if (simulated) json.erase("load");  // of this machine, not of the simulated one
         if (simulated)
             json["injected"] = {{"costs", arguments.costs},         {"slower", arguments.slower},
                                 {"noise", arguments.noise},         {"latency", arguments.latency},

@@ -32,6 +32,7 @@ template <class M>
 nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
                            auto&& solver) {
     Communicator& comm = simulation.comm();
+    const LoadMeter load;
     options.tolerance = 0;  // never reached: both solves end at their cap
     std::vector<Buffer> repeats;
     double contacts = 0;
@@ -77,7 +78,8 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
                            {"skip", window.skip},
                            {"iterations", window.iterations},
                            {"repeats", window.repeat},
-                           {"seconds_per_iteration", order[(order.size() - 1) / 2].first}};
+                           {"seconds_per_iteration", order[(order.size() - 1) / 2].first},
+                           {"load", load_of(load, comm, 1)}};
     for (const auto& [seconds, r] : order) json["all_repeats"].push_back(seconds);
     for (std::size_t c = 1; c < window_names.size(); ++c)
         json["per_iteration"][window_names[c]] = over_ranks(rows, median.size(), c);

@@ -1,15 +1,20 @@
 """Commands that make files from others, run two at a time where nothing is timed, with progress and a log each."""
 import concurrent.futures
 import dataclasses
+import json
 import os
 import re
 import shlex
 import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
 
 from progress import clock, environment, left
+
+sys.path.append(str(Path(__file__).resolve().parent.parent / "reports"))
+from nscdd_report.times import TRIES, busy, cores_of  # noqa: E402
 
 
 @dataclasses.dataclass
@@ -25,6 +30,12 @@ class Job:
     @property
     def name(self):
         return re.sub(r"\W+", "-", self.title)
+
+
+def disturbed(job):
+    """Whether a run that it timed did not have its cores."""
+    told = (json.loads(Path(path).read_text()) for path in job.outputs if str(path).endswith(".json") and Path(path).exists())
+    return any(busy(cores_of(one)) for one in told)
 
 
 class Runner:
@@ -60,18 +71,11 @@ class Runner:
                 code, failed = 1, job.commands[0]
                 stream.write(f"not run, for lack of {', '.join(missing)}\n")
             else:
-                for command in job.commands:
-                    stream.write(f"$ {shlex.join(command)}\n")
-                    stream.flush()
-                    try:
-                        code = subprocess.run(command, stdout=stream, stderr=subprocess.STDOUT, env=self.env).returncode
-                    except OSError as error:
-                        stream.write(f"{error}\n")
-                        code = 127
-                    if code not in job.fine:
-                        failed = command
+                for _ in range(TRIES):
+                    code, failed = self.run_commands(job, stream)
+                    if code or not job.alone or not disturbed(job):
                         break
-                    code = 0
+                    stream.write("the machine was busy: again\n")
         with self.lock:
             self.cost_done += job.cost
             if code:
@@ -80,6 +84,20 @@ class Runner:
                 print(f"FAILED (exit {code}): {job.title}\n  $ {shlex.join(failed)}{tail}", flush=True)
             self.records.append({"title": job.title, "commands": [shlex.join(c) for c in job.commands],
                                  "seconds": round(time.monotonic() - began, 2), "exit": code})
+
+    def run_commands(self, job, stream):
+        """Exit code, and the command that failed, or None."""
+        for command in job.commands:
+            stream.write(f"$ {shlex.join(command)}\n")
+            stream.flush()
+            try:
+                code = subprocess.run(command, stdout=stream, stderr=subprocess.STDOUT, env=self.env).returncode
+            except OSError as error:
+                stream.write(f"{error}\n")
+                code = 127
+            if code not in job.fine:
+                return code, command
+        return 0, None
 
     def run_all(self):
         """Two at a time, each as soon as the jobs that make what it needs have ended; one that must run alone after all before it."""

@@ -92,9 +92,10 @@ def agreement_row(path, what):
 def measured_row(paths, scene, scheme, partition, n):
     told = [json.loads(Path(path).read_text()) for path in paths]
     seconds = [one["seconds"]["total"] for one in told]
+    cores = least(cores_of(one) for one in told)
     middle = sorted(told, key=lambda one: one["seconds"]["total"])[len(told) // 2]
     return {"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": n, "steps": middle["steps"], "seconds": statistics.median(seconds),
-            "seconds_all": seconds, "mpi_share": middle["mpi_fraction"] if n > 1 else 0.0, "iterations_total": sum(middle["iterations"]),
+            "seconds_all": seconds, **({"cores": cores} if cores is not None else {}), "mpi_share": middle["mpi_fraction"] if n > 1 else 0.0, "iterations_total": sum(middle["iterations"]),
             "command": " ".join([*(["mpirun", "-np", str(n)] if n > 1 else []), middle["command"]]), "commit": middle["commit"]}
 
 

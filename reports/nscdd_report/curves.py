@@ -10,7 +10,7 @@ def speed_ups(results, role):
     for scheme in SCHEMES:
         for n, run in results.timed(role, scheme).items():
             reference = results.reference(run)
-            if reference and run["seconds"]["total"] > 0:
+            if reference and reference.measured and run["seconds"]["total"] > 0:
                 values.setdefault(scheme, {})[n] = reference["seconds"]["total"] / run["seconds"]["total"]
                 used += [run] + [reference] * (reference not in used)
     return values, used

@@ -2,6 +2,8 @@
 import json
 from pathlib import Path
 
+from .times import busy, cores_of
+
 SCHEMAS = Path(__file__).resolve().parent.parent
 NOT_SHOWN = tuple(f"nscdd.{name}/1" for name in ("summary", "fclib", "scale", "costs", "window", "partitions", "main"))
 RECORDS = ("paper", "physics", "peers", "hard", "accuracy", "acceleration", "velocity_error", "wild", "bits")  # of scripts; schema nscdd.NAME/1
@@ -35,10 +37,14 @@ class Run:
 
     @property
     def measured(self):
-        """Whether its times say anything about speed: a core for every rank, and no ranks taking turns."""
+        """Whether its times say anything about speed: a core for every rank, which nothing else took."""
         if self["transport"] == "mpi":
-            return self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"]
-        return self["transport"] == "sequential"
+            return self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"] and not self.busy
+        return self["transport"] == "sequential" and not self.busy
+
+    @property
+    def busy(self):
+        return busy(cores_of(self.data))
 
     @property
     def total_iterations(self):
@@ -133,6 +139,11 @@ class Results:
         """Numbers of subdomains of a scene for which there are not cores enough here."""
         return sorted({run["subdomains"] for run in self.runs if run.role == role and run["scheme"] != "nlgs"
                        and run["subdomains"] > run["machine"]["cores"]})
+
+    def busy(self, role):
+        """Numbers of subdomains of a scene of which a time was not believed, 1 for the reference."""
+        return sorted({run["subdomains"] for run in self.runs
+                       if run.role == role and run["transport"] in ("mpi", "sequential") and run["subdomains"] <= run["machine"]["cores"] and run.busy})
 
     def failures(self):
         """One line for each thing that fails the report."""

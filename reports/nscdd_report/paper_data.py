@@ -1,6 +1,8 @@
 """The record of the paper's tables and figures (paper.json): which run and which simulated iteration answers which question."""
 import dataclasses
 
+from .times import busy
+
 SCENES = ("isotropic", "biaxial", "triaxial")  # of the paper
 MILLION = "million"  # the triaxial test with 16 times the spheres
 COLLECTIVE = ("gather", "scatter", "reduction", "all_gather")  # of the operations that messages are part of
@@ -11,7 +13,6 @@ INERTIAL = {"biaxial": 1.3e-4, "triaxial": 2.7e-4}  # by the rate of strain, as 
 STARTS = {"isotropic": "the packing, loose", **dict.fromkeys(("biaxial", "triaxial", MILLION), "the test under way: from the packing 100 steps of 5 h, then 50 of h, "
                                                            "accelerated")}
 UNKNOWNS = 6.5e5  # [Visseq14] section 2.1, of the 64,000 spheres, average
-
 
 def family(partition):
     """grid 3x1x1 -> grid."""
@@ -165,7 +166,9 @@ class Paper:
         return any("--from" in run["command"].split() or run.get("start") for run in self.counted.values() if run["scene"] == scene)
 
     def measured(self, scene=None):
-        """Measured runs with their speed-up over measured sequential NLGS by the paper's method: (row, speed-up or None)."""
+        """Measured runs with their speed-up over measured sequential NLGS by the paper's method: (row, speed-up or None), None
+        where the machine was busy."""
         rows = [row for row in self.record["measured"] if scene in (None, row["scene"])]
         first = {row["scene"]: row for row in rows if row["scheme"] == "nlgs" and row["method"] == "paper"}
-        return [(row, first[row["scene"]]["seconds"] / row["seconds"] if row["scene"] in first else None) for row in rows]
+        fair = lambda row: not busy(row.get("cores")) and row["scene"] in first and not busy(first[row["scene"]].get("cores"))  # noqa: E731
+        return [(row, first[row["scene"]]["seconds"] / row["seconds"] if fair(row) else None) for row in rows]

@@ -75,7 +75,7 @@ def scenes(paper):
 def measured(paper):
     """Runs on real cores; speed-up over measured sequential NLGS."""
     rows = [[escape(row["scene"]), escape(row["scheme"].upper()), escape(row["method"]), splitting(row["partition"]), str(row["ranks"]),
-             or_none(row.get("steps"), str), number(row["seconds"]), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
+             or_none(row.get("steps"), str), number(row["seconds"]) + tables.busy_mark(row.get("cores")), f"{number(min(row['seconds_all']))} \u2013 {number(max(row['seconds_all']))}", or_none(speed_up),
              (percent(row["mpi_share"]), "strong") if row["scheme"] != "nlgs" else NONE, count(row["iterations_total"])]
             for row, speed_up in paper.measured()]
     head = [[(text, 1) for text in ("scene", "scheme", "method", "partition", "real ranks", "steps", "seconds, median", "seconds, all", "speed-up", "in MPI %",

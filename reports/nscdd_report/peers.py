@@ -7,6 +7,7 @@ from . import tables
 from .accuracy import SICONOS, at_level
 from .page import command_list, figure_block, origin, table_block
 from .style import CCS, DCS, NLGS, plt, save
+from .times import LEAST_PAIRS, compared
 
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
 CUSTOMARY = "customary"
@@ -60,18 +61,35 @@ def customary_steps(record):
     return cheapest([row for row in usable(record["lammps"]) if row["role"] == CUSTOMARY])
 
 
+def as_good(record, row):
+    """Our cheapest runs that are as good as one of LAMMPS: by the mean overlap, and by the largest too; None: none is."""
+    good = [own for own in usable(record["ours"]) if own["mean_overlap"] <= row["mean_overlap"]]
+    both = [own for own in good if own["largest_overlap"] <= row["largest_overlap"]]
+    return tuple(min(some, key=median, default=None) for some in (good, both))
+
+
+def compared_rows(record):
+    """Our runs and those of LAMMPS that ratios are made of, each once."""
+    theirs = stable_steps(record) + customary_steps(record)
+    ours = [own for row in theirs for own in as_good(record, row) if own]
+    return [[row for at, row in enumerate(rows) if row not in rows[:at]] for rows in (ours, theirs)]
+
+
+def chance(row, own):
+    """Probability of their difference between equal programs; None: too few runs, or none in turn."""
+    return compared(own["cpus"], row["cpus"])["p"] if own and min(len(own["cpus"]), len(row["cpus"])) >= LEAST_PAIRS else None
+
+
 def ratios(record):
     """Of each run of LAMMPS that counts: its time over that of our cheapest run that is as good by the mean overlap, and by the largest too."""
-    found, ours = [], usable(record["ours"])
+    found = []
     for role, rows in (("largest stable step", stable_steps(record)), (CUSTOMARY, customary_steps(record))):
         for row in rows:
-            good = [own for own in ours if own["mean_overlap"] <= row["mean_overlap"]]
-            both = [own for own in good if own["largest_overlap"] <= row["largest_overlap"]]
-            best, best_both = (min(some, key=median, default=None) for some in (good, both))
+            best, best_both = as_good(record, row)
             found.append({"step": role, "k": row["k"], "dt": row["dt"], "lammps_cpu": median(row), "mean_overlap": row["mean_overlap"],
                           "largest_overlap": row["largest_overlap"], "ours": best and named(best), "ours_cpu": best and median(best),
                           "ours_mean_overlap": best and best["mean_overlap"], "ours_largest_overlap": best and best["largest_overlap"],
-                          "ratio": best and median(row) / median(best), "ratio_both": best_both and median(row) / median(best_both)})
+                          "ratio": best and median(row) / median(best), "ratio_both": best_both and median(row) / median(best_both), "p": chance(row, best)})
     return found
 
 
@@ -109,7 +127,7 @@ def run_table(record):
     def cells(row):
         why = wrong(row)
         run = f'<span style="display:inline-block;min-width:25em">{escape(named(row))}</span>' + (f'<br><b style="color:var(--bad)">{escape(why)}</b>' if why else "")
-        text = [(run, "text"), f"{median(row):.2f} <i>({len(row['cpus'])})</i>"]
+        text = [(run, "text"), f"{median(row):.2f} <i>({len(row['cpus'])})</i>{tables.busy_mark(row.get('cores'))}"]
         if "mean_overlap" not in row:
             return [*text, *[tables.NONE] * 5]
         return [*text, tables.number(row["mean_overlap"]), tables.number(row["largest_overlap"]), tables.number(row["kinetic_energy"]),
@@ -125,10 +143,10 @@ def ratio_table(record):
         return tables.NONE if number is None else tables.number(number)
     lines = [[escape(row["step"]), f"{row['k']:.2g}", f"{row['dt']:.2g}", value(row["mean_overlap"]), value(row["largest_overlap"]),
               value(row["lammps_cpu"]), escape(row["ours"] or tables.NONE), value(row["ours_mean_overlap"]), value(row["ours_largest_overlap"]),
-              value(row["ours_cpu"]), (value(row["ratio"]), "strong"), value(row["ratio_both"])] for row in record["ratios"]]
-    head = [[("LAMMPS", 6), ("ours", 4), ("LAMMPS over ours", 2)],
+              value(row["ours_cpu"]), (value(row["ratio"]), "strong"), value(row.get("p")), value(row["ratio_both"])] for row in record["ratios"]]
+    head = [[("LAMMPS", 6), ("ours", 4), ("LAMMPS over ours", 3)],
             [(text, 1) for text in ("step", "k [Pa]", "dt [s]", "mean [d]", "largest [d]", "CPU [s]", "run", "mean [d]", "largest [d]", "CPU [s]",
-                                    "equal mean", "equal mean and largest")]]
+                                    "equal mean", "chance p", "equal mean and largest")]]
     return tables.table(head, lines, "CPU time of LAMMPS over ours at equal overlap")
 
 

@@ -2,19 +2,22 @@
 from html import escape
 
 from . import curves, packings, tables
+from .times import CORES, TRIES
 from .page import figure_block, missing, origin, table_block
 from .style import SCHEMES, save
 
 
 def left_out(results, role):
     """Says which numbers of subdomains have no measured time, and why."""
-    numbers = results.unmeasured(role)
-    if not numbers:
-        return ""
-    cores = max(run["machine"]["cores"] for run in results.runs)
-    listed = ", ".join(map(str, numbers))
-    return (f" Left out: {listed} subdomains, being more ranks than the {cores} cores of this machine; "
-            "times of ranks that take turns on a core measure no speed.")
+    numbers, disturbed, text = results.unmeasured(role), results.busy(role), ""
+    if numbers:
+        cores = max(run["machine"]["cores"] for run in results.runs)
+        text = (f" Left out: {', '.join(map(str, numbers))} subdomains, being more ranks than the {cores} cores of this machine; "
+                "times of ranks that take turns on a core measure no speed.")
+    if disturbed:
+        text += (f" Left out: {', '.join(map(str, disturbed))} subdomain{'s' * (disturbed != [1])}, measured while the machine was busy: "
+                 f"a process had less than {100 * CORES:.0f} % of its core, {TRIES} times.")
+    return text
 
 
 def interval(runs):

@@ -82,7 +82,8 @@ def real_ranks(paper):
         yield missing("measured runs on real ranks (scripts/paper)")
         return
     caption = ("Wall-clock times on real cores of some further steps after the last one of sequential NLGS; how many, the table says. Speed-up: over "
-               "sequential NLGS by the paper's method of the same scene. In MPI: mean over the ranks, of all of these steps.")
+               "sequential NLGS by the paper's method of the same scene. In MPI: mean over the ranks, of all of these steps. "
+               "Without speed-up: a process had less than 95 % of its core, or the reference had.")
     yield table_block(html, "Real ranks", caption, source(paper, paper.record["measured"]), ("measured",), wide=True, anchor="paper-measured")
 
 

@@ -3,6 +3,7 @@ import re
 from html import escape
 from pathlib import Path
 
+from .times import busy
 from .load import row_ok
 from .style import SCHEMES
 
@@ -177,6 +178,11 @@ def agreement(compares):
     return bounded(("run", "compared", "subdomains", "transport"), entries, "Agreement with the reference")
 
 
+def busy_mark(cores):
+    """Beside a time that is not believed."""
+    return f" <i>busy: {100 * cores:.0f} % of a core</i>" if busy(cores) else ""
+
+
 def all_runs(runs):
     """Every run with its residual; seconds only where they were measured."""
     rows = []
@@ -187,7 +193,7 @@ def all_runs(runs):
             escape(run.name), str(run["subdomains"]), escape(run["transport"]), escape(run["partition"]),
             escape(run["interface"]), count(max(run["contacts"], default=0)), str(run["steps"]),
             count(run.total_iterations), str(run["check_every"]), (eta, "" if fine else "bad"),
-            f"{run['seconds']['total']:.2f}" if run.measured else NONE, ("yes", "good") if fine else ("no", "bad")])
+            f"{run['seconds']['total']:.2f}" if run.measured else "machine busy" if run.busy else NONE, ("yes", "good") if fine else ("no", "bad")])
     head = [[(text, 1) for text in (
         "run", "subd.", "transport", "partition", "interface", "contacts,<br>most", "steps", "iterations",
         "checked<br>every", "largest \u03b7", "seconds", "converged")]]
