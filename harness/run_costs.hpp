@@ -97,7 +97,7 @@ nlohmann::json costs(const Simulation<M>& simulation, double total, double solve
 }
 
 // The key `load` of a result, from the processes of `comm`. Collective.
-inline nlohmann::json load_of(const LoadMeter& meter, const Communicator& comm, int threads) {
+inline nlohmann::json load_of(const LoadMeter& meter, Communicator& comm, int threads) {
     return load_json(comm.all_gather(std::vector<Buffer>(comm.ranks().size(), meter.row())), threads);
 }
 

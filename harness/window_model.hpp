@@ -73,13 +73,14 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     if (order[(order.size() - 1) / 2].first <= 0)
         throw InputError("the iterations of a window take less than the clock can tell, choose a longer window");
     const Buffer& median = repeats[order[(order.size() - 1) / 2].second];
+    const nlohmann::json load_seen = load_of(load, comm, 1);  // before `rows`, which the next call takes away
     const std::span<const double> rows = comm.all_gather(std::vector<Buffer>{median});
     nlohmann::json json = {{"contacts", contacts},
                            {"skip", window.skip},
                            {"iterations", window.iterations},
                            {"repeats", window.repeat},
                            {"seconds_per_iteration", order[(order.size() - 1) / 2].first},
-                           {"load", load_of(load, comm, 1)}};
+                           {"load", load_seen}};
     for (const auto& [seconds, r] : order) json["all_repeats"].push_back(seconds);
     for (std::size_t c = 1; c < window_names.size(); ++c)
         json["per_iteration"][window_names[c]] = over_ranks(rows, median.size(), c);

@@ -359,6 +359,17 @@ class Measured(Case):
         self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0, 2: 2.0}})
         self.assertEqual({r["transport"] for r in used}, {"mpi", "sequential"})
 
+    def test_times_of_a_busy_machine_are_marked_and_not_drawn(self):
+        shares = {"least": 0.5, "mean": 0.75, "largest": 1.0}
+        busy = {**dict.fromkeys(("cores", "switches", "running", "cores_allowed"), shares), "believed": False}
+        self.change("column-dcs-mpi-2.json", load=busy)
+        speed, _ = curves.speed_ups(load(self.folder), "column")
+        self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0}})
+        self.report()
+        self.assertEqual(self.page().count("machine busy"), 1)
+        self.change("column-nlgs.json", load=busy)  # the reference
+        self.assertEqual(curves.speed_ups(load(self.folder), "column"), ({}, []))
+
     def test_cores_are_checked_even_if_the_run_says_measured(self):
         self.change("column-dcs-mpi-4.json", ranks_measured=True)
         self.assertEqual(sorted(load(self.folder).timed("column", "dcs")), [1, 2])

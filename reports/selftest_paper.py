@@ -75,6 +75,14 @@ class Page(Case):
         self.assertEqual([one["verdict"] for one in summary].count(AGREES), 18)
         self.assertEqual([one["verdict"] for one in summary].count(UNTOLD), 2)
 
+    def test_times_of_a_busy_machine_make_no_speed_up(self):
+        record = paper()
+        for row in record["measured"]:
+            row["cores"] = 1.0 if row["scheme"] == "nlgs" or row["scene"] == "triaxial" else 0.9
+        rows = {(row["scene"], row["scheme"]): speed_up for row, speed_up in Paper(record).measured()}
+        self.assertEqual((rows["triaxial", "dcs"], rows["biaxial", "dcs"]), (2.0, None))
+        self.assertEqual(paper_tables.measured(Paper(record)).count("busy: 90 % of a core"), len({scene for scene, _ in rows} - {"triaxial"}))
+
     def test_axes_say_what_is_simulated_counted_and_measured(self):
         figure, _ = paper_figures.draw_scene(Paper(paper()), "biaxial", False)
         self.assertEqual([re.findall("SIMULATED|counted|measured", axis.get_ylabel()) for axis in figure.axes],

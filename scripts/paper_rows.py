@@ -6,13 +6,16 @@ import math
 import re
 import shlex
 import statistics
+import sys
 from datetime import datetime, timezone
 from pathlib import Path
 
 import h5py
 
-
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.append(str(ROOT / "reports"))
+from nscdd_report.times import cores_of, least  # noqa: E402
+
 PLATFORMS = "cases/platforms"
 COSTS = {2: f"{PLATFORMS}/costs-2d-coulomb.json", 3: f"{PLATFORMS}/costs-3d-coulomb.json"}
 PLACE = ("scene", "method", "scheme", "partition", "subdomains", "multiplicity")

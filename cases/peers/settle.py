@@ -6,12 +6,17 @@ import re
 import resource
 import shlex
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "reports"))
+from nscdd_report.times import believed  # noqa: E402
+
 HERE = "cases/peers"
 DIAMETER, DENSITY, GRAVITY, SECONDS = 0.01, 2500.0, 9.81, 0.4
 SPREAD, CELL, SEED = 0.1, 1.25, 1  # diameters are +- SPREAD; each grain starts somewhere in a cell of CELL diameters

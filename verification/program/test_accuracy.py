@@ -104,7 +104,7 @@ class Ladder(unittest.TestCase):
 
     def test_the_median_of_short_runs_is_taken(self):
         seconds = iter([0.3, 0.1, 0.2])
-        self.assertEqual(measure.timed(lambda: {"cpu": next(seconds)}), {"cpu": 0.2, "repeats": 3})
+        self.assertEqual(measure.timed(lambda: {"cpu": next(seconds)}), {"cpu": 0.2, "repeats": 3, "cores": None})
         self.assertEqual(measure.timed(lambda: {"cpu": 5.0}), {"cpu": 5.0, "repeats": 1})
 
     def test_too_long_is_out_of_time(self):
