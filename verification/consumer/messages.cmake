@@ -29,6 +29,15 @@ foreach(header IN LISTS headers)
     endif()
 endforeach()
 
+# The headers of all that follows, parsed once
+file(WRITE ${WORK}/parsed.hpp "#include <nscdd/core/model.hpp>
+#include <nscdd/decompose/dcs.hpp>
+#include <nscdd/partition/partition.hpp>
+#include <nscdd/step/by_nscdd.hpp>
+")
+call(text ${compile} -x c++-header ${WORK}/parsed.hpp -o ${WORK}/parsed.hpp.gch)
+list(APPEND compile -include ${WORK}/parsed.hpp)
+
 # refused(FILE LACK SENTENCE): -DLACK of the file is an error that says so, and has no other sentence of ours.
 function(refused file lack sentence)
     execute_process(COMMAND ${compile} -D${lack} -fsyntax-only ${WORK}/${file} RESULT_VARIABLE result ERROR_VARIABLE text)
@@ -40,8 +49,7 @@ function(refused file lack sentence)
 endfunction()
 
 # A partition that lacks something
-file(WRITE ${WORK}/partition.cpp "#include <nscdd/partition/partition.hpp>
-using M = nscdd::Model<2, nscdd::Frictionless>;
+file(WRITE ${WORK}/partition.cpp "using M = nscdd::Model<2, nscdd::Frictionless>;
 struct Whole {
     int owner(const M::Vec&) const { return 0; }
     void visit_owners(const M::Vec&, double, auto&& visit) const { visit(0); }
@@ -55,8 +63,7 @@ call(text ${compile} -fsyntax-only ${WORK}/partition.cpp)
 refused(partition.cpp UNNAMED "nscdd: a partition needs `std::string name\\(\\) const`")
 
 # A contact law that lacks something, one after the other. It needs no name.
-file(WRITE ${WORK}/law.cpp "#include <nscdd/core/model.hpp>
-struct Law {
+file(WRITE ${WORK}/law.cpp "struct Law {
 #ifdef NO_CONSTANT
     static const bool friction;
 #elif !defined NO_FRICTION
@@ -106,8 +113,6 @@ endforeach()
 
 # A solver that returns no report, one that cannot be copied, what is no scheme of gluing, and what glues nothing
 file(WRITE ${WORK}/solver.cpp "#include <memory>
-#include <nscdd/decompose/dcs.hpp>
-#include <nscdd/step/by_nscdd.hpp>
 using M = nscdd::Model<2, nscdd::Frictionless>;
 using Parts = std::span<nscdd::Subdomain<M>>;
 struct Moved {
