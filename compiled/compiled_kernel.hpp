@@ -32,6 +32,11 @@ using Spheres = nscdd::Model<3, nscdd::Coulomb>;
     prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                           \
     prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                       \
     prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                           \
+    prefix template SolveReport nlgs_of_valid(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&, NothingElse);     \
+    prefix template void sweep(ContactProblem<M>&);                                                                   \
+    prefix template NewtonReport newton_solve(ContactProblem<M>&, const NewtonOptions&);                              \
+    prefix template Partitioner<M> by_grid(const GridCells<M::dim>&);                                                 \
+    prefix template Partitioner<M> by_bisection(double);                                                              \
     prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,          \
                                             const SolveOptions&, PhaseSeconds&);                                      \
     prefix template LinearContactsOf<M> linear_contacts(ContactProblem<M>);                                           \

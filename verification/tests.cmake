@@ -105,9 +105,9 @@ add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJE
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
-set_tests_properties(consumer "what the compiler says" "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
-# they compile for half a minute each; a header breaks the first when it is new, the kernel the second when GCC warns anew
-set_tests_properties("headers compile alone" "consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
+set_tests_properties(consumer "what the compiler says" "headers compile alone" "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
+# it compiles for two minutes; the kernel breaks it when GCC warns anew
+set_tests_properties("consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 
 if(NSCDD_PROGRAM)
     find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py

@@ -29,27 +29,36 @@ foreach(header IN LISTS headers)
     endif()
 endforeach()
 
-# The headers of all that follows, parsed once
-file(WRITE ${WORK}/parsed.hpp "#include <nscdd/core/model.hpp>
-#include <nscdd/decompose/dcs.hpp>
-#include <nscdd/partition/partition.hpp>
-#include <nscdd/step/by_nscdd.hpp>
-")
-call(text ${compile} -x c++-header ${WORK}/parsed.hpp -o ${WORK}/parsed.hpp.gch)
-list(APPEND compile -include ${WORK}/parsed.hpp)
-
-# refused(FILE LACK SENTENCE): -DLACK of the file is an error that says so, and has no other sentence of ours.
-function(refused file lack sentence)
-    execute_process(COMMAND ${compile} -D${lack} -fsyntax-only ${WORK}/${file} RESULT_VARIABLE result ERROR_VARIABLE text)
+# refused(FILE SENTENCE...): our sentences among the errors of the file are these, and no other.
+function(refused file)
+    execute_process(COMMAND ${compile} -fsyntax-only ${WORK}/${file} RESULT_VARIABLE result ERROR_VARIABLE text)
     string(REGEX MATCHALL "static assertion failed[^\n]*|static_assert failed[^\n]*" said "${text}")
     list(LENGTH said count)
-    if(result EQUAL 0 OR NOT said MATCHES "${sentence}" OR NOT count EQUAL 1)
-        message(SEND_ERROR "${file}, ${lack}: expected this sentence alone: ${sentence}\n${text}")
+    list(LENGTH ARGN expected)
+    set(good TRUE)
+    foreach(sentence IN LISTS ARGN)
+        if(NOT text MATCHES "${sentence}")
+            set(good FALSE)
+        endif()
+    endforeach()
+    if(result EQUAL 0 OR NOT count EQUAL expected OR NOT good)
+        message(SEND_ERROR "${file}: expected these sentences alone: ${ARGN}\n${text}")
     endif()
 endfunction()
 
+# lacking(NAME HEADERS LACK...): NAME.cpp has NAME.inc once, whole; NAME-refused.cpp has it once for each macro LACK, in a
+# namespace of that name. One file for all: what they include is parsed once.
+function(lacking name headers)
+    file(WRITE ${WORK}/${name}.cpp "${headers}#include \"${name}.inc\"\n")
+    set(text "${headers}")
+    foreach(lack IN LISTS ARGN)
+        string(APPEND text "#define ${lack}\nnamespace n_${lack} {\n#include \"${name}.inc\"\n}\n#undef ${lack}\n")
+    endforeach()
+    file(WRITE ${WORK}/${name}-refused.cpp "${text}")
+endfunction()
+
 # A partition that lacks something
-file(WRITE ${WORK}/partition.cpp "using M = nscdd::Model<2, nscdd::Frictionless>;
+file(WRITE ${WORK}/partition.inc "using M = nscdd::Model<2, nscdd::Frictionless>;
 struct Whole {
     int owner(const M::Vec&) const { return 0; }
     void visit_owners(const M::Vec&, double, auto&& visit) const { visit(0); }
@@ -59,11 +68,12 @@ struct Whole {
 };
 nscdd::Partition<M> partition = Whole{};
 ")
+lacking(partition "#include <nscdd/partition/partition.hpp>\n" UNNAMED)
 call(text ${compile} -fsyntax-only ${WORK}/partition.cpp)
-refused(partition.cpp UNNAMED "nscdd: a partition needs `std::string name\\(\\) const`")
+refused(partition-refused.cpp "nscdd: a partition needs `std::string name\\(\\) const`")
 
 # A contact law that lacks something, one after the other. It needs no name.
-file(WRITE ${WORK}/law.cpp "struct Law {
+file(WRITE ${WORK}/law.inc "struct Law {
 #ifdef NO_CONSTANT
     static const bool friction;
 #elif !defined NO_FRICTION
@@ -101,19 +111,16 @@ file(WRITE ${WORK}/law.cpp "struct Law {
 };
 nscdd::Model<3, Law>::Vec vec;
 ")
+set(lacks NO_FRICTION NO_CONSTANT NO_STRUCT NO_EQUALITY NO_COEFFICIENTS NO_FAULT NO_PACKET NO_EXCESS NO_LIMIT)
+lacking(law "#include <nscdd/core/model.hpp>\n" ${lacks})
 call(text ${compile} -fsyntax-only ${WORK}/law.cpp)
-foreach(lack "FRICTION=`static constexpr bool friction`" "CONSTANT=`static constexpr bool friction`, a constant"
-             "STRUCT=`struct Coefficients` with defaults" "EQUALITY=`struct Coefficients` with defaults and operator=="
-             "COEFFICIENTS=`static Coefficients coefficients" "FAULT=`static const char. fault" "PACKET=must be templates"
-             "EXCESS=`normal.x, k.` and `excess.x, k.`" "LIMIT=`limit.normal, k.`")
-    string(REGEX MATCH "^[A-Z]+" what "${lack}")
-    string(REGEX REPLACE "^[A-Z]+=" "contact law[^\n]*" sentence "${lack}")
-    refused(law.cpp NO_${what} "${sentence}")
-endforeach()
+refused(law-refused.cpp "contact law: needs `static constexpr bool friction`, a constant" "contact law: needs `static constexpr bool friction`, a constant"
+        "contact law: needs `struct Coefficients` with defaults and operator==" "contact law: needs `struct Coefficients` with defaults and operator=="
+        "contact law[^\n]*`static Coefficients coefficients" "contact law[^\n]*`static const char. fault" "contact law[^\n]*must be templates"
+        "contact law[^\n]*`normal.x, k.` and `excess.x, k.`" "contact law[^\n]*`limit.normal, k.`")
 
 # A solver that returns no report, one that cannot be copied, what is no scheme of gluing, and what glues nothing
-file(WRITE ${WORK}/solver.cpp "#include <memory>
-using M = nscdd::Model<2, nscdd::Frictionless>;
+file(WRITE ${WORK}/solver.inc "using M = nscdd::Model<2, nscdd::Frictionless>;
 using Parts = std::span<nscdd::Subdomain<M>>;
 struct Moved {
 #ifdef MOVE_ONLY
@@ -155,10 +162,9 @@ void step(nscdd::Simulation<M>& simulation) {
     simulation.step(nscdd::by_nscdd<nscdd::Dcs<M, Mean>>({}));
 }
 ")
+lacking(solver "#include <memory>\n#include <nscdd/decompose/dcs.hpp>\n#include <nscdd/step/by_nscdd.hpp>\n"
+        NO_REPORT MOVE_ONLY NO_SCHEME NO_START ARGUMENTS NO_WORK)
 call(text ${compile} -fsyntax-only ${WORK}/solver.cpp)
-refused(solver.cpp NO_REPORT "Simulation::step: a solver is called with")
-refused(solver.cpp MOVE_ONLY "Simulation::step: a solver is copied")
-refused(solver.cpp NO_SCHEME "a scheme of gluing is a class derived from CommunicationScheme")
-refused(solver.cpp NO_START "a scheme of gluing needs `setup`")
-refused(solver.cpp ARGUMENTS "a scheme of gluing must be made without arguments")
-refused(solver.cpp NO_WORK "what glues copies needs")
+refused(solver-refused.cpp "Simulation::step: a solver is called with" "Simulation::step: a solver is copied"
+        "a scheme of gluing is a class derived from CommunicationScheme" "a scheme of gluing needs `setup`"
+        "a scheme of gluing must be made without arguments" "what glues copies needs")

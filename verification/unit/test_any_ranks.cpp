@@ -142,7 +142,7 @@ TEMPLATE_TEST_CASE("a grain crosses several subdomains in a step", "[any_ranks]"
     CHECK(*owners.rbegin() - *owners.begin() >= 4);
 }
 
-TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks]", SmoothDisks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("METIS may deal parts that are not connected", "[any_ranks][long]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const Described<M> scene = clumps<M>(7);
     const auto expected = stepped(nlgs_alone, scene)->grains();

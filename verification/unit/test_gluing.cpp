@@ -308,7 +308,8 @@ void check_copies_after_steps(int ranks, bool driven) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("after a step all copies of a grain have the same bits", "[gluing]", SmoothDisks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("after a step all copies of a grain have the same bits", "[gluing][long]", SmoothDisks,
+                   FrictionSpheres) {
     const bool driven = GENERATE(false, true);
     CAPTURE(driven);
     const int ranks = GENERATE(2, 5);

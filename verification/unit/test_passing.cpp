@@ -36,8 +36,8 @@ std::vector<Grain<M>> flies_past(double from, double aside) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a grain that is passed without touching stays at rest", "[passing]", SmoothDisks, FrictionDisks,
-                   FrictionSpheres) {
+TEMPLATE_TEST_CASE("a grain that is passed without touching stays at rest", "[passing][long]", SmoothDisks,
+                   FrictionDisks, FrictionSpheres) {
     using M = TestType;
     const double way = GENERATE(0.02, 0.1, 0.3, 1.0, 2.0, 5.0);  // diameters a step
     for (const double aside : {1.0001, 1.001, 1.01, 1.1, 1.2, 1.5, 2.0, 3.0})
@@ -79,7 +79,7 @@ TEMPLATE_TEST_CASE("a grain that is hit is hit, along a normal no farther off th
 }
 
 // Grain 0 flies along x between grains, or a grain and a wall, nearer to one than to the other.
-TEMPLATE_TEST_CASE("a grain passes a slit that is wider than it without touching", "[passing]", SmoothDisks,
+TEMPLATE_TEST_CASE("a grain passes a slit that is wider than it without touching", "[passing][long]", SmoothDisks,
                    FrictionDisks, FrictionSpheres) {
     using M = TestType;
     const double way = GENERATE(0.01, 0.1, 0.3, 1.0, 3.0);  // radii of the one that flies, a step

@@ -88,7 +88,8 @@ class ClosedForm {
 
     // Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). Each case knows its degrees of
     // freedom at compile time, so that a copy is a few loads and stores: a quarter of the time. Throws
-    // std::invalid_argument unless they are 2, 3 or 6.
+    // std::invalid_argument unless they are 2, 3 or 6. A template: compiled by those who call it.
+    template <class = void>
     void operator()(const Copies& copies) {
         switch (copies.dof) {
             case 2:

@@ -71,7 +71,8 @@ class Anderson {
     }
 
     // Sets the coefficients of the next iteration from products() numbers [J]. If f.f has grown, the window is emptied
-    // and nothing is combined.
+    // and nothing is combined. A template, so that what does not call it need not compile Eigen's factors.
+    template <class = void>
     void update(const double* products) {
         const double own = products[0];
         const Vector with = Eigen::Map<const Eigen::VectorXd>(products + 1, window_);
@@ -107,6 +108,7 @@ class Anderson {
 #pragma GCC diagnostic ignored "-Warray-bounds"
 #endif
     // Least |f + sum_j c_j (f_j - f)|, by its normal equations.
+    template <class = void>
     void combine(double own, const Vector& with) {
         std::array<int, largest_window> used;
         Eigen::Index n = 0;

@@ -49,34 +49,7 @@ class Simulation {
     // mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
     // Communicator::turn().
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
-               std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr)
-        : comm_(comm), settings_(std::move(settings)) {
-        const Turn::Hold hold(comm_.turn(), "Simulation");
-        check_settings(settings_);
-        refuse_together(comm_, [&](std::size_t k) {
-            if (k > 0) return;
-            check_grains<M>(grains, settings_.materials.count());
-            check_impulses<M>(impulses);
-            if (last) check_rough(*last, grains.size(), settings_.walls.size());
-        });
-        for (int rank : comm_.ranks()) parts_.emplace_back().rank = rank;
-        for (const auto& grain : grains) {
-            parts_[0].grains.push_back(grain);
-            parts_[0].sharers.push_back(parts_[0].rank);
-            parts_[0].sharer_begin.push_back(static_cast<int>(parts_[0].sharers.size()));
-        }
-        check_ids(parts_, comm_);
-        count_grains();
-        Stopwatch watch(comm_);
-        if (last)
-            broad_.repeat(parts_, comm_, settings_, radii_, *last);
-        else
-            detect_roughly(0);
-        std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
-        handed[0].assign(impulses.begin(), impulses.end());
-        hand_out_impulses(parts_, comm_, handed);
-        watch.lap(seconds_.detect);
-    }
+               std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr);
 
     // One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
     // through each other unseen, another std::runtime_error when the numbers are no longer finite,
@@ -93,43 +66,7 @@ class Simulation {
                       "PhaseSeconds&) and returns a SolveReport, see decompose/step_solver.hpp");
         if constexpr (StepSolver<Held, M>) return step(AnyStepSolver<M>(solve));
     }
-    StepReport step(const AnyStepSolver<M>& solve) {
-        if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
-        const Turn::Hold hold(comm_.turn(), "Simulation::step");
-        check_there();
-        check_walls<M>(settings_.walls, settings_.materials.count());
-        Stopwatch watch(comm_);
-        StepReport report;
-        if (steps_ == 0) check_first_drift();
-        watch.lap(seconds_.detect);
-        drift((1 - settings_.theta) * settings_.h);
-        watch.lap(seconds_.advance);
-        const detail::Motion before = motion(Velocities::known);
-        if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
-        int iterations = 0;
-        for (;; ++report.attempts) {
-            detect((std::max)(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
-            watch.lap(seconds_.detect);
-            start_iteration(report);
-            watch.lap(seconds_.advance);
-            if (report.contacts > 0) report.solve = solve_checked(solve);
-            iterations += report.solve.iterations;
-            watch.skip();
-            for (auto& part : parts_) keep_impulses(part);  // checks the contacts that the solver leaves
-            share_velocities(parts_, comm_);
-            watch.lap(seconds_.advance);
-            const bool done = complete(report.attempts);
-            watch.lap(seconds_.detect);
-            if (done) break;
-        }
-        report.solve.iterations = iterations;
-        report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
-        commit();
-        drift(settings_.theta * settings_.h);
-        ++steps_;
-        watch.lap(seconds_.advance);
-        return report;
-    }
+    StepReport step(const AnyStepSolver<M>& solve);
 
     Communicator& comm() const { return comm_; }  // that it was made with
     // Of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved, and so does all
@@ -346,5 +283,77 @@ class Simulation {
     int steps_ = 0;
     PhaseSeconds seconds_;
 };
+
+// Not in the class: functions there are compiled by all who call them, even where they are declared `extern template`.
+
+template <class M>
+Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
+                          std::span<const PairImpulse<M>> impulses, const RoughDetection<M>* last)
+    : comm_(comm), settings_(std::move(settings)) {
+    const Turn::Hold hold(comm_.turn(), "Simulation");
+    check_settings(settings_);
+    refuse_together(comm_, [&](std::size_t k) {
+        if (k > 0) return;
+        check_grains<M>(grains, settings_.materials.count());
+        check_impulses<M>(impulses);
+        if (last) check_rough(*last, grains.size(), settings_.walls.size());
+    });
+    for (int rank : comm_.ranks()) parts_.emplace_back().rank = rank;
+    for (const auto& grain : grains) {
+        parts_[0].grains.push_back(grain);
+        parts_[0].sharers.push_back(parts_[0].rank);
+        parts_[0].sharer_begin.push_back(static_cast<int>(parts_[0].sharers.size()));
+    }
+    check_ids(parts_, comm_);
+    count_grains();
+    Stopwatch watch(comm_);
+    if (last)
+        broad_.repeat(parts_, comm_, settings_, radii_, *last);
+    else
+        detect_roughly(0);
+    std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
+    handed[0].assign(impulses.begin(), impulses.end());
+    hand_out_impulses(parts_, comm_, handed);
+    watch.lap(seconds_.detect);
+}
+
+template <class M>
+StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
+    if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
+    const Turn::Hold hold(comm_.turn(), "Simulation::step");
+    check_there();
+    check_walls<M>(settings_.walls, settings_.materials.count());
+    Stopwatch watch(comm_);
+    StepReport report;
+    if (steps_ == 0) check_first_drift();
+    watch.lap(seconds_.detect);
+    drift((1 - settings_.theta) * settings_.h);
+    watch.lap(seconds_.advance);
+    const detail::Motion before = motion(Velocities::known);
+    if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
+    int iterations = 0;
+    for (;; ++report.attempts) {
+        detect((std::max)(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
+        watch.lap(seconds_.detect);
+        start_iteration(report);
+        watch.lap(seconds_.advance);
+        if (report.contacts > 0) report.solve = solve_checked(solve);
+        iterations += report.solve.iterations;
+        watch.skip();
+        for (auto& part : parts_) keep_impulses(part);  // checks the contacts that the solver leaves
+        share_velocities(parts_, comm_);
+        watch.lap(seconds_.advance);
+        const bool done = complete(report.attempts);
+        watch.lap(seconds_.detect);
+        if (done) break;
+    }
+    report.solve.iterations = iterations;
+    report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
+    commit();
+    drift(settings_.theta * settings_.h);
+    ++steps_;
+    watch.lap(seconds_.advance);
+    return report;
+}
 
 }  // namespace nscdd
