@@ -83,6 +83,17 @@ class Page(Case):
         self.assertEqual((rows["triaxial", "dcs"], rows["biaxial", "dcs"]), (2.0, None))
         self.assertEqual(paper_tables.measured(Paper(record)).count("busy: 90 % of a core"), len({scene for scene, _ in rows} - {"triaxial"}))
 
+    def test_another_packing_is_told(self):
+        accepted = json.loads((paper_rows.ROOT / "cases/packings/accepted.json").read_text())
+        self.assertEqual(set(accepted), {"isotropic", "biaxial", "triaxial"})
+        rows = [{"scene": scene, **row} for scene, row in accepted.items()]
+        self.assertEqual(list(paper_rows.other_packings(rows)), [])
+        self.assertEqual(list(paper_rows.other_packings([rows[0] | {"checksum": "other", "grains": 300}])), [])  # a quick one
+        self.assertEqual(list(paper_rows.other_packings([rows[0] | {"checksum": "other", "source": "another LAMMPS"}])),
+                         [f"packing of {rows[0]['scene']}, made by another LAMMPS: not the accepted one, which was made by {rows[0]['source']}; "
+                          "counts are not those of the record"])
+        self.assertIn("not the accepted one; counts", *paper_rows.other_packings([rows[0] | {"checksum": "other"}]))
+
     def test_axes_say_what_is_simulated_counted_and_measured(self):
         figure, _ = paper_figures.draw_scene(Paper(paper()), "biaxial", False)
         self.assertEqual([re.findall("SIMULATED|counted|measured", axis.get_ylabel()) for axis in figure.axes],

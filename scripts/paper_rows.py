@@ -1,6 +1,7 @@
 """Rows of scripts/paper's record, from the files that its jobs left; and what a simulated command begins with."""
 import csv
 import functools
+import hashlib
 import json
 import math
 import re
@@ -11,6 +12,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.append(str(ROOT / "reports"))
@@ -105,11 +107,30 @@ def measured_row(paths, scene, scheme, partition, n):
 def packing_row(path, scene):
     with h5py.File(path) as file:
         text = {key: file.attrs[key] for key in file.attrs}
-        grains = len(file["radius"])
+        grains, checksum = len(file["radius"]), packing_checksum(file)
     text = {key: value.decode() if isinstance(value, bytes) else value for key, value in text.items()}
     numbers = ("solid_fraction", "solid_fraction_core", "coordination", "rattlers", "largest_overlap")
-    return {"scene": scene, "grains": grains, "source": text["source"], "command": text["command"],
+    return {"scene": scene, "grains": grains, "source": text["source"], "checksum": checksum, "command": text["command"],
             **({"commit": text["commit"]} if "commit" in text else {}), **{key: float(text[key]) for key in numbers}}
+
+
+def packing_checksum(file):
+    """Of positions, radii and box, to the last bit."""
+    sha = hashlib.sha256()
+    for name in ("x", "radius", "box"):
+        sha.update(np.ascontiguousarray(file[name][...], "<f8").tobytes())
+    return sha.hexdigest()[:16]
+
+
+def other_packings(rows):
+    """Lines on those that are not the accepted ones of the repository, whose counts are not those of the record."""
+    accepted = json.loads((ROOT / "cases/packings/accepted.json").read_text())
+    for row in rows:
+        ours = accepted.get(row["scene"])
+        if not ours or row["grains"] != ours["grains"] or row["checksum"] == ours["checksum"]:
+            continue
+        other = "" if row["source"] == ours["source"] else f", which was made by {ours['source']}"
+        yield f"packing of {row['scene']}, made by {row['source']}: not the accepted one{other}; counts are not those of the record"
 
 
 def collect(plan, command):

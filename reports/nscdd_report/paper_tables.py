@@ -108,9 +108,9 @@ def packings(paper):
     rows = [[escape(row["scene"]), count(row["grains"]), (escape(row["source"]), "text"), f"{row['solid_fraction']:.4f}",
              f"{row['solid_fraction_core']:.4f}", *(("loose", NONE) if row["coordination"] == 0 else
                                                     (f"{row['coordination']:.3f}", percent(row["rattlers"]))), number(row["largest_overlap"])]
-            for row in paper.record["packings"]]
-    head = [[("scene", 1), ("grains", 1), ("made by", 1), ("solid fraction", 2), ("contacts a grain", 1), ("rattlers %", 1), ("largest overlap", 1)],
-            [("", 1), ("", 1), ("", 1), ("all", 1), ("core", 1), ("core, without rattlers", 1), ("", 1), ("mean diameters", 1)]]
+            + [(row.get("checksum", NONE), "text")] for row in paper.record["packings"]]
+    head = [[("scene", 1), ("grains", 1), ("made by", 1), ("solid fraction", 2), ("contacts a grain", 1), ("rattlers %", 1), ("largest overlap", 1), ("checksum", 1)],
+            [("", 1), ("", 1), ("", 1), ("all", 1), ("core", 1), ("core, without rattlers", 1), ("", 1), ("mean diameters", 1), ("", 1)]]
     return tables.table(head, rows, "Packings") if rows else None
 
 
