@@ -122,7 +122,7 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     const RunReport &a = reference.report, &b = candidate.report;
     // One step from one state tells solvers apart. Its answers to a tolerance of 1e-4 are spread: on the reduced scenes
     // the reference differs from itself at half the tolerance by up to 0.06 in velocities, 0.005 in kinetic energy and
-    // 0.03 in stress. After many steps, packings that are free to rearrange have drifted apart within the tolerance,
+    // 0.03 in stress: no finer bound would tell of the other solver. After many steps, packings that are free to rearrange have drifted apart within the tolerance,
     // whoever solved them: the bounds of whole runs are 1.4 to 2.3 times the most by which 50 steps of the reference
     // differ from those at 0.4 to 0.9 of its tolerance (velocities 0.31, kinetic energy 0.043, stress 0.14, positions
     // 0.016); of contacts, 0.15 % there, ten times, since a small packing has few.
@@ -137,7 +137,7 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
             {"steps without convergence", static_cast<double>(unconverged(b, tolerance, allowed_error)), 0,
              AgreementRow::Tells::convergence},
             {"velocities, |V - V_ref|_M / |V_free|_M",
-             relative(velocity_distance(reference, candidate), a.free_velocity_norm), one_step ? 0.03 : 0.5},
+             relative(velocity_distance(reference, candidate), a.free_velocity_norm), one_step ? 0.1 : 0.5},
             {"kinetic energy, difference / (|V_free|_M^2 / 2)",
              relative(std::abs(a.kinetic_energy - b.kinetic_energy), energy_scale), one_step ? 0.03 : 0.1},
             {"stress, |s - s_ref| / |s_ref|", stress_distance(a, b), one_step ? 0.03 : 0.2},
