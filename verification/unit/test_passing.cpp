@@ -55,6 +55,27 @@ TEMPLATE_TEST_CASE("a grain that is passed without touching stays at rest", "[pa
         }
 }
 
+// Without the impulse that stops all those behind it a grain would fly through the next one: still no pass.
+TEMPLATE_TEST_CASE("a long row that runs into a heavy grain stays a row", "[passing]", SmoothDisks, FrictionSpheres) {
+    using M = TestType;
+    constexpr int row = 100;
+    constexpr double gap = 5e-5, way = 0.05;  // diameters, and diameters a step
+    std::vector<Grain<M>> start;
+    for (int k = 0; k < row; ++k) {
+        start.push_back(make_grain<M>(k, 0.5, 1, at<M>(-(k + 1) * (1 + gap), 0)));
+        start.back().velocity[0] = 1;
+    }
+    start.push_back(make_grain<M>(row, 0.5, 1e9, at<M>(0, 0)));
+    for (const Solver& solver : {one_and_several[0], one_and_several[2]}) {
+        INFO(solver.name());
+        Run<M> run(solver, in_space<M>(way), start);
+        CHECK(run.step().attempts <= 3);
+        // each closes its gap in the step, and moves by the gaps before it
+        for (const Grain<M>& g : run.grains())
+            CHECK(std::abs(g.velocity[0] - (g.id == row ? 0 : (g.id + 1) * gap / way)) < 2e-3);
+    }
+}
+
 TEMPLATE_TEST_CASE("a grain that is hit is hit, along a normal no farther off than the way of the step", "[passing]",
                    SmoothDisks, SmoothSpheres) {
     using M = TestType;

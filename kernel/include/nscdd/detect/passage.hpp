@@ -115,13 +115,13 @@ bool mark_passing(Subdomain<M>& part, double h) {
                               before = (a.velocity - b.velocity).template head<M::dim>(), d = a.position - b.position;
         const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
         // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
-        // normal.
-        const double along = w.dot(c.normal), doubt = alone ? 0 : -0.5 * h * (along + c.bias),
+        // normal. No hit is deeper than both grains, however fast the impulse of a long row would make them.
+        const double along = w.dot(c.normal), reach = a.radius + b.radius,
+                     doubt = alone ? 0 : 0.5 * (std::min)(-h * (along + c.bias), reach),
                      negligible = alone ? 0
                                         : (std::max)(detail::passing_way * (std::min)(a.radius, b.radius),
                                                      detail::passing_share * h * w.norm());
-        if (detail::pass_by(d, w, along, c.bias, a.radius + b.radius - doubt, h, negligible))
-            candidate.passes = found = true;
+        if (detail::pass_by(d, w, along, c.bias, reach - doubt, h, negligible)) candidate.passes = found = true;
     }
     return found;
 }
