@@ -56,7 +56,8 @@ TEMPLATE_TEST_CASE("a grain that is passed without touching stays at rest", "[pa
 }
 
 // Without the impulse that stops all those behind it a grain would fly through the next one: still no pass.
-TEMPLATE_TEST_CASE("a long row that runs into a heavy grain stays a row", "[passing]", SmoothDisks, FrictionSpheres) {
+TEMPLATE_TEST_CASE("a long row that runs into a heavy grain stays a row", "[passing][long]", SmoothDisks,
+                   FrictionSpheres) {
     using M = TestType;
     constexpr int row = 100;
     constexpr double gap = 5e-5, way = 0.05;  // diameters, and diameters a step
