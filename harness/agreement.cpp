@@ -122,10 +122,11 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     const RunReport &a = reference.report, &b = candidate.report;
     // One step from one state tells solvers apart. Its answers to a tolerance of 1e-4 are spread: on the reduced scenes
     // the reference differs from itself at half the tolerance by up to 0.06 in velocities, 0.005 in kinetic energy and
-    // 0.03 in stress: no finer bound would tell of the other solver. After many steps, packings that are free to rearrange have drifted apart within the tolerance,
-    // whoever solved them: the bounds of whole runs are 1.4 to 2.3 times the most by which 50 steps of the reference
-    // differ from those at 0.4 to 0.9 of its tolerance (velocities 0.31, kinetic energy 0.043, stress 0.14, positions
-    // 0.016); of contacts, 0.15 % there, ten times, since a small packing has few.
+    // 0.03 in stress: no finer bound would tell of the other solver. After many steps, packings that are free to
+    // rearrange have drifted apart within the tolerance, whoever solved them: the bounds of whole runs are 1.4 to 2.3
+    // times the most by which 50 steps of the reference differ from those at 0.4 to 0.9 of its tolerance (velocities
+    // 0.31, kinetic energy 0.043, stress 0.14, positions 0.016); of contacts, 0.15 % there, ten times, since a small
+    // packing has few.
     const bool one_step = a.steps == 1 && b.steps == 1;
     // The reference's tolerances count, else a candidate could set coarse ones of its own. Bounds finer than the
     // defaults are not asked for.

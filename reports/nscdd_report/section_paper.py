@@ -7,6 +7,7 @@ from .paper_data import MILLION, SCENES, STARTS, Paper
 from .paper_verdicts import AGREES, DIFFERS, UNTOLD, verdicts
 from .style import save
 from .tables import count, number
+from .times import CORES
 
 NETWORK, SPHERES = "paper/fig1-network.h5", "paper/isotropic-dcs-grid-2x2x2.h5"  # in the folder of results
 FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4", "Fig. 4", "triaxial", True, "spheres"))
@@ -83,7 +84,7 @@ def real_ranks(paper):
         return
     caption = ("Wall-clock times on real cores of some further steps after the last one of sequential NLGS; how many, the table says. Speed-up: over "
                "sequential NLGS by the paper's method of the same scene. In MPI: mean over the ranks, of all of these steps. "
-               "Without speed-up: a process had less than 95 % of its core, or the reference had.")
+               f"Without speed-up: a process had less than {100 * CORES:.0f} % of its core, or the reference had.")
     yield table_block(html, "Real ranks", caption, source(paper, paper.record["measured"]), ("measured",), wide=True, anchor="paper-measured")
 
 
