@@ -168,7 +168,8 @@ Captured capture(std::span<const nscdd::Subdomain<M>> parts, const nscdd::Simula
         const Vector rest = all.v - by_impulses(all);
         const double energy = problem.energies(all.v - problem.free).sum(),
                      begun = start.size() > 0 ? problem.energies(start).sum() : 0;
-        if (energy > 1e-20 * std::max(problem.energies(all.v).sum(), begun))  // else it is round-off
+        // Below 1e-16 round-off of the first guess, the impulses of the step before, is more than 1e-8 of the change.
+        if (energy > 1e-16 * std::max(problem.energies(all.v).sum(), begun))
             all.inconsistent = std::sqrt(problem.energies(rest).sum() / energy);
     }
     return all;
