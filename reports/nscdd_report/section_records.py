@@ -143,7 +143,7 @@ def same_bits(results, _out):
         same = sum(row["numbers"] - len(row["differ"]) for row in rows)
         caption = (f"Checksums of positions, velocities, driven walls and impulses at the end of the reduced scenes, by {len(rows)} builds "
                    f"of one source. {tables.count(same)} of {tables.count(sum(row['numbers'] for row in rows))} counts, residuals and checksums are the "
-                   f"accepted ones (commit {escape(record['accepted'])}); others are in red. The build for aarch64 ran under qemu.")
+                   f"accepted ones (commit {escape(record['accepted'])}) or those of the record of hard cases; others are in red. The build for aarch64 ran under qemu.")
         parts.append(table_block(bits.table(record), "The same bits by several compilers and processors", caption, origin([record]), ("counted",), wide=True))
     return parts or [missing("the same runs by other compilers and processors (scripts/same_bits)")]
 
