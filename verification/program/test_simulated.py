@@ -5,6 +5,7 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import unittest
 
 import h5py
@@ -146,9 +147,9 @@ class Simulated(ProgramTest):
             self.assertEqual([line for line in done.stderr.splitlines() if line.startswith("nscdd: ")], [f"nscdd: {self.costs}: {said}"])
             self.assertNotEqual(done.returncode, 0)
 
-    def scale(self, *arguments):
+    def scale(self, *arguments, iterations=20):
         return self.run_program("scale", self.scene, "--packing", self.packing, "--platform", PLATFORMS / "node48.xml", "--costs",
-                                self.costs, "--iterations", 20, "--json", self.folder / "scale.json", *arguments, cwd=self.folder)
+                                self.costs, "--iterations", iterations, "--json", self.folder / "scale.json", *arguments, cwd=self.folder)
 
     def test_scale_goes_on_after_an_interruption(self):
         done = self.scale("--ranks", "1,2", "--bands")
@@ -181,6 +182,20 @@ class Simulated(ProgramTest):
             done = self.scale("--ranks", "1,2", "--slower", 3)
             self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {path}: was begun with another slower, give another file to begin anew\n"))
             self.assertEqual(json.loads(path.read_text()), again)
+
+    def test_what_a_busy_machine_measures_is_made_again_and_marked(self):
+        for _ in range(2 * len(os.sched_getaffinity(0))):
+            other = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+            self.addCleanup(other.wait)
+            self.addCleanup(other.kill)
+        done = self.scale("--ranks", "1", "--measure", iterations=2000)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("THE MACHINE WAS BUSY", done.stdout)
+        self.assertEqual(done.stderr.count("measuring again, the machine was busy"), 2)
+        point, = json.loads((self.folder / "scale.json").read_text())["points"]
+        load = point["measured"]["load"]
+        self.assertFalse(load["believed"])
+        self.assertLess(load["cores"]["least"], 0.95)
 
     def test_scale_tells_why_the_simulator_failed(self):
         broken = self.write("broken", "#!/bin/sh\necho nscdd: it is broken >&2\nexit 4\n")
