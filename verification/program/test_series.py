@@ -234,10 +234,10 @@ class Targets(SeriesTest):
 
     def test_where_the_disk_is_full(self):
         """Old files stay, but for frames: there are those that there was room for."""
-        def small_disk():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+        for name, kib, *options in (("out.csv", 4, "--series"), ("out.h5", 60, "--series"), ("frames.h5", 60, "--frame-every", 2, "--frames")):
+            def small_disk(size=kib * 1024):
+                resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
-        for name, *options in (("out.csv", "--series"), ("out.h5", "--series"), ("frames.h5", "--frame-every", 2, "--frames")):
             old = self.write(name, "old")
             full = (1, [f"nscdd: {old}: cannot write: File too large"])
             for ranks in (0, 3):
@@ -245,7 +245,7 @@ class Targets(SeriesTest):
                     done = self.run_program(*self.biaxial(), "--steps", 200, *options, old, preexec_fn=small_disk)
                     told = done.returncode, [line for line in done.stderr.splitlines() if line.startswith("nscdd:")]
                 else:
-                    told = self.run_on_small_disk(*self.biaxial(), "--scheme", "dcs", "--steps", 200, *options, old, ranks=ranks, kib=60)
+                    told = self.run_on_small_disk(*self.biaxial(), "--scheme", "dcs", "--steps", 200, *options, old, ranks=ranks, kib=kib)
                 with self.subTest("all ranks stop, whichever had the error", name=name, ranks=ranks):
                     self.assertEqual(told, full)
                     self.assertEqual(list(self.folder.glob("*.part")), [])
