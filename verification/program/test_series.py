@@ -234,7 +234,7 @@ class Targets(SeriesTest):
 
     def test_where_the_disk_is_full(self):
         """Old files stay, but for frames: there are those that there was room for."""
-        for name, kib, *options in (("out.csv", 4, "--series"), ("out.h5", 60, "--series"), ("frames.h5", 60, "--frame-every", 2, "--frames")):
+        for name, kib, *options in (("out.csv", 4, "--series"), ("out.h5", 8, "--series"), ("frames.h5", 60, "--frame-every", 2, "--frames")):
             def small_disk(size=kib * 1024):
                 resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
