@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -103,10 +104,14 @@ bool link_part(const std::string& old, const struct stat& placed, std::string& p
     return false;
 }
 
-// Whether somebody has the file open by the HDF5 library, which locks what it reads.
+// Whether somebody has the file open. The system gives a lease to the only one who has. Where its file system knows no
+// leases, the lock tells that the HDF5 library takes, a moment after it has opened a file.
 bool read_by_others(const std::string& path) {
     const Descriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
-    return file < 0 || (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK);
+    if (file < 0) return true;
+    ::fcntl(file, F_SETSIG, SIGURG);  // ignored; SIGIO, sent where the file is opened during the lease, would end us
+    if (::fcntl(file, F_SETLEASE, F_WRLCK) == 0) return false;
+    return errno == EAGAIN || (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK);
 }
 
 // Makes these bytes, and the size, of a file those of another.

@@ -78,7 +78,7 @@ if(MPI_CXX_FOUND)
         add_executable(lone_error mpi/lone_error.cpp)
         target_link_libraries(lone_error PRIVATE nscdd_files nscdd_flags MPI::MPI_CXX)
         add_test(NAME "an error of one rank alone" COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} 3 $<TARGET_FILE:lone_error>)
-        set_tests_properties("an error of one rank alone" PROPERTIES LABELS mpi TIMEOUT 60 PROCESSORS 3 RESOURCE_LOCK mpirun
+        set_tests_properties("an error of one rank alone" PROPERTIES LABELS mpi TIMEOUT 60 RESOURCE_LOCK mpirun  # ten seconds of waiting
                              PASS_REGULAR_EXPRESSION "nscdd: rank 1 alone: what no other rank knows" FAIL_REGULAR_EXPRESSION "not stopped"
                              ENVIRONMENT "${mpi_environment};ASAN_OPTIONS=detect_leaks=0")
     endif()
@@ -171,6 +171,20 @@ if(NSCDD_PROGRAM)
     add_test(NAME "report on the paper" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest_paper.py)
     set_tests_properties("report generator" "report on the paper" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
+
+# Seconds of the longest, about: ctest starts them first, so that none is waited for at the end.
+function(nscdd_long seconds)
+    foreach(test IN LISTS ARGN)
+        if(TEST ${test})
+            set_tests_properties(${test} PROPERTIES COST ${seconds})
+        endif()
+    endforeach()
+endfunction()
+nscdd_long(60 "headers compile alone" "program: a program of one's own, as the manual builds it" "program: bad input")
+nscdd_long(30 "regression of counts and simulated speed-ups" "program: outputs" "program: simulated machines" "program: the paper at its smallest"
+           "what the compiler says" "consumer")
+nscdd_long(15 "program: site of manual and reference" "program: go on from a state" "program: checkpoints" "program: pack, run, compare"
+           "program: time series" "program: hard cases" "an error of one rank alone")
 
 find_package(benchmark)
 if(benchmark_FOUND AND TARGET nscdd_files)

@@ -1,5 +1,6 @@
 """Time series and frames: equal to what NumPy computes from the state, on any number of subdomains, and readable where they are read."""
 import csv
+import os
 import pathlib
 import resource
 import shutil
@@ -355,6 +356,25 @@ class Frames(SeriesTest):
             with h5py.File(path) as file:
                 file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)
                 self.assertEqual([frame.attrs["step"] for frame in file.values()], list(range(1, len(file) + 1)))
+
+    def test_who_has_opened_the_file_keeps_what_it_was(self):
+        """The library locks a file a moment after it has opened it: until then it must not be written on."""
+        path = self.folder / "frames.h5"
+        command = (NSCDD, "run", self.write("scene.toml", SCENE), "--quiet", "--steps", 1_000_000, "--frames", path)
+        with subprocess.Popen([str(part) for part in command], stderr=subprocess.DEVNULL) as run:
+            try:
+                for _ in range(3):
+                    while not path.exists():
+                        self.assertIsNone(run.poll())
+                    file = os.open(path, os.O_RDONLY)
+                    self.addCleanup(os.close, file)
+                    size, later = os.fstat(file).st_size, set()
+                    while len(later) < 6:
+                        self.assertIsNone(run.poll())
+                        later.add(path.stat().st_mtime_ns)
+                    self.assertEqual(os.fstat(file).st_size, size)
+            finally:
+                run.kill()
 
     def test_a_run_that_goes_on_keeps_the_rhythm(self):
         _, state = self.run_frames(*self.biaxial(), steps=8)
