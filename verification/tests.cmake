@@ -49,7 +49,7 @@ if(TARGET nscdd_files)
     add_test(NAME "accepted steps of random scenes are near the answer" COMMAND wild_scenes --scenes 50 --seed 1 --max-iterations 3000
              --solvers nlgs,nlgs-accelerated,dcs-accelerated --distance 0.3 --energy-made 1e-3)
     set_tests_properties("accepted steps of random scenes are near the answer" PROPERTIES LABELS unit TIMEOUT 600)
-    # where impulses far larger than those of the answer left their round-off in the velocities: Newton's trials, and sweeps before them
+    # scenes where impulses far larger than those of the answer left their round-off in the velocities: Newton's trials, and sweeps before them
     foreach(seed 1811 1571)
         add_test(NAME "velocities by Newton's method are those of its impulses: scene ${seed}" COMMAND wild_scenes --scenes 1 --seed ${seed}
                  --solvers newton --distance 0.3 --inconsistent 1e-8)

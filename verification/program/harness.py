@@ -87,7 +87,7 @@ class ProgramTest(unittest.TestCase):
         command = [NSCDD, *map(str, arguments)]
         small = ["bash", "-c", f'ulimit -f {kib}; exec "$@"', "bash", *command]
         with unittest.mock.patch.dict(os.environ, OMPI_MCA_btl="self,tcp"):  # shared memory is files too
-            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", str(ranks - 1), *command], capture_output=True, text=True, timeout=120)
+            done = subprocess.run([MPIRUN, "-np", "1", *small, ":", "-np", str(ranks - 1), *command], capture_output=True, text=True, timeout=60)
         return done.returncode, errors_of(done)
 
     def succeeds(self, *arguments, ranks=0):
