@@ -120,10 +120,10 @@ def wild(**changed):
 
 
 def bits(**changed):
-    """The JSON of two builds, one of which has another answer by DCS and another number in a hard case."""
+    """The JSON of two builds, one of which has another answer and another work by DCS, and another number in a hard case."""
     answers = {"biaxial auto nlgs 1 answer": "00aa", "biaxial auto dcs 8 answer": "00bb"}
     row = {"build": "g++-v4", "compiler": "g++ 0", "lanes": 8, "numbers": 24, "differ": [], "hard": {"same": 20, "of": 20}, "answers": answers}
-    other = row | {"build": "clang-v3", "differ": ["biaxial auto dcs 8 answer", "hard: row nlgs: found"], "hard": {"same": 19, "of": 20},
+    other = row | {"build": "clang-v3", "differ": ["biaxial auto dcs 8 answer", "biaxial auto dcs 8 work", "hard: row nlgs: found"], "hard": {"same": 19, "of": 20},
                    "answers": answers | {"biaxial auto dcs 8 answer": "00cc"}}
     return {"schema": "nscdd.bits/1", "command": "scripts/same_bits FABRICATED", "commit": "fabricated", "accepted": "fabricated",
             "machine": {"cpu": "Fabricated CPU", "cores": CORES}, "date": "2000-01-01T00:00:00Z", "rows": [row, other]} | changed

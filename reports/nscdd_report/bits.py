@@ -24,6 +24,9 @@ def table(record):
             answer = row["answers"].get(f"{run} answer")
             line.append("\u2013" if answer is None else (answer, "bad") if f"{run} answer" in row["differ"] else answer)
         lines.append(line)
+    others = [sum(not name.startswith("hard: ") and not name.endswith(" answer") for name in row["differ"]) for row in rows]
+    if any(others):
+        lines.append(["counts and residuals that differ", *((tables.count(n), "bad") if n else "0" for n in others)])
     if any("hard" in row for row in rows):
         lines.append(["hard cases", *(of_hard(row) for row in rows)])
     head = [[("run", 1), *((escape(row["build"]), 1) for row in rows)], [("", 1), *((escape(row["compiler"]), 1) for row in rows)]]

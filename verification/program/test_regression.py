@@ -1,7 +1,10 @@
 """What scripts/regression calls worse, and how numbers are accepted."""
+import contextlib
+import io
 import json
 import os
 import unittest
+import unittest.mock
 
 from harness import ProgramTest, load_script
 
@@ -43,6 +46,56 @@ class Judge(unittest.TestCase):
         rows = script.judge({"a b dcs 8 iterations": 1}, {"a b dcs 4 iterations": 1}, 1e-4)
         self.assertEqual([(row[0], row[-1]) for row in rows], [("a b dcs 4 iterations", "gone"), ("a b dcs 8 iterations", "new")])
         self.assertFalse(script.passes(rows))
+
+
+class Gate(ProgramTest):
+    """The script as it is called, with a program that makes given numbers."""
+
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(os.chdir, os.getcwd())
+        accepted = self.write("accepted.json", json.dumps({"values": {f"biaxial {name}": value for name, value in self.numbers().items()}}))
+        (self.folder / "nscdd_simulated").write_text("")
+        for name, value in (("ROOT", self.folder), ("ACCEPTED", accepted), ("NSCDD", "./nscdd"), ("call", lambda words, out: None), ("METHODS", ("paper",))):
+            self.patch(unittest.mock.patch.object(script, name, value))
+        self.patch(unittest.mock.patch("shutil.which", return_value="smpirun"))
+
+    def patch(self, patch):
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    @staticmethod
+    def numbers(**changes):
+        return {"paper dcs 8 iterations": 1000, "paper dcs 8 speed-up": 4.0, "paper dcs 8 answer": "aa"} | changes
+
+    def gate(self, *arguments, **changes):
+        """None, or what it ends with."""
+        def measure(folder, scene, method, simulated):
+            return {f"{scene} {name}": value for name, value in self.numbers(**changes).items()}, 1e-4, {"fused": True, "compiler": "g++", "lanes": 8}
+        with unittest.mock.patch.object(script, "measure", measure), unittest.mock.patch("sys.argv", ["regression", "--only", "biaxial", *arguments]), \
+                contextlib.redirect_stdout(io.StringIO()):
+            try:
+                script.main()
+            except SystemExit as end:
+                return str(end)
+
+    def test_the_accepted_numbers_pass_and_others_do_not(self):
+        self.assertIsNone(self.gate())
+        for changes in ({"paper dcs 8 iterations": 1020}, {"paper dcs 8 speed-up": 3.88}, {"paper dcs 8 answer": "ab"}):
+            self.assertIn("--accept REASON", self.gate(**changes) or "", changes)
+
+    def test_what_is_missing_is_told(self):
+        (self.folder / "nscdd_simulated").unlink()
+        self.assertIn("nscdd_simulated is not there", self.gate() or "")
+        script.ACCEPTED.unlink()
+        self.assertIn("nothing is accepted", self.gate("--without-simulator") or "")
+
+
+class Calls(ProgramTest):
+    def test_a_file_of_an_earlier_run_is_not_taken(self):
+        out = self.write("old.json", "{}")
+        with self.assertRaisesRegex(SystemExit, "exit code 0, .*old.json: true"):
+            script.call(["true"], out)
 
 
 class Accept(ProgramTest):
