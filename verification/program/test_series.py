@@ -358,7 +358,7 @@ class Frames(SeriesTest):
                 file.visititems(lambda name, item: item[...] if isinstance(item, h5py.Dataset) else None)
                 self.assertEqual([frame.attrs["step"] for frame in file.values()], list(range(1, len(file) + 1)))
 
-    def test_who_has_opened_the_file_keeps_what_it_was(self):
+    def test_who_has_opened_or_linked_the_file_keeps_what_it_was(self):
         """The library locks a file a moment after it has opened it: until then it must not be written on."""
         with self.write("lease", "").open("r+") as file:
             try:
@@ -369,16 +369,20 @@ class Frames(SeriesTest):
         command = (NSCDD, "run", self.write("scene.toml", SCENE), "--quiet", "--steps", 1_000_000, "--frames", path)
         with subprocess.Popen([str(part) for part in command], stderr=subprocess.DEVNULL) as run:
             try:
-                for _ in range(3):
+                for number in range(4):
                     while not path.exists():
                         self.assertIsNone(run.poll())
-                    file = os.open(path, os.O_RDONLY)
-                    self.addCleanup(os.close, file)
-                    size, later = os.fstat(file).st_size, set()
+                    if number % 2 == 0:
+                        file = os.open(path, os.O_RDONLY)
+                        self.addCleanup(os.close, file)
+                    else:
+                        file = self.folder / f"linked-{number}.h5"
+                        os.link(path, file)
+                    size, later = os.stat(file).st_size, set()
                     while len(later) < 6:
                         self.assertIsNone(run.poll())
                         later.add(path.stat().st_mtime_ns)
-                    self.assertEqual(os.fstat(file).st_size, size)
+                    self.assertEqual(os.stat(file).st_size, size)
             finally:
                 run.kill()
 
