@@ -110,6 +110,24 @@ class Counted(ProgramTest):
         said, told = self.counted()
         self.assertEqual((told["same"], told["not_in_the_record"], told["missing"], told["differ"]), (3, 4, 4, []))
 
+    def test_numbers_within_a_row_and_rows_within_a_part_are_compared(self):
+        def write(nscdd, theirs, iterations):
+            (self.results / "acceleration.json").write_text(json.dumps({"schema": "nscdd.acceleration/1", "rows": [], "hard": [
+                {"scene": "chain", "steps": 5, "paper": {"iterations": nscdd}, "auto": {"iterations": 3}}]}))
+            (self.results / "peers.json").write_text(json.dumps({"schema": "nscdd.peers/1", "settle": {"ours": []}, "siconos": [
+                {"scene": "s", "solver": "Siconos NSGS", "arguments": "", "tolerance": 0.1, "iterations": theirs, "eta": 0.5},
+                {"scene": "s", "solver": "NLGS", "arguments": "", "tolerance": 0.1, "iterations": 4, "eta": 0.25}]}))
+            (self.results / "scale-node.json").write_text(json.dumps({"schema": "nscdd.scale/1", "points": [
+                {"scheme": "dcs", "ranks": 2, "iterations": iterations, "contacts": [9.0]}]}))
+
+        write(10, 20, [6, 7])
+        self.counted("--record")
+        write(11, 21, [6, 8])
+        said, told = self.counted()
+        self.assertEqual([(entry["name"], entry["now"], entry["record"]) for entry in told["differ"]],
+                         [("acceleration: chain: paper.iterations", 11, 10), ("scale-node: dcs 2: iterations", 14, 13)])
+        self.assertEqual((told["of"], told["missing"], told["not_in_the_record"]), (14, 0, 0))
+
 
 if __name__ == "__main__":
     unittest.main()
