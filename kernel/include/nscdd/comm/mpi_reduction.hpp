@@ -3,7 +3,9 @@
 
 #include <mpi.h>
 
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,6 +16,14 @@
 namespace nscdd::inline NSCDD_ABI {
 
 namespace detail {
+
+// SimGrid's SMPI 3.32 keeps every message that MPI_Test has completed, and searches them all whenever another one ends.
+// There a message is seen to have come by its last number, a time, and is completed by MPI_Wait.
+#ifdef SMPI_H
+inline constexpr bool seen_by_stamp = true;
+#else
+inline constexpr bool seen_by_stamp = false;
+#endif
 
 // A reduction in rounds of messages (ReductionRounds). In the iteration: traffic() counts its messages, and they go
 // through memory where they can.
@@ -68,6 +78,7 @@ class MpiReduction {
             awaited.mailbox->take(*awaited.rows);
             return true;
         }
+        if (seen_by_stamp) wait = wait || !std::isnan(awaited.rows->back());
         int there = 1;
         check_mpi(wait ? MPI_Wait(&awaited.request, MPI_STATUS_IGNORE)
                        : MPI_Test(&awaited.request, &there, MPI_STATUS_IGNORE),
@@ -86,6 +97,7 @@ class MpiReduction {
                 Awaited& awaited = awaited_.emplace_back();
                 awaited.rows = &rows;
                 if (in_iteration_) awaited.mailbox = mailbox(mailboxes_[round_].incoming, from++, rows);
+                if (seen_by_stamp) rows.back() = std::numeric_limits<double>::quiet_NaN();
                 if (!awaited.mailbox)
                     check_mpi(MPI_Irecv(rows.data(), mpi_count(rows.size()), MPI_DOUBLE, process, own_tag_, mpi_.comm(),
                                         &awaited.request),
