@@ -1,0 +1,1 @@
+"""The suite: studies that run the program, record what they find, and draw the page."""

@@ -1,0 +1,170 @@
+"""The one engine: jobs that make files from others, two at a time where nothing is timed, with progress, a log each, and time left."""
+import concurrent.futures
+import dataclasses
+import json
+import os
+import re
+import shlex
+import subprocess
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+from . import record
+from .program import ROOT, Failed, environment, words
+from .times import TRIES, busy, cores_of
+
+
+def clock(seconds):
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
+
+
+def left(elapsed, done, total):
+    """ ", about 1:23 left" by the share of the cost that is done; nothing before there is one."""
+    return f", about {clock(elapsed * (total - done) / done)} left" if done > 0 else ""
+
+
+@dataclasses.dataclass(eq=False)
+class Job:
+    """Commands, or a function whose rows become the file of its only output."""
+
+    title: str  # of the progress line; --only looks in it
+    outputs: list  # files made; removed beforehand, so that a failure leaves no older result behind
+    commands: list = ()  # argument lists, run one after the other, stopping at the first that fails
+    work: Callable = None  # instead of commands: () -> JSON; raises Failed
+    needs: list = ()  # files that earlier jobs make
+    cost: float = 1.0  # seconds of one core, about: for the time left
+    alone: bool = False  # its times are reported
+    fine: tuple = (0, 3)  # exit codes that are no failure
+
+    def __post_init__(self):
+        self.outputs, self.needs = ([str(path) for path in paths] for paths in (self.outputs, self.needs))
+        self.commands = [words(command) for command in self.commands]
+
+    @property
+    def log(self):
+        return re.sub(r"\W+", "-", self.title) + ".log"
+
+    def done(self):
+        return all(Path(output).exists() for output in self.outputs)
+
+
+def chosen(jobs, only=""):
+    """Those whose title matches, after what they need; those that must run alone last."""
+    order, makes = [], {output: job for job in jobs for output in job.outputs}
+
+    def visit(job):
+        for need in job.needs:
+            if need in makes:
+                visit(makes[need])
+        if job not in order:
+            order.append(job)
+
+    for job in jobs:
+        if re.search(only, job.title):
+            visit(job)
+    return sorted(order, key=lambda job: job.alone)
+
+
+class Runner:
+    """Runs jobs, prints progress, and keeps a record of each."""
+
+    def __init__(self, jobs, logs):
+        self.jobs, self.logs = jobs, Path(logs)
+        self.began, self.cost_done, self.started, self.records = time.monotonic(), 0.0, 0, []
+        self.lock = threading.Lock()
+
+    def elapsed(self):
+        return time.monotonic() - self.began
+
+    def failed(self):
+        return [entry for entry in self.records if entry["exit"]]
+
+    def announce(self, job):
+        elapsed = self.elapsed()
+        with self.lock:
+            self.started += 1
+            about = left(elapsed, self.cost_done, sum(j.cost for j in self.jobs))
+            print(f"[{self.started}/{len(self.jobs)}] {job.title} ... (elapsed {clock(elapsed)}{about})", flush=True)
+
+    def run(self, job):
+        self.announce(job)
+        for output in job.outputs:
+            Path(output).unlink(missing_ok=True)
+            Path(output).parent.mkdir(parents=True, exist_ok=True)
+        began, code, failed = time.monotonic(), 0, job.title
+        log = self.logs / job.log
+        missing = [need for need in job.needs if not Path(need).exists()]
+        with log.open("w") as stream:
+            if missing:
+                code = 1
+                stream.write(f"not run, for lack of {', '.join(missing)}\n")
+            elif job.work:
+                code = self.work(job, stream)
+            else:
+                for _ in range(TRIES):
+                    code, failed = self.run_commands(job, stream)
+                    if code or not job.alone or not disturbed(job):
+                        break
+                    stream.write("the machine was busy: again\n")
+        with self.lock:
+            self.cost_done += job.cost
+            if code:
+                tail = "".join(f"\n  | {line}" for line in [line for line in log.read_text(errors="replace").splitlines() if not line.startswith("$ ")][-8:])
+                print(f"FAILED (exit {code}): {job.title}\n  $ {failed}{tail}", flush=True)
+            self.records.append(
+                {"title": job.title, "commands": [shlex.join(command) for command in job.commands], "seconds": round(time.monotonic() - began, 2), "exit": code}
+            )
+
+    def work(self, job, stream):
+        try:
+            record.write(job.outputs[0], job.work())
+            return 0
+        except Failed as problem:
+            stream.write(f"{problem}\n")
+        except Exception:  # noqa: BLE001  (a mistake in one job is no reason to lose the others)
+            stream.write(traceback.format_exc())
+        return 1
+
+    def run_commands(self, job, stream):
+        """Exit code, and the command that failed."""
+        for command in job.commands:
+            stream.write(f"$ {shlex.join(command)}\n")
+            stream.flush()
+            try:
+                code = subprocess.run(command, cwd=ROOT, stdout=stream, stderr=subprocess.STDOUT, env=environment()).returncode
+            except OSError as error:
+                stream.write(f"{error}\n")
+                code = 127
+            if code not in job.fine:
+                return code, shlex.join(command)
+        return 0, ""
+
+    def run_all(self):
+        """Two at a time, each as soon as the jobs that make what it needs have ended; one that must run alone after all before it."""
+        self.logs.mkdir(parents=True, exist_ok=True)
+        workers = min(2, os.cpu_count() or 1)
+        waiting, running = list(self.jobs), {}
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:
+            while waiting or running:
+                for job in list(waiting):
+                    if len(running) == workers or job.alone and running:
+                        break
+                    unmade = {output for other in [*waiting, *running.values()] if other is not job for output in other.outputs}
+                    if unmade.isdisjoint(job.needs):
+                        waiting.remove(job)
+                        running[pool.submit(self.run, job)] = job
+                    if job.alone:
+                        break
+                done, _ = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
+                for future in done:
+                    del running[future]
+                    future.result()
+
+
+def disturbed(job):
+    """Whether a run that it timed did not have its cores."""
+    told = (json.loads(Path(path).read_text()) for path in job.outputs if path.endswith(".json") and Path(path).exists())
+    return any(busy(cores_of(one)) for one in told)

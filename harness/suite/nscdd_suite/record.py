@@ -1,0 +1,61 @@
+"""Files that studies write: JSON with a schema, commit and machine; whole or not at all."""
+import json
+from pathlib import Path
+
+from .program import ROOT
+
+SCHEMAS = ROOT / "reports"
+PROVENANCE = ("commit", "date", "machine")
+
+
+class InputError(Exception):
+    """A results file that cannot be used; the text is one line that names it."""
+
+
+def write(path, data, indent=1):
+    """As JSON, aside and then renamed: a reader meets the old file or the whole new one."""
+    part = Path(f"{path}.part")
+    part.write_text(json.dumps(data, indent=indent) + "\n")
+    part.replace(path)
+
+
+def load(path):
+    """JSON of our own, which no user writes."""
+    return json.loads(Path(path).read_text())
+
+
+def read(path, kind=None):
+    """A JSON file with a schema, of this kind if one is given. Raises InputError."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}: not valid JSON (truncated?): line {error.lineno}: {error.msg}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    if not isinstance(data, dict) or not isinstance(data.get("schema"), str):
+        raise InputError(f"{path}: not a result: field 'schema' is missing")
+    if kind and data["schema"] != f"nscdd.{kind}/1":
+        raise InputError(f"{path}: schema is {data['schema']}, not nscdd.{kind}/1")
+    return data
+
+
+def check(path, data, schema):
+    """Raises InputError at the first place where `data` departs from the schema file."""
+    definition = json.loads((SCHEMAS / schema).read_text(encoding="utf-8"))
+    try:
+        import jsonschema
+    except ImportError:  # then at least the fields that the report reads must be there
+        gone = [key for key in definition["required"] if key not in data]
+        if gone:
+            raise InputError(f"{path}: field '{gone[0]}' is missing") from None
+        return
+    error = next(iter(jsonschema.Draft7Validator(definition).iter_errors(data)), None)
+    if error:
+        place = "/".join(map(str, error.absolute_path)) or "top level"
+        raise InputError(f"{path}: {place}: {error.message[:200]}")
+
+
+def provenance(runs):
+    """Commit and machine of the last of some runs."""
+    last = max(runs, key=lambda run: run["date"])
+    return {key: last[key] for key in PROVENANCE}

@@ -1,0 +1,93 @@
+"""What each way to divide space costs: imbalance, interface, neighbours, messages, iterations and simulated time, on four scenes.
+
+The reduced scenes of the paper and a column that collapses into a pile in a box half empty, each by grid, bisection and METIS, in process, by the
+paper's method and accelerated, to the tolerance of the scene; and by sequential NLGS. Then an iteration after the last step of NLGS is simulated on
+the node of 48 cores, and efficiency is T(NLGS) / (N T_N) at equal error: with the iterations of the whole run. Nothing is timed.
+"""
+from pathlib import Path
+
+from ... import record
+from ...program import COSTS, NSCDD, SIMULATED, simulated
+from ...study import Study
+
+SCENES = {
+    "biaxial": ("cases/reduced/biaxial.toml", "biaxial", 2),
+    "isotropic": ("cases/reduced/isotropic.toml", "isotropic", 3),
+    "triaxial": ("cases/reduced/triaxial.toml", "triaxial", 3),
+    "collapse": ("cases/partitions/collapse.toml", "triaxial", 3),
+}  # packing, dimension
+PARTITIONS, METHODS, SUBDOMAINS = ("grid", "bisection", "metis"), ("paper", "auto"), (8, 48)
+QUICK_STEPS = 3
+
+
+def points():
+    """(scene, method, partition, subdomains)"""
+    for scene in SCENES:
+        for method in METHODS:
+            yield scene, method, "none", 1
+    for scene in SCENES:
+        for method in METHODS:
+            yield from ((scene, method, partition, n) for partition in PARTITIONS for n in SUBDOMAINS)
+
+
+class Partitions(Study):
+    name, title, about = "partitions", "Ways to divide space", "what grid, bisection and METIS cost"
+    tools = ("smpirun",)
+
+    def jobs(self, plan):
+        for point in points():
+            scene, method, partition, n = point
+            case, packing, dimension = SCENES[scene]
+            packing = plan.pack(f"cases/packings/{packing}.toml")
+            source, out, start = [case, "--packing", packing], self.stem(plan, *point), f"{self.stem(plan, scene, method, 'none', 1)}.h5"
+            how = ["--scheme", "nlgs"] if n == 1 else ["--scheme", "dcs", "--partition", partition]
+            how += ["--method", method, "--quiet", "--json"]
+            more = ["-n", n] if n > 1 else ["--state", start]
+            few = ["--steps", QUICK_STEPS] if plan.quick else []
+            window = [*simulated(n), SIMULATED, "window", *source, "--from", start, "--costs", COSTS[dimension], *how, f"{out}.window.json"]
+            plan.add(
+                " ".join(map(str, point)),
+                [f"{out}.json", f"{out}.window.json", *([start] if n == 1 else [])],
+                [[NSCDD, "run", *source, *how, f"{out}.json", *more, *few], window],
+                needs=[packing, *([start] if n > 1 else [])],
+                cost=dict(zip(SCENES, (2, 5, 8, 12)))[scene] + n / 8,
+            )
+
+    def stem(self, plan, *point):
+        return plan.folder / "-".join(map(str, point))
+
+    def rows(self, plan):
+        there = [point for point in points() if Path(f"{self.stem(plan, *point)}.window.json").exists()]
+        return {"rows": [row(self.stem(plan, *point), *point) for point in there]} if there else {}
+
+    def told(self, data):
+        nlgs = {(row["scene"], row["method"]): row for row in data["rows"] if row["subdomains"] == 1}
+        yield (
+            "| scene | method | subdomains | partition | imbalance | interface grains | neighbours, most | bytes an iteration | iterations / NLGS "
+            "| SIMULATED us an iteration | efficiency |"
+        )
+        yield "|---|---|---|---|---|---|---|---|---|---|---|"
+        for row in data["rows"]:
+            one = nlgs[row["scene"], row["method"]]
+            us, more = 1e6 * row["simulated"]["seconds_per_iteration"], row["iterations"] / one["iterations"]
+            share = 1e6 * one["simulated"]["seconds_per_iteration"] / (row["subdomains"] * us * more)
+            yield (
+                f"| {row['scene']} | {row['method']} | {row['subdomains']} | {row['partition']} | {row['imbalance']:.2f} | {row['interface_grains']:.0f} | "
+                f"{row['neighbours']['mean']:.1f}, {row['neighbours']['largest']:.0f} | {row['bytes_per_iteration']:.0f} | {more:.2f} | {us:.3g} | {share:.2f} |"
+            )
+
+
+def row(stem, scene, method, partition, n):
+    run, window = record.load(f"{stem}.json"), record.load(f"{stem}.window.json")
+    work = run["work_per_rank"]
+    return {
+        "scene": scene,
+        "method": method,
+        "partition": partition,
+        "subdomains": n,
+        **{key: run[key] for key in ("grains", "steps", "unconverged_steps")},
+        "iterations": sum(run["iterations"]),
+        "imbalance": max(work) * len(work) / sum(work),
+        **{key: run[key] for key in ("interface_grains", "neighbours", "messages_per_iteration", "bytes_per_iteration", "command")},
+        "simulated": {key: window[key] for key in ("seconds_per_iteration", "per_iteration", "command")},
+    }

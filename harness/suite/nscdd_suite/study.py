@@ -1,0 +1,142 @@
+"""The interface of a study: one question, the jobs that answer it, the record of the answer, and its section of the page."""
+import dataclasses
+import importlib
+import importlib.util
+import shlex
+from pathlib import Path
+
+from . import program, record
+from .jobs import Job, Runner, chosen, clock
+
+MADE_BY = "made-by.json"  # in a study's folder: the program that made what is there
+
+
+@dataclasses.dataclass
+class Plan:
+    """What a study is asked for, and helpers to make its jobs. Files are in `folder`, records in `results`."""
+
+    results: Path
+    name: str
+    only: str = ""
+    quick: bool = False
+    command: str = ""  # as typed, for the record
+
+    def __post_init__(self):
+        self.folder = self.results / self.name / ("quick" if self.quick else "")
+        self.jobs, self.left_out = [], []
+
+    def add(self, title, outputs, commands=(), **how):
+        """A job, once: two studies' parts may need the same file. Returns its first output."""
+        known = next((job for job in self.jobs if job.outputs[0] == str(outputs[0])), None)
+        if not known:
+            self.jobs.append(Job(title, outputs, commands, **how))
+        return outputs[0]
+
+    def rows(self, title, work, **how):
+        """A job of Python whose rows are kept in a file of their own: (folder/rows/TITLE.json)."""
+        out = self.folder / "rows" / f"{title.replace(' ', '-').replace('/', '-')}.json"
+        return self.add(title, [out], work=work, **how)
+
+    def pack(self, source, out=None, grains=0, loose=False, cost=10.0, more="", generator=()):
+        """A job that packs by a specification of cases/, with so many grains instead."""
+        name = Path(source).stem
+        out = out or self.folder / "packings" / f"{name}{f'-{grains}' if grains else ''}.h5"
+        text, file = program.specification(source, grains, loose, more), Path(source)
+        if text != Path(program.ROOT, source).read_text():
+            file = out.with_suffix(".toml")
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+        command = [program.NSCDD, "pack", file, *(["--generator", generator] if generator else []), "-o", out, "--quiet"]
+        return self.add(f"packing {out.stem}", [out], [command], cost=cost)
+
+    def leave_out(self, text):
+        """Says of a part that it is not made, and why."""
+        self.left_out.append(text)
+        print(f"skipped: {text}", flush=True)
+
+    def made(self, title):
+        """The rows of a job of Python, or () where it failed or was not asked for."""
+        job = next((job for job in self.jobs if job.title == title), None)
+        return record.load(job.outputs[0]) if job and job.done() else ()
+
+
+class Study:
+    """Subclasses say what; this class says how. All that a new study needs is a subclass and a line in studies/__init__.py."""
+
+    name = ""  # on the command line; NAME.json is the record, nscdd.NAME/1 its schema, reports/NAME.schema.json describes it
+    title = ""  # of the section
+    about = ""  # one line of `scripts/suite list`
+    timed = False  # wants a machine that does nothing else
+    probe = ("cases/hard/column-10-2d.toml",)  # a run that says commit and machine, where no run of the jobs does
+
+    def jobs(self, plan):
+        """Adds all jobs to the plan."""
+        raise NotImplementedError
+
+    def rows(self, plan):
+        """What the record has beside commit, machine and command, from the files that the jobs left; {} if there is nothing."""
+        raise NotImplementedError
+
+    def section(self, results, out):
+        """Blocks and HTML of the page, its images in the folder `out`; [] for no section. Of studies/NAME/section.py, else a table of all rows."""
+        if importlib.util.find_spec(f"nscdd_suite.studies.{self.name}.section"):
+            return importlib.import_module(f"nscdd_suite.studies.{self.name}.section").section(results, out)
+        from .page.default import section
+
+        return section(self, results, out)
+
+    def told(self, data):
+        """Lines for the console about a new record."""
+        return ()
+
+    def passes(self, data):
+        """Whether the record is as it should be."""
+        return True
+
+    # ---- how
+
+    def run(self, plan, anew=False, keep=False):
+        """Makes what is not there yet, and the record. True if all went well."""
+        plan.folder.mkdir(parents=True, exist_ok=True)
+        self.jobs(plan)
+        jobs = chosen(plan.jobs, plan.only)
+        if not jobs:
+            raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
+        fresh = keep or not anew and self.made_by(plan)
+        todo = [job for job in jobs if not (fresh and job.done())]
+        if len(todo) < len(jobs):
+            print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
+        record.write(plan.folder / MADE_BY, {"program": program.checksum(), "quick": plan.quick})
+        runner = Runner(todo, plan.folder / "logs")
+        runner.run_all()
+        rows = self.rows(plan)
+        data = None
+        if rows:
+            data = {"schema": f"nscdd.{self.name}/1", "command": plan.command, **self.provenance(plan), "quick": plan.quick, **rows}
+            if plan.left_out:
+                data["left_out"] = plan.left_out
+            record.write(plan.results / f"{self.name}.json", data)
+            for line in self.told(data):
+                print(line)
+        failed = runner.failed()
+        print(f"{self.name}: {len(todo) - len(failed)} of {len(todo)} jobs succeeded in {clock(runner.elapsed())}")
+        for entry in failed:
+            print(f"  failed: {entry['title']}")
+        return not failed and data is not None and self.passes(data)
+
+    def made_by(self, plan):
+        """Whether what is there was made by this program."""
+        path = plan.folder / MADE_BY
+        return path.exists() and record.load(path) == {"program": program.checksum(), "quick": plan.quick}
+
+    def provenance(self, plan):
+        out = plan.folder / "probe.json"
+        return record.provenance([program.made([program.NSCDD, "run", *self.probe, "--quiet", "--json", out], out)])
+
+
+def installed(*modules):
+    return all(importlib.util.find_spec(name) for name in modules)
+
+
+def typed(arguments):
+    return shlex.join(["scripts/suite", *arguments])
