@@ -1,6 +1,5 @@
-// The program `nscdd`: pack, run, compare, report, exchange of contact problems as FCLIB, and simulated machines.
+// The program `nscdd`: pack, run, compare, exchange of contact problems as FCLIB, and simulated machines.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <span>
@@ -16,20 +15,6 @@
 #include "scale.hpp"
 #include "solve_fclib.hpp"
 #include "window.hpp"
-
-namespace {
-
-// Runs the generator in reports/, which draws the page by matplotlib.
-int report(const std::string& results, const std::string& out) {
-    const char* chosen = std::getenv("NSCDD_PYTHON");
-    const std::string python = chosen ? chosen : "/usr/bin/python3";  // Debian's, which has its h5py and matplotlib
-    const std::string script = NSCDD_REPORTS "/report.py";
-    execlp(python.c_str(), python.c_str(), script.c_str(), results.c_str(), "--out", out.c_str(), nullptr);
-    throw nscdd::InputError(
-        fmt::format("{}: cannot be started; set NSCDD_PYTHON to a Python with h5py and matplotlib", python));
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
     nscdd::survive_streams_and_limits();
@@ -47,7 +32,6 @@ int main(int argc, char** argv) {
   nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --scheme dcs --subdomains 8 --json dcs.json --state dcs.h5
   mpirun -np 2 nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --scheme ccs --json ccs.json --state ccs.h5
   nscdd compare nlgs.json dcs.json
-  nscdd report results --out page
   nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5
   nscdd solve-fclib step10.hdf5 --tolerance 1e-6
   nscdd calibrate cases/reduced/triaxial.toml --packing spheres.h5 -o costs.json
@@ -59,10 +43,9 @@ neither an input nor another output. All of a command's files are written before
 stay, whole, where one fails. Frames and checkpoints alone take their place on the way, each whole. A symbolic link stays
 and the file that it leads to is replaced. Grains, [[grain]]s and rows of data sets are counted from 0 in messages.
 
-Exit codes: 0 done; 1 bad input, a file that cannot be written, or a report on runs that disagree; 2 compare found a
-disagreement; 3 the run is complete, but steps hit the cap of iterations, or a problem was not solved to tolerance;
-4 the run was stopped by SIGUSR1 and goes on from its checkpoint; 5 compare found another answer: the runs differ, and
-each is exact to 1e-8.)");
+Exit codes: 0 done; 1 bad input, or a file that cannot be written; 2 compare found a disagreement; 3 the run is complete,
+but steps hit the cap of iterations, or a problem was not solved to tolerance; 4 the run was stopped by SIGUSR1 and goes
+on from its checkpoint; 5 compare found another answer: the runs differ, and each is exact to 1e-8.)");
 
     nscdd::PackArguments pack;
     auto* pack_command = app.add_subcommand(
@@ -86,12 +69,6 @@ each is exact to 1e-8.)");
     compare_command->add_option("reference", reference, "JSON of the reference run")->required();
     compare_command->add_option("candidate", candidate, "JSON of the run to judge")->required();
     compare_command->add_option("--json", compare_json, "Table to write, see reports/compare.schema.json");
-
-    std::string results, page = "report";
-    auto* report_command =
-        app.add_subcommand("report", "One HTML page with tables and figures from a folder of results");
-    report_command->add_option("results", results, "Folder with JSON files of run and compare")->required();
-    report_command->add_option("--out", page, "Folder of the page")->capture_default_str();
 
     nscdd::ExportFclibArguments export_fclib;
     auto* export_fclib_command = add_export_fclib(app, export_fclib);
@@ -136,7 +113,6 @@ each is exact to 1e-8.)");
         if (*compare_command) return nscdd::compare(reference, candidate, compare_json, provenance);
         if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
         if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
-        if (*report_command) return report(results, page);
         if (*calibrate_command) return nscdd::calibrate(calibrate, provenance);
         if (*scale_command) return nscdd::scale(scale, provenance);
     } catch (const std::bad_alloc&) {

@@ -124,9 +124,9 @@ class Header:
     def __init__(self, stem):
         self.stem, self.scopes, self.out = stem, Scopes(), []
         self.block, self.margin, self.column = [], "", None  # a comment not yet put; its indentation; where the last ///< stood
-        self.about = []             # the comment of the file
+        self.about = []  # the comment of the file
         self.doc, self.start = [], None  # of the declaration that has begun: its comment, and its line in `out` until its name is read
-        self.last = ("", [])        # the last declaration that was named, and its comment
+        self.last = ("", [])  # the last declaration that was named, and its comment
 
     def put_block(self, code):
         """The comment lines above `code`."""
@@ -161,7 +161,7 @@ class Header:
             shared, self.start = self.share(code), None
         self.scopes.read(code)
         enum, text = self.scopes.stack[-1:] == ["enum"], code.strip()
-        whole, indent = begins and (self.scopes.fresh() or enum), code[:len(code) - len(code.lstrip())]
+        whole, indent = begins and (self.scopes.fresh() or enum), code[: len(code) - len(code.lstrip())]
         behind = f" /**< {note} */" if note else ""
         if whole and re.match(r"(template\s*<.*>\s*)?(struct|class|union|enum)\b", text):
             self.out.append(f"{indent}/** {note} */ {text}" if note and not self.doc else code)

@@ -141,6 +141,8 @@ if(NSCDD_PROGRAM)
                          SKIP_REGULAR_EXPRESSION "OK \\(skipped" RESOURCE_LOCK mpirun)
     nscdd_program_test("judge of regressions" program test_regression)
     nscdd_program_test("counted numbers beside the record" program test_counted)
+    nscdd_program_test("page of results" program test_report)
+    nscdd_program_test("page of the paper" program test_report_paper)
     nscdd_program_test("times, and whether they are believed" program test_times)
     nscdd_program_test("floors of the kernel" program test_floors)
     nscdd_program_test("site of manual and reference" program test_docs)
@@ -150,10 +152,10 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("the paper at its smallest" program test_paper)
     nscdd_program_test("granular physics" program test_physics)
     # counts of the reduced scenes against those that were accepted: a minute on two cores
-    add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/scripts/regression
+    add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_PYTHON} -m nscdd_suite regression
              --results ${CMAKE_CURRENT_BINARY_DIR}/regression)
     set_tests_properties("regression of counts and simulated speed-ups" PROPERTIES LABELS program TIMEOUT 600 PROCESSORS 2
-        ENVIRONMENT "NSCDD=$<TARGET_FILE:nscdd>;PYTHONDONTWRITEBYTECODE=1")
+        ENVIRONMENT "NSCDD=$<TARGET_FILE:nscdd>;PYTHONPATH=${PROJECT_SOURCE_DIR}/harness/suite;PYTHONDONTWRITEBYTECODE=1")
     # six minutes
     nscdd_program_test("killed a hundred times" "program;full" test_checkpoint.HundredKills.test_killed_at_random_moments)
     nscdd_program_test("beside other codes" program test_peers)
@@ -167,9 +169,6 @@ if(NSCDD_PROGRAM)
                          "program: checkpoints" "program: time series" "program: frames" "program: killed a hundred times"
                          "program: commands of the manual" "program: the paper at its smallest" PROPERTIES RESOURCE_LOCK mpirun)
     add_dependencies(sanitized_tests nscdd)
-    add_test(NAME "report generator" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest.py)
-    add_test(NAME "report on the paper" COMMAND ${NSCDD_PYTHON} ${PROJECT_SOURCE_DIR}/reports/selftest_paper.py)
-    set_tests_properties("report generator" "report on the paper" PROPERTIES LABELS program TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
 endif()
 
 # Seconds of the longest, about: ctest starts them first, so that none is waited for at the end.

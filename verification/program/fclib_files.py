@@ -52,7 +52,7 @@ def dense(group):
     p, i, x = (group[name][...] for name in "pix")
     a = np.zeros((group["m"][0], group["n"][0]))
     for column in range(a.shape[1]):
-        np.add.at(a[:, column], i[p[column]:p[column + 1]], x[p[column]:p[column + 1]])
+        np.add.at(a[:, column], i[p[column] : p[column + 1]], x[p[column] : p[column + 1]])
     return a
 
 

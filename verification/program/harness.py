@@ -9,6 +9,8 @@ import tempfile
 import unittest
 import unittest.mock
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "harness/suite"))  # for nscdd_suite
 NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
 MPIRUN = os.environ.get("NSCDD_MPIRUN", "mpirun")
 
@@ -46,7 +48,7 @@ h = 0.001
 count = 5
 """
 
-PACKED = SCENE[:SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmaterial = "glass"\n\n' + SCENE[SCENE.index("[[wall]]"):]
+PACKED = SCENE[: SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmaterial = "glass"\n\n' + SCENE[SCENE.index("[[wall]]") :]
 
 
 def load_script(name):
@@ -59,6 +61,12 @@ def load_script(name):
     sys.modules[name] = module
     loader.exec_module(module)
     return module
+
+
+def run_suite(*arguments, **variables):
+    """What scripts/suite runs, with these arguments and variables of the environment."""
+    environment = os.environ | {"NSCDD": str(pathlib.Path(NSCDD).resolve()), "PYTHONPATH": str(ROOT / "harness/suite")} | variables
+    return subprocess.run([sys.executable, "-m", "nscdd_suite", *map(str, arguments)], capture_output=True, text=True, env=environment)
 
 
 def errors_of(done):

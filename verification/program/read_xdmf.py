@@ -32,6 +32,7 @@ def blocks(data, name="all"):
 
 def arrays(data):
     from vtkmodules.util.numpy_support import vtk_to_numpy
+
     found = {"points": vtk_to_numpy(data.GetPoints().GetData())}
     cells = data.GetCells() if hasattr(data, "GetCells") else data.GetLines()
     found["cells"] = vtk_to_numpy(cells.GetConnectivityArray())
@@ -46,6 +47,7 @@ def main(path, out):
     if not makers:
         return 77
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
+
     found = {}
     for name, make in makers.items():
         reader = make()

@@ -1,23 +1,15 @@
 """What acceleration saves: the command at its smallest, and what its numbers must satisfy."""
 import json
-import os
-import pathlib
-import subprocess
-import sys
 import unittest
 
 import jsonschema
 
-from harness import NSCDD, ProgramTest
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from harness import ROOT, ProgramTest, run_suite
 
 
 class Quick(ProgramTest):
     def test_accelerated_runs_need_fewer_iterations_for_the_same_error(self):
-        environment = os.environ | {"NSCDD": str(pathlib.Path(NSCDD).resolve())}
-        done = subprocess.run([sys.executable, ROOT / "scripts/acceleration", "--quick", "--results", self.folder],
-                              capture_output=True, text=True, env=environment)
+        done = run_suite("run", "acceleration", "--quick", "--results", self.folder)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = json.loads((self.folder / "acceleration.json").read_text())
         jsonschema.validate(record, json.loads((ROOT / "reports/acceleration.schema.json").read_text()))
@@ -40,9 +32,8 @@ class Quick(ProgramTest):
                 self.assertLess(hard[name]["auto"]["iterations"], 0.3 * hard[name]["paper"]["iterations"])
 
     def test_nothing_to_do_is_said(self):
-        done = subprocess.run([sys.executable, ROOT / "scripts/acceleration", "--only", "no such", "--results", self.folder],
-                              capture_output=True, text=True)
-        self.assertEqual((done.returncode, done.stderr), (1, "acceleration: no scene matches 'no such'\n"))
+        done = run_suite("run", "acceleration", "--only", "no such", "--results", self.folder)
+        self.assertEqual((done.returncode, done.stderr), (1, "acceleration: nothing matches 'no such'\n"))
 
 
 if __name__ == "__main__":

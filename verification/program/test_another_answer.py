@@ -55,8 +55,10 @@ count = 1
 def pyramid(rows, friction):
     """The scene of a pile of disks that touch, all gaps zero."""
     disks = [(i + 0.5 * k, 0.5 + k * math.sqrt(0.75)) for k in range(rows) for i in range(rows - k)]
-    return WEDGE[:WEDGE.index("[[grain]]")].replace("0.6", f"{friction}").replace("wedge", "pyramid") + "".join(
-        f'[[grain]]\nposition = [{x}, {y}]\nradius = 0.5\nmaterial = "steel"\n\n' for x, y in disks) + """[[wall]]
+    return (
+        WEDGE[: WEDGE.index("[[grain]]")].replace("0.6", f"{friction}").replace("wedge", "pyramid")
+        + "".join(f'[[grain]]\nposition = [{x}, {y}]\nradius = 0.5\nmaterial = "steel"\n\n' for x, y in disks)
+        + """[[wall]]
 name = "floor"
 normal = [0, 1]
 through = [0, 0]
@@ -70,6 +72,7 @@ count = 1
 [solver]
 tolerance = 1e-8
 """
+    )
 
 
 class Judged(ProgramTest):
@@ -108,15 +111,18 @@ class Wedge(Judged):
 
     def test_two_answers(self):
         for pair in ((self.falls, self.holds), (self.holds, self.falls)):
-            self.assertEqual(self.judged(*pair), (5, "another answer: each step of both is exact to 1e-08, and with friction velocities are not unique",
-                                                  "another answer"))
+            self.assertEqual(
+                self.judged(*pair), (5, "another answer: each step of both is exact to 1e-08, and with friction velocities are not unique", "another answer")
+            )
         again = self.step("again", self.scene, "--from", self.folder / "start.h5", "--scheme", "dcs", "-n", 2)
         code, _, verdict = self.judged(self.falls, again)
         self.assertEqual((code, verdict), (0, "agrees"))
 
     def test_what_is_not_exact_cannot_be_told(self):
-        for changes, said in (({"residual": [2e-8]}, "step 2 of told-holds.json has eta 2.0e-08 and velocity error"),
-                              ({"velocity_error": [0.01]}, "and velocity error 1.0e-02; make both runs with --tolerance 1e-08 --velocity-error 0.001")):
+        for changes, said in (
+            ({"residual": [2e-8]}, "step 2 of told-holds.json has eta 2.0e-08 and velocity error"),
+            ({"velocity_error": [0.01]}, "and velocity error 1.0e-02; make both runs with --tolerance 1e-08 --velocity-error 0.001"),
+        ):
             told = self.told(self.holds, **changes)
             for pair in ((self.falls, told), (told, self.falls)):
                 code, line, verdict = self.judged(*pair)

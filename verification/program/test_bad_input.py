@@ -39,27 +39,34 @@ class Refusals(ProgramTest):
 class BadScene(Refusals):
     def test_refused(self):
         for old, new, *fragments in (
-                ("[step]\n", "[step]\nsteps = 5\n", "steps"),
-                ("radius = 0.5", "radius = -0.5", "[[grain]] 0: radius", "-0.5"),
-                ("density = 1.0", "density = 0.0", "density"),
-                ("position = [0, 0, 0.5]", "position = [0, nan, 0.5]", "[[grain]] 0: position"),
-                ("[0.3, 0.1, 1.5]", "[0, 0, 1.35]", "grain 0", "grain 1", "overlap"),
-                ("[0.3, 0.1, 1.5]", "[0, 0, 0.5]", "grain 0", "grain 1", "overlap"),
-                ("[0.3, 0.1, 1.5]", "[1e308, 0, 1.5]", "grain 1: position"),
-                ("[0, 0, 0.5]", "[-1e308, 0, 0.5]", "grain 0: position"),
-                ('name = "pair"', 'name = "pa\\u001b[31mir"', "name must have no control characters"),
-                ('name = "pair"', 'name = "pa\\nir"', "name must have no control characters"),
-                ('name = "floor"', 'name = "fl\\u009boor"', "name must have no control characters"),
-                ("[step]", "[solver]\nwindow = 9\n[step]", "solver: window must be <= 8, found 9"),
-                ("[[material]]", '[[material]]\nname = "m"\ndensity = 1\n' * 1001 + "[[material]]", "material", "1000 times at most")):
+            ("[step]\n", "[step]\nsteps = 5\n", "steps"),
+            ("radius = 0.5", "radius = -0.5", "[[grain]] 0: radius", "-0.5"),
+            ("density = 1.0", "density = 0.0", "density"),
+            ("position = [0, 0, 0.5]", "position = [0, nan, 0.5]", "[[grain]] 0: position"),
+            ("[0.3, 0.1, 1.5]", "[0, 0, 1.35]", "grain 0", "grain 1", "overlap"),
+            ("[0.3, 0.1, 1.5]", "[0, 0, 0.5]", "grain 0", "grain 1", "overlap"),
+            ("[0.3, 0.1, 1.5]", "[1e308, 0, 1.5]", "grain 1: position"),
+            ("[0, 0, 0.5]", "[-1e308, 0, 0.5]", "grain 0: position"),
+            ('name = "pair"', 'name = "pa\\u001b[31mir"', "name must have no control characters"),
+            ('name = "pair"', 'name = "pa\\nir"', "name must have no control characters"),
+            ('name = "floor"', 'name = "fl\\u009boor"', "name must have no control characters"),
+            ("[step]", "[solver]\nwindow = 9\n[step]", "solver: window must be <= 8, found 9"),
+            ("[[material]]", '[[material]]\nname = "m"\ndensity = 1\n' * 1001 + "[[material]]", "material", "1000 times at most"),
+        ):
             self.refused(["scene.toml" if "grain" not in fragments[0] else "", *fragments], "run", self.scene(old, new), "--scheme", "dcs")
 
     def test_keys_of_many_dots(self):
         """The parser makes a table of each part, one in another."""
         long = ".".join(["a"] * 200_000)
         quoted = ".".join(['"="', "'#'"] * 100_000)
-        for line in (f"{long} = 1", f"[{long}]", f"{quoted} = 1", f"x = '''it's''''\n{long} = 1",
-                     f'x = {{y = """a"""", {long} = 1}}', f'x = "\\\\" \n{long} = 1'):
+        for line in (
+            f"{long} = 1",
+            f"[{long}]",
+            f"{quoted} = 1",
+            f"x = '''it's''''\n{long} = 1",
+            f'x = {{y = """a"""", {long} = 1}}',
+            f'x = "\\\\" \n{long} = 1',
+        ):
             self.refused(["scene.toml", "a key has more than 8 dots"], "run", self.scene("[[material]]", line + "\n[[material]]"))
         for line in ('"a.b.c.d.e.f.g.h.i.j.k" = 1', "# a.b.c.d.e.f.g.h.i.j.k", "x = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5]"):
             done = self.run_program("run", self.scene("[[material]]", line + "\n[[material]]"))
@@ -86,8 +93,15 @@ class BadScene(Refusals):
 
 class BadOptions(Refusals):
     def test_numbers_that_are_none(self):
-        for option, value in (("--tolerance", "nan"), ("--tolerance", "inf"), ("--tolerance", "-1"), ("--tolerance", "1e-4x"),
-                              ("--relaxation", "nan"), ("--relaxation", "2"), ("--relaxation", "0")):
+        for option, value in (
+            ("--tolerance", "nan"),
+            ("--tolerance", "inf"),
+            ("--tolerance", "-1"),
+            ("--tolerance", "1e-4x"),
+            ("--relaxation", "nan"),
+            ("--relaxation", "2"),
+            ("--relaxation", "0"),
+        ):
             done = self.run_program("run", self.scene(), option, value)
             self.assertEqual(done.returncode, 1, (option, value))
             self.assertIn(f"{option}: must be a", done.stderr)
@@ -99,14 +113,15 @@ class BadOptions(Refusals):
     def test_combinations(self):
         scene = self.scene()
         for arguments, fragment in (
-                (("--scheme", "dcs", "--subdomains", 2, "--threads", 3), "--threads"),
-                (("--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1"), "--grid 3x1x1"),
-                (("--scheme", "dcs", "--grid", "641x6700417x1"), "--grid 641x6700417x1: 4294967297 cells for 1"),
-                (("--scheme", "dcs", "--grid", "65536x65536x65536"), "281474976710656 cells for 1"),
-                (("--scheme", "newton", "--window", 2), "--window is of sweeps, which --scheme newton does not make"),
-                (("--scheme", "spg", "--method", "paper"), "--method is of sweeps, which --scheme spg does not make"),
-                (("--scheme", "apgd", "--relaxation", 1.5), "--relaxation is of sweeps, which --scheme apgd does not make"),
-                (("--scheme", "newton", "--sweeps", 2), "--sweeps is of sweeps, which --scheme newton does not make")):
+            (("--scheme", "dcs", "--subdomains", 2, "--threads", 3), "--threads"),
+            (("--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1"), "--grid 3x1x1"),
+            (("--scheme", "dcs", "--grid", "641x6700417x1"), "--grid 641x6700417x1: 4294967297 cells for 1"),
+            (("--scheme", "dcs", "--grid", "65536x65536x65536"), "281474976710656 cells for 1"),
+            (("--scheme", "newton", "--window", 2), "--window is of sweeps, which --scheme newton does not make"),
+            (("--scheme", "spg", "--method", "paper"), "--method is of sweeps, which --scheme spg does not make"),
+            (("--scheme", "apgd", "--relaxation", 1.5), "--relaxation is of sweeps, which --scheme apgd does not make"),
+            (("--scheme", "newton", "--sweeps", 2), "--sweeps is of sweeps, which --scheme newton does not make"),
+        ):
             self.refused([fragment], "run", scene, *arguments)
 
     def test_the_cap_is_kept(self):
@@ -159,8 +174,9 @@ class BadPacking(Refusals):
         def virtual(source):
             def make(file):
                 layout = h5py.VirtualLayout(shape=(2, 3), dtype="f8", maxshape=(None, 3))
-                layout[:h5py.h5s.UNLIMITED:, :] = h5py.VirtualSource(str(source), "x", shape=(2, 3), maxshape=(None, 3))[:h5py.h5s.UNLIMITED:, :]
+                layout[: h5py.h5s.UNLIMITED :, :] = h5py.VirtualSource(str(source), "x", shape=(2, 3), maxshape=(None, 3))[: h5py.h5s.UNLIMITED :, :]
                 file.create_virtual_dataset("x", layout)
+
             return make
 
         def link(to):
@@ -170,9 +186,15 @@ class BadPacking(Refusals):
             file["there"] = h5py.ExternalLink("fifo.h5", "/")
             file["x"] = h5py.SoftLink("/there/x")
 
-        for make, fragment in ((link(h5py.ExternalLink("fifo.h5", "/x")), "link"), (link(h5py.ExternalLink("other.h5", "/x")), "link"),
-                               (link(h5py.SoftLink("/radius")), "link"), (soft_to_external, "link"), (external_storage, "stored in another file"),
-                               (virtual("other.h5"), "stored in another file"), (virtual("fifo.h5"), "stored in another file")):
+        for make, fragment in (
+            (link(h5py.ExternalLink("fifo.h5", "/x")), "link"),
+            (link(h5py.ExternalLink("other.h5", "/x")), "link"),
+            (link(h5py.SoftLink("/radius")), "link"),
+            (soft_to_external, "link"),
+            (external_storage, "stored in another file"),
+            (virtual("other.h5"), "stored in another file"),
+            (virtual("fifo.h5"), "stored in another file"),
+        ):
             self.packing()
             with h5py.File(self.folder / "packing.h5", "r+") as file:
                 del file["x"]
@@ -200,14 +222,17 @@ class BadState(Refusals):
         scene = self.scene()
         self.succeeds("run", scene, "--state", path)
         sound = path.read_bytes()
-        for key, value, fragment in (("step", np.int64(2**63 - 1), "attribute 'step': must lie in [0, "), ("step", np.int64(-1), "attribute 'step'"),
-                                     ("time", np.nan, "attribute 'time': must be finite")):
+        for key, value, fragment in (
+            ("step", np.int64(2**63 - 1), "attribute 'step': must lie in [0, "),
+            ("step", np.int64(-1), "attribute 'step'"),
+            ("time", np.nan, "attribute 'time': must be finite"),
+        ):
             path.write_bytes(sound)
             with h5py.File(path, "r+") as state:
                 state.attrs[key] = value
             self.refused(["state.h5", fragment], "run", scene, "--from", path)
         path.write_bytes(sound)
-        more = SCENE[SCENE.index("[[grain]]"):SCENE.index("[[wall]]")]
+        more = SCENE[SCENE.index("[[grain]]") : SCENE.index("[[wall]]")]
         scene = self.scene("[[wall]]", more + "[[wall]]")
         for options in ((), ("--adopt",)):
             self.refused(["state.h5", "2 grains", "has 4"], "run", scene, "--from", path, *options)
@@ -245,8 +270,7 @@ class OnAllRanks(Refusals):
         self.refused(["--scheme: foo not in"], "run", self.scene(), "--scheme", "foo", ranks=3)
         self.refused(["A subcommand is required"], ranks=3)
         right = [NSCDD, "run", self.scene(), "--scheme", "dcs"]  # and one rank alone has a wrong one
-        done = subprocess.run([str(word) for word in (MPIRUN, "-np", 2, *right, ":", "-np", 1, *right, "--wrong")], capture_output=True, text=True,
-                              timeout=60)
+        done = subprocess.run([str(word) for word in (MPIRUN, "-np", 2, *right, ":", "-np", 1, *right, "--wrong")], capture_output=True, text=True, timeout=60)
         said = [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
         self.assertEqual((done.returncode, said), (1, ["nscdd: The following argument was not expected: --wrong; see --help"]))
 
@@ -258,10 +282,14 @@ class OnAllRanks(Refusals):
         """Each of three ranks would do the work, and write the same file."""
         scene, out = self.scene(), self.folder / "out"
         specification = self.write("pack.toml", "dimension = 2\ngrains = 20\ngenerator = 'own'\n")
-        for name, *arguments in (("pack", specification, "-o", out), ("compare", scene, scene, "--json", out),
-                                 ("report", self.folder, "--out", out), ("export-fclib", scene, "-o", out), ("solve-fclib", scene),
-                                 ("calibrate", scene, "-o", out),
-                                 ("scale", scene, "--ranks", 1, "--platform", scene, "--costs", scene, "--json", out)):
+        for name, *arguments in (
+            ("pack", specification, "-o", out),
+            ("compare", scene, scene, "--json", out),
+            ("export-fclib", scene, "-o", out),
+            ("solve-fclib", scene),
+            ("calibrate", scene, "-o", out),
+            ("scale", scene, "--ranks", 1, "--platform", scene, "--costs", scene, "--json", out),
+        ):
             self.refused([f"{name} is of one process, and 3 were started: start it without mpirun"], name, *arguments, ranks=3)
         self.assertFalse(out.exists())
         self.succeeds("pack", specification, "-o", out, "--quiet", ranks=1)
@@ -273,8 +301,14 @@ class OnAllRanks(Refusals):
         for row, ranks in ((2, 3), (25, 3), (29, 4)):
             bad = places.copy()
             bad[row, 1] = np.nan
-            self.refused([f"packing.h5: dataset 'x': row {row} is not finite, found nan"], "run", self.packing(x=bad, radius=np.full(30, 0.5)),
-                         "--scheme", "dcs", ranks=ranks)
+            self.refused(
+                [f"packing.h5: dataset 'x': row {row} is not finite, found nan"],
+                "run",
+                self.packing(x=bad, radius=np.full(30, 0.5)),
+                "--scheme",
+                "dcs",
+                ranks=ranks,
+            )
         scene, state = self.packing(x=places, radius=np.full(30, 0.5)), self.folder / "state.h5"
         self.succeeds("run", scene, "--scheme", "dcs", "--state", state, "--quiet", ranks=3)
         with h5py.File(state, "r+") as file:
@@ -290,8 +324,16 @@ class OnAllRanks(Refusals):
         """They would wait for each other without end."""
         first = [NSCDD, "run", self.scene(), "--quiet", "--scheme", "dcs"]
         out = self.folder / "out"
-        for other in ([*first[:-1], "ccs"], [*first, "--series", f"{out}.csv"], [*first, "--repeat", 2], [*first, "--within-node", "messages"],
-                      [*first, "--checkpoint", f"{out}.h5"], [NSCDD, "--help"], [NSCDD, "run", "--help"], [NSCDD, "--version"]):
+        for other in (
+            [*first[:-1], "ccs"],
+            [*first, "--series", f"{out}.csv"],
+            [*first, "--repeat", 2],
+            [*first, "--within-node", "messages"],
+            [*first, "--checkpoint", f"{out}.h5"],
+            [NSCDD, "--help"],
+            [NSCDD, "run", "--help"],
+            [NSCDD, "--version"],
+        ):
             with self.subTest(other=other[1:]):
                 self.assertEqual(self.told_by(["-np", 1, *first], ["-np", 1, *other]), (1, ["nscdd: ranks were started with different scenes or options"]))
                 self.assertEqual(self.told_by(["-np", 1, *other], ["-np", 1, *first])[0], 1)

@@ -29,8 +29,7 @@ class Bundle(unittest.TestCase):
 
     def run_there(self, *words, timeout=120):
         """With no environment but the bundle's programs: what it prints."""
-        done = subprocess.run(list(map(str, words)), cwd=self.root, env={"PATH": f"{self.root}/bin"}, capture_output=True, text=True,
-                              timeout=timeout)
+        done = subprocess.run(list(map(str, words)), cwd=self.root, env={"PATH": f"{self.root}/bin"}, capture_output=True, text=True, timeout=timeout)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return done.stdout
 
@@ -41,13 +40,36 @@ class Bundle(unittest.TestCase):
         scene = ["cases/reduced/biaxial.toml", "--packing", "disks.h5"]
         self.assertIn("on 2 subdomains", self.run_there("mpirun", "-np", 2, self.root / "bin/nscdd", "run", *scene, "--scheme", "dcs", "--steps", 2))
         kinds = ("sweep", "accelerated", "driven", "residual", "pack", "glue", "factorised")
-        (self.root / "costs.json").write_text(json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb",
-                                                          "ns": {kind: [{"bytes": 1000, "ns": 10}] for kind in kinds}}))
+        (self.root / "costs.json").write_text(
+            json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb", "ns": {kind: [{"bytes": 1000, "ns": 10}] for kind in kinds}})
+        )
         platform = (self.root / "cases/platforms/node.xml.in").read_text()
-        (self.root / "node.xml").write_text(platform.replace("@clock@", "0").replace("@call@", "0:1e-7:0").replace("@latency@", "1us").replace("@bandwidth@", "5GBps").replace("@shared@", "0:1e-8:0"))
+        (self.root / "node.xml").write_text(
+            platform.replace("@clock@", "0")
+            .replace("@call@", "0:1e-7:0")
+            .replace("@latency@", "1us")
+            .replace("@bandwidth@", "5GBps")
+            .replace("@shared@", "0:1e-8:0")
+        )
         (self.root / "node.hosts").write_text("node\nnode\n")
-        self.run_there("nscdd", "scale", *scene, "--ranks", 2, "--platform", "node.xml", "--costs", "costs.json", "--simulator", "lib/nscdd_simulated",
-                       "--iterations", 1000, "--measure", "--json", "scale.json")  # longer than a busy machine's hiccups
+        self.run_there(
+            "nscdd",
+            "scale",
+            *scene,
+            "--ranks",
+            2,
+            "--platform",
+            "node.xml",
+            "--costs",
+            "costs.json",
+            "--simulator",
+            "lib/nscdd_simulated",
+            "--iterations",
+            1000,
+            "--measure",
+            "--json",
+            "scale.json",
+        )  # longer than a busy machine's hiccups
         points = json.loads((self.root / "scale.json").read_text())["points"]
         self.assertEqual([point["ranks"] for point in points], [1, 2])
         for point in points:

@@ -49,8 +49,24 @@ class CheckpointTest(ProgramTest):
     def command(self, *more, ranks=0, out="out"):
         launcher = [MPIRUN, "-np", ranks] if ranks else []
         in_process = () if ranks else ("-n", 3)
-        return [str(part) for part in (*launcher, NSCDD, "run", self.scene, "--scheme", "dcs", *in_process, "--quiet", "--json",
-                                       self.folder / f"{out}.json", "--state", self.folder / f"{out}.h5", *more)]
+        return [
+            str(part)
+            for part in (
+                *launcher,
+                NSCDD,
+                "run",
+                self.scene,
+                "--scheme",
+                "dcs",
+                *in_process,
+                "--quiet",
+                "--json",
+                self.folder / f"{out}.json",
+                "--state",
+                self.folder / f"{out}.h5",
+                *more,
+            )
+        ]
 
     def run_to_end(self, *more, **how):
         done = subprocess.run(self.command(*more, **how), capture_output=True, text=True, timeout=120)
@@ -134,13 +150,17 @@ class Checkpoints(CheckpointTest):
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_refusals(self):
-        for more, fragment in ((("--every", "5"), "--every is of checkpoints: give --checkpoint"),
-                               (("--checkpoint", self.checkpoint, "--repeat", "2"), "--checkpoint is of one run"),
-                               (("--checkpoint", self.scene), "--checkpoint is the same file as the scene"),
-                               (("--checkpoint", self.folder / "out.h5"), "--state is the same file as --checkpoint"),
-                               (("--checkpoint", self.folder / "none" / "c.h5"), "does not exist"),
-                               *((("--checkpoint", self.checkpoint, "--every", every), "--every " + every)
-                                 for every in ("0", "-1", "5m", "s", "nans", "infs", "0s", "1.5", "99999999999999999999"))):
+        for more, fragment in (
+            (("--every", "5"), "--every is of checkpoints: give --checkpoint"),
+            (("--checkpoint", self.checkpoint, "--repeat", "2"), "--checkpoint is of one run"),
+            (("--checkpoint", self.scene), "--checkpoint is the same file as the scene"),
+            (("--checkpoint", self.folder / "out.h5"), "--state is the same file as --checkpoint"),
+            (("--checkpoint", self.folder / "none" / "c.h5"), "does not exist"),
+            *(
+                (("--checkpoint", self.checkpoint, "--every", every), "--every " + every)
+                for every in ("0", "-1", "5m", "s", "nans", "infs", "0s", "1.5", "99999999999999999999")
+            ),
+        ):
             done = subprocess.run(self.command(*map(str, more)), capture_output=True, text=True, timeout=20)
             self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
             self.assertIn(fragment, done.stderr)
@@ -182,6 +202,7 @@ class Faults(CheckpointTest):
 
     def wait_a_while(self, run, choose):
         """Some checkpoints and a part of the next; or a time in which there may be none."""
+
         def current():
             return self.checkpoint.stat()[stat.ST_INO] if self.checkpoint.exists() else None
 
@@ -268,7 +289,9 @@ class HundredKills(Faults):
             self.killed(kills, ranks, seed=100 + ranks)
         self.assertGreater(len(self.moments), 50)
         self.assertGreater(self.shown, 50)
-        print(f"100 kills: checkpoints of {len(self.moments)} different steps were left, frames up to them {self.shown} times, mpiexec hung {self.launchers_hung} times")
+        print(
+            f"100 kills: checkpoints of {len(self.moments)} different steps were left, frames up to them {self.shown} times, mpiexec hung {self.launchers_hung} times"
+        )
 
 
 if __name__ == "__main__":

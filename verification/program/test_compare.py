@@ -67,9 +67,31 @@ class Compare(ProgramTest):
         self.succeeds("compare", self.reference, self.tampered())
 
     def test_keys(self):
-        for key in ("schema", "scene", "scheme", "transport", "state", "state_checksum", "dimension", "grains", "steps", "start_step",
-                    "subdomains", "unconverged_steps", "h", "tolerance", "residual", "velocity_error", "velocity_error_allowed", "energy_made",
-                    "penetration", "contacts", "densities", "wall_masses", "final"):
+        for key in (
+            "schema",
+            "scene",
+            "scheme",
+            "transport",
+            "state",
+            "state_checksum",
+            "dimension",
+            "grains",
+            "steps",
+            "start_step",
+            "subdomains",
+            "unconverged_steps",
+            "h",
+            "tolerance",
+            "residual",
+            "velocity_error",
+            "velocity_error_allowed",
+            "energy_made",
+            "penetration",
+            "contacts",
+            "densities",
+            "wall_masses",
+            "final",
+        ):
             message = {"schema": "not the JSON of `nscdd run`", "state": "was run without --state"}.get(key, f"{key} is missing")
             self.refused(["tampered.json", message], self.tampered(lambda report: report.pop(key)))
             self.refused(["tampered.json", key if key != "schema" else "not the JSON"], self.tampered(lambda report: report.update({key: {}})))
@@ -78,18 +100,27 @@ class Compare(ProgramTest):
             self.refused(["tampered.json", f"final: {key} must be"], self.tampered(lambda report: report["final"].update({key: None})))
 
     def test_values(self):
-        for key, value, message in (("unconverged_steps", -5, "unconverged_steps must be an integer in [0, 5], found -5"),
-                                    ("unconverged_steps", 2**64 - 1, "unconverged_steps must be an integer"),
-                                    ("steps", 4, "residual must be an array of 4 numbers, found an array of 5"),
-                                    ("residual", [0, 0, 0, 0, "x\ny"], 'residual must be a number, found "x\\ny"'),
-                                    ("residual", [0, 0, 0, 0, -1], "residual must be of numbers >= 0, found -1"),
-                                    ("densities", [], "grain 0 has material 0, but"), ("dimension", 4, "dimension must be an integer in [2, 3]"),
-                                    ("dimension", 2, "virial must be 2 rows of 2 numbers"), ("grains", 3, "grains: 2, but 3 in"),
-                                    ("scene", "another", "scene: pair, but another in"), ("wall_masses", [0, 0], "walls: 1, but 2 in"),
-                                    ("start_step", 1, "steps made: 5, but 6 in"), ("h", 0.002, "h is 0.002, but 0.001 in"),
-                                    ("densities", [2.0], "density of material 0 is 2, but 1 in"), ("wall_masses", [3], "mass of wall 0 is 3, but 0 in"),
-                                    ("state", "reference.h5", "is the state of both"), ("state", "none.h5", "none.h5: cannot open"),
-                                    ("state", "/dev/zero", "/dev/zero: is a device, not a file"), ("state_checksum", "0", "is not the state that")):
+        for key, value, message in (
+            ("unconverged_steps", -5, "unconverged_steps must be an integer in [0, 5], found -5"),
+            ("unconverged_steps", 2**64 - 1, "unconverged_steps must be an integer"),
+            ("steps", 4, "residual must be an array of 4 numbers, found an array of 5"),
+            ("residual", [0, 0, 0, 0, "x\ny"], 'residual must be a number, found "x\\ny"'),
+            ("residual", [0, 0, 0, 0, -1], "residual must be of numbers >= 0, found -1"),
+            ("densities", [], "grain 0 has material 0, but"),
+            ("dimension", 4, "dimension must be an integer in [2, 3]"),
+            ("dimension", 2, "virial must be 2 rows of 2 numbers"),
+            ("grains", 3, "grains: 2, but 3 in"),
+            ("scene", "another", "scene: pair, but another in"),
+            ("wall_masses", [0, 0], "walls: 1, but 2 in"),
+            ("start_step", 1, "steps made: 5, but 6 in"),
+            ("h", 0.002, "h is 0.002, but 0.001 in"),
+            ("densities", [2.0], "density of material 0 is 2, but 1 in"),
+            ("wall_masses", [3], "mass of wall 0 is 3, but 0 in"),
+            ("state", "reference.h5", "is the state of both"),
+            ("state", "none.h5", "none.h5: cannot open"),
+            ("state", "/dev/zero", "/dev/zero: is a device, not a file"),
+            ("state_checksum", "0", "is not the state that"),
+        ):
             self.refused([message], self.tampered(lambda report: report.update({key: value})))
         self.refused(["is the state of both"], self.reference)
 
@@ -100,6 +131,7 @@ class Compare(ProgramTest):
                     values = np.resize(state[name][...], (rows, *state[name].shape[1:]))
                     del state[name]
                     state[name] = values
+
             return change
 
         def put(name, *at_value):
@@ -114,10 +146,14 @@ class Compare(ProgramTest):
             resized(2, *of_materials)(state)
             state["material"][1] = 1
 
-        for change, message in ((resized(2, *of_walls), "walls: 2, but 1 in"), (resized(3, *of_grains), "grains: 3, but 2 in"),
-                                (put("material", 1, 7), "dataset 'material': row 1 must lie in [0, 0], found 7"),
-                                (two_materials, "grain 1 has material 1, but"), (put("radius", 1, 0.25), "radius of grain 1 is 0.25, but 0.5 in"),
-                                (put("velocity", (0, 0), np.inf), "dataset 'velocity': row 0 is not finite")):
+        for change, message in (
+            (resized(2, *of_walls), "walls: 2, but 1 in"),
+            (resized(3, *of_grains), "grains: 3, but 2 in"),
+            (put("material", 1, 7), "dataset 'material': row 1 must lie in [0, 0], found 7"),
+            (two_materials, "grain 1 has material 1, but"),
+            (put("radius", 1, 0.25), "radius of grain 1 is 0.25, but 0.5 in"),
+            (put("velocity", (0, 0), np.inf), "dataset 'velocity': row 0 is not finite"),
+        ):
             self.refused([message], self.tampered(change_state=change))
 
         def without_contacts_and_walls(state):
@@ -151,11 +187,14 @@ class Compare(ProgramTest):
         self.assertEqual(self.compare(asks_less, self.tampered(lambda report: report.update(rough))).returncode, 0)
         self.disagrees("steps without convergence +3", self.tampered(lambda report: report.update(unconverged_steps=3)))
         self.disagrees("largest residual eta.* +nan", self.tampered(lambda report: report.update(residual=[0, None, 0, 0, 0])))
-        self.disagrees("contacts, differences of the steps / their sum", self.tampered(lambda report: report.update(contacts=[1, 9, 1, 1, 1], residual=[1e-5] * 5)))
+        self.disagrees(
+            "contacts, differences of the steps / their sum", self.tampered(lambda report: report.update(contacts=[1, 9, 1, 1, 1], residual=[1e-5] * 5))
+        )
 
         def faster(state):
             state["velocity"][...] *= 2
             state["velocity"][...] += 1
+
         self.disagrees("velocities", self.tampered(lambda report: report.update(residual=[1e-5] * 5), faster))
 
     def test_a_restarted_run(self):

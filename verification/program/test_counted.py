@@ -1,15 +1,15 @@
-"""scripts/counted: made-up results beside made-up records."""
+"""`scripts/suite counted`: made-up results beside made-up records."""
 import contextlib
 import io
 import json
 import pathlib
 import unittest.mock
 
-from harness import ProgramTest, load_script
+from harness import ProgramTest
+from nscdd_suite import counted
+from nscdd_suite.record import InputError
 
-script = load_script("counted")
-RUN = {"schema": "nscdd.run/1", "commit": "c0ffee", "machine": {"cpu": "Fabricated CPU", "cores": 2}, "date": "2000-01-01T00:00:00Z",
-       "iterations": [10, 12], "contacts": [5, 5], "answer": "00aa", "seconds": 3.5}
+RUN = {"iterations": 22, "contacts": 10, "answer": "00aa"}
 ROW = {"case": "column", "scheme": "nlgs", "quantity": "height", "iterations": 7, "steps": 2, "found": 1.25, "answer": "00bb", "ok": True}
 
 
@@ -22,73 +22,73 @@ class Counted(ProgramTest):
         self.write_run()
         self.write_hard()
 
-    def write_run(self, **changed):
-        (self.results / "pack-nlgs.json").write_text(json.dumps(RUN | changed))
+    def write_run(self, others=None, **changed):
+        runs = {"pack-nlgs": RUN | changed} | (others or {})
+        (self.results / "reduced.json").write_text(json.dumps({"schema": "nscdd.reduced/1", "date": "2000-01-01T00:00:00Z", "runs": runs}))
 
     def write_hard(self, **changed):
         (self.results / "hard.json").write_text(json.dumps({"schema": "nscdd.hard/1", "rows": [ROW | changed]}))
 
-    def counted(self, *options):
+    def counted(self, keep=False):
         """(what it says, results/counted.json)"""
-        home = pathlib.Path.cwd()
-        said = io.StringIO()
-        with (unittest.mock.patch.object(script, "ROOT", self.folder), unittest.mock.patch("sys.argv", ["counted", str(self.results), *options]),
-              contextlib.chdir(home), contextlib.redirect_stdout(said)):
-            self.assertEqual(script.main(), 0)
-        return said.getvalue(), json.loads((self.results / "counted.json").read_text())
+        with unittest.mock.patch.object(counted, "RECORDS", self.records):
+            said = "\n".join(counted.compare(self.results, keep)) + "\n"
+        return said, json.loads((self.results / "counted.json").read_text())
 
     def test_without_records_nothing_is_compared_and_it_says_so(self):
         said, told = self.counted()
-        self.assertIn("reports/results/main.json is not there: nothing to compare main with", said)
+        self.assertIn("reduced.json is not there: nothing to compare reduced with", said)
         self.assertIn("0 of 0 counted numbers are those of the record (none)", said)
         self.assertEqual(told["of"], 0)
 
     def test_the_same_again_is_all_the_same_whatever_the_times(self):
-        self.counted("--record")
-        self.write_run(seconds=99.0, date="2001-01-01T00:00:00Z", machine={"cpu": "Another", "cores": 1})
+        self.counted(True)
+        record = json.loads((self.results / "reduced.json").read_text())
+        (self.results / "reduced.json").write_text(json.dumps(record | {"date": "2001-01-01T00:00:00Z", "machine": {"cpu": "Another", "cores": 1}}))
         said, told = self.counted()
-        self.assertIn("7 of 7 counted numbers are those of the record (main, hard)\n", said)
+        self.assertIn("7 of 7 counted numbers are those of the record (reduced, hard)\n", said)
         self.assertEqual((told["same"], told["of"], told["differ"]), (7, 7, []))
 
     def test_each_number_that_differs_is_named(self):
-        self.counted("--record")
-        self.write_run(iterations=[10, 13], answer="00ab")
+        self.counted(True)
+        self.write_run(iterations=23, answer="00ab")
         self.write_hard(found=1.2500000000000002)
         said, told = self.counted()
-        self.assertIn("main: pack-nlgs: iterations: 23, in the record 22", said)
+        self.assertIn("reduced: pack-nlgs: iterations: 23, in the record 22", said)
         self.assertIn("4 of 7 counted numbers", said)
-        self.assertEqual([entry["name"] for entry in told["differ"]],
-                         ["main: pack-nlgs: iterations", "main: pack-nlgs: answer", "hard: column nlgs height: found"])
+        self.assertEqual(
+            [entry["name"] for entry in told["differ"]], ["reduced: pack-nlgs: iterations", "reduced: pack-nlgs: answer", "hard: column nlgs height: found"]
+        )
 
     def test_a_run_that_the_record_lacks_is_told(self):
-        self.counted("--record")
-        (self.results / "other-nlgs.json").write_text(json.dumps(RUN))
+        self.counted(True)
+        self.write_run({"other-nlgs": RUN})
         said, told = self.counted()
-        self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 more are not in it", said)
+        self.assertIn("7 of 7 counted numbers are those of the record (reduced, hard); 3 more are not in it", said)
         self.assertEqual(told["not_in_the_record"], 3)
 
     def test_a_run_that_was_not_made_is_told(self):
-        (self.results / "other-nlgs.json").write_text(json.dumps(RUN))
-        self.counted("--record")
-        (self.results / "other-nlgs.json").unlink()
+        self.write_run({"other-nlgs": RUN})
+        self.counted(True)
+        self.write_run()
         said, told = self.counted()
-        self.assertIn("7 of 7 counted numbers are those of the record (main, hard); 3 of it are not in these results", said)
+        self.assertIn("7 of 7 counted numbers are those of the record (reduced, hard); 3 of it are not in these results", said)
         self.assertEqual(told["missing"], 3)
 
     def assert_refused(self, name, problem):
-        with self.assertRaisesRegex(script.InputError, f"{name}: .*{problem}"):
+        with self.assertRaisesRegex(InputError, f"{name}: .*{problem}"):
             self.counted()
         self.assertFalse((self.results / "counted.json").exists())
 
     def test_a_folder_without_results_is_one_line(self):
         for path in self.results.iterdir():
             path.unlink()
-        self.assert_refused("results", "no runs and no records")
+        self.assert_refused("results", "no records")
         self.results.rmdir()
         self.assert_refused("results", "no such folder")
 
     def test_damaged_results_and_records_are_one_line(self):
-        for path in (self.results / "pack-nlgs.json", self.results / "hard.json", self.records / "hard.json"):
+        for path in (self.results / "reduced.json", self.results / "hard.json", self.records / "hard.json"):
             before = path.read_text() if path.exists() else None
             for text, problem in (('{"schema": "nscdd', "truncated"), ("[1]", "schema")):
                 with self.subTest(path=path.name, text=text):
@@ -103,7 +103,7 @@ class Counted(ProgramTest):
         self.assert_refused("hard.json", "rows")
 
     def test_a_quick_record_is_not_compared_with_a_whole_one(self):
-        self.counted("--record")
+        self.counted(True)
         self.write_hard(iterations=1)
         record = json.loads((self.results / "hard.json").read_text())
         (self.results / "hard.json").write_text(json.dumps(record | {"quick": True}))
@@ -112,20 +112,39 @@ class Counted(ProgramTest):
 
     def test_numbers_within_a_row_and_rows_within_a_part_are_compared(self):
         def write(nscdd, theirs, iterations):
-            (self.results / "acceleration.json").write_text(json.dumps({"schema": "nscdd.acceleration/1", "rows": [], "hard": [
-                {"scene": "chain", "steps": 5, "paper": {"iterations": nscdd}, "auto": {"iterations": 3}}]}))
-            (self.results / "peers.json").write_text(json.dumps({"schema": "nscdd.peers/1", "settle": {"ours": []}, "siconos": [
-                {"scene": "s", "solver": "Siconos NSGS", "arguments": "", "tolerance": 0.1, "iterations": theirs, "eta": 0.5},
-                {"scene": "s", "solver": "NLGS", "arguments": "", "tolerance": 0.1, "iterations": 4, "eta": 0.25}]}))
-            (self.results / "scale-node.json").write_text(json.dumps({"schema": "nscdd.scale/1", "points": [
-                {"scheme": "dcs", "ranks": 2, "iterations": iterations, "contacts": [9.0]}]}))
+            (self.results / "acceleration.json").write_text(
+                json.dumps(
+                    {
+                        "schema": "nscdd.acceleration/1",
+                        "rows": [],
+                        "hard": [{"scene": "chain", "steps": 5, "paper": {"iterations": nscdd}, "auto": {"iterations": 3}}],
+                    }
+                )
+            )
+            (self.results / "peers.json").write_text(
+                json.dumps(
+                    {
+                        "schema": "nscdd.peers/1",
+                        "settle": {"ours": []},
+                        "siconos": [
+                            {"scene": "s", "solver": "Siconos NSGS", "arguments": "", "tolerance": 0.1, "iterations": theirs, "eta": 0.5},
+                            {"scene": "s", "solver": "NLGS", "arguments": "", "tolerance": 0.1, "iterations": 4, "eta": 0.25},
+                        ],
+                    }
+                )
+            )
+            (self.results / "scale-node.json").write_text(
+                json.dumps({"schema": "nscdd.scale/1", "points": [{"scheme": "dcs", "ranks": 2, "iterations": iterations, "contacts": [9.0]}]})
+            )
 
         write(10, 20, [6, 7])
-        self.counted("--record")
+        self.counted(True)
         write(11, 21, [6, 8])
         said, told = self.counted()
-        self.assertEqual([(entry["name"], entry["now"], entry["record"]) for entry in told["differ"]],
-                         [("acceleration: chain: paper.iterations", 11, 10), ("scale-node: dcs 2: iterations", 14, 13)])
+        self.assertEqual(
+            [(entry["name"], entry["now"], entry["record"]) for entry in told["differ"]],
+            [("acceleration: chain: paper.iterations", 11, 10), ("scale-node: dcs 2: iterations", 14, 13)],
+        )
         self.assertEqual((told["of"], told["missing"], told["not_in_the_record"]), (14, 0, 0))
 
 

@@ -140,10 +140,10 @@ class Files(FclibTest):
         h = np.zeros((bodies * dof, contacts * dim))
         for body in range(bodies):
             a = random.normal(size=(dof, dof))
-            m[body * dof:(body + 1) * dof, body * dof:(body + 1) * dof] = a @ a.T + np.eye(dof)
+            m[body * dof : (body + 1) * dof, body * dof : (body + 1) * dof] = a @ a.T + np.eye(dof)
         for contact in range(contacts):
             for body in random.choice(bodies, 2, replace=False):
-                h[body * dof:(body + 1) * dof, contact * dim:(contact + 1) * dim] = random.normal(size=(dof, dim))
+                h[body * dof : (body + 1) * dof, contact * dim : (contact + 1) * dim] = random.normal(size=(dof, dim))
         w = random.normal(size=contacts * dim)
         w[::dim] -= 4  # towards each other, so that most contacts act
         return m, h, random.normal(size=len(m)), w, random.uniform(0, 0.8, contacts)
@@ -274,11 +274,13 @@ class Files(FclibTest):
             def change(_, group):
                 del group[name]
                 group[name] = value
+
             return change
 
         def spoil(name, index, value):
             def change(_, group):
                 group[name][index] = value
+
             return change
 
         refused(["neither"], lambda file, _: file.move("fclib_local", "something"))

@@ -22,11 +22,12 @@ class Floors(ProgramTest):
         return script.problems(script.read_includes(self.folder), FLOORS)
 
     def test_includes_may_go_down_or_stay(self):
-        self.assertEqual(self.problems(low_a="#include <vector>\n", low_b='#include "nscdd/low/a.hpp"\n', high_c='#include <nscdd/low/a.hpp>\n'), [])
+        self.assertEqual(self.problems(low_a="#include <vector>\n", low_b='#include "nscdd/low/a.hpp"\n', high_c="#include <nscdd/low/a.hpp>\n"), [])
 
     def test_an_include_that_goes_up_is_named_with_its_file(self):
-        self.assertEqual(self.problems(low_a='  #  include "nscdd/high/c.hpp"  // why\n', high_c=""),
-                         ['low/a.hpp includes "high/c.hpp": high is a higher floor than low'])
+        self.assertEqual(
+            self.problems(low_a='  #  include "nscdd/high/c.hpp"  // why\n', high_c=""), ['low/a.hpp includes "high/c.hpp": high is a higher floor than low']
+        )
 
     def test_a_folder_needs_a_floor(self):
         self.assertEqual(self.problems(attic_a='#include "nscdd/low/b.hpp"\n', low_b=""), ["attic: no floor; add it to FLOORS in scripts/floors"])

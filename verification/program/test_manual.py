@@ -48,22 +48,23 @@ def agrees(page, printed):
     if len(parts) == 1:
         return rest == parts[0]
     first, *between, last = parts
-    if rest[:len(first)] != first or len(rest) < len(first) + len(last) or (last and rest[-len(last):] != last):
+    if rest[: len(first)] != first or len(rest) < len(first) + len(last) or (last and rest[-len(last) :] != last):
         return False
-    rest = rest[len(first):len(rest) - len(last)]
+    rest = rest[len(first) : len(rest) - len(last)]
     for part in between:
-        at = next((k for k in range(len(rest) - len(part) + 1) if rest[k:k + len(part)] == part), None)
+        at = next((k for k in range(len(rest) - len(part) + 1) if rest[k : k + len(part)] == part), None)
         if at is None:
             return False
-        rest = rest[at + len(part):]
+        rest = rest[at + len(part) :]
     return True
 
 
 class Page(ProgramTest):
     def run_block(self, commands):
         environment = {key: value for key, value in os.environ.items() if key != "NSCDD"}
-        return subprocess.run(["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=300,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        return subprocess.run(
+            ["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=300, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+        )
 
     def follow(self, page):
         text = (ROOT / "manual" / page).read_text()
@@ -109,8 +110,7 @@ class OwnCode(Page):
     def test_a_program_is_built_by_a_compiler_and_by_cmake(self):
         for name in ("CMakeLists.txt", "kernel"):
             (self.folder / name).symlink_to(ROOT / name)
-        self.assertEqual(sorted(files((ROOT / "manual" / OWN_CODE).read_text())),
-                         ["results/manual/mine/CMakeLists.txt", "results/manual/mine/main.cpp"])
+        self.assertEqual(sorted(files((ROOT / "manual" / OWN_CODE).read_text())), ["results/manual/mine/CMakeLists.txt", "results/manual/mine/main.cpp"])
         self.follow(OWN_CODE)
 
 

@@ -11,8 +11,8 @@ from harness import PACKED, SCENE, ProgramTest
 from test_bad_input import Refusals
 
 SCHEMA = json.loads((pathlib.Path(__file__).resolve().parents[2] / "reports" / "run.schema.json").read_text())
-PAIR = SCENE[SCENE.index("[[pair]]"):SCENE.index("[[grain]]")]
-WALL = SCENE[SCENE.index("[[wall]]"):SCENE.index("[step]")]
+PAIR = SCENE[SCENE.index("[[pair]]") : SCENE.index("[[grain]]")]
+WALL = SCENE[SCENE.index("[[wall]]") : SCENE.index("[step]")]
 STEEL = '[[material]]\nname = "steel"\ndensity = 8.0\n\n'
 
 
@@ -42,7 +42,7 @@ class Notes(ProgramTest):
         self.assertEqual(self.notes(bare, "--scheme", "dcs", ranks=3), says("'glass'-'glass'"))
         steel_wall = SCENE.replace(WALL, WALL.replace("glass", "steel")).replace(PAIR, STEEL + PAIR)
         self.assertEqual(self.notes(steel_wall), says("'glass'-'steel'"))
-        one = SCENE[:SCENE.index("[[grain]]")] + SCENE[SCENE.rindex("[[grain]]"):]
+        one = SCENE[: SCENE.index("[[grain]]")] + SCENE[SCENE.rindex("[[grain]]") :]
         self.assertEqual(self.notes(one.replace(PAIR, STEEL).replace(WALL, WALL.replace("glass", "steel"))), says("'glass'-'steel'"))
         many = "".join(f'[[material]]\nname = "m{k}"\ndensity = 1\n[[grain]]\nmaterial = "m{k}"\nradius = 0.1\nposition = [{k + 2}, 0, 1]\n' for k in range(3))
         self.assertEqual(self.notes(SCENE.replace(WALL, many + WALL)), says("'glass'-'m0', 'glass'-'m1', 'glass'-'m2' and 3 more"))
@@ -64,8 +64,12 @@ class PackingWithMore(Refusals):
     """Three spheres in free flight, so that what they start with is what they end with."""
 
     FLIGHT = PACKED.replace("-10", "0").replace(WALL, "").replace("[[pair]]", STEEL + "[[pair]]").replace("count = 5", "count = 1")
-    MORE = {"velocity": np.array(((1.0, 0, 0), (0, 2.0, 0), (0, 0, 3.0))), "spin": np.array(((0, 0, 0.5), (0, 4.0, 0), (1.0, 0, 0))),
-            "material": np.array((1, 0, 1), dtype="i4"), "materials/name": np.array((b"steel", b"glass"))}
+    MORE = {
+        "velocity": np.array(((1.0, 0, 0), (0, 2.0, 0), (0, 0, 3.0))),
+        "spin": np.array(((0, 0, 0.5), (0, 4.0, 0), (1.0, 0, 0))),
+        "material": np.array((1, 0, 1), dtype="i4"),
+        "materials/name": np.array((b"steel", b"glass")),
+    }
 
     def packed(self, text=FLIGHT, **more):
         """The scene, with a packing of all that MORE has; None in `more` leaves a thing out."""
@@ -118,14 +122,17 @@ class PackingWithMore(Refusals):
         broken = self.MORE["velocity"].copy()
         broken[2, 1] = np.nan
         for more, *fragments in (
-                ({"velocity": broken}, "packing.h5: dataset 'velocity': row 2 is not finite"),
-                ({"velocity": np.zeros((2, 3))}, "packing.h5: dataset 'velocity'", "(2, 3)"),
-                ({"velocity": np.zeros(9)}, "packing.h5: dataset 'velocity'"), ({"spin": np.zeros((3, 1))}, "packing.h5: dataset 'spin'"),
-                ({"material": np.zeros(3)}, "packing.h5: dataset 'material'"), ({"material": np.zeros(4, dtype=int)}, "packing.h5: dataset 'material'"),
-                ({"material": np.array((0, 1, 2))}, "packing.h5: dataset 'material': row 2 must lie in [0, 1], the materials of the file, found 2"),
-                ({"material": np.array((0, -1, 1)), "names": None}, "dataset 'material': row 1 must lie in [0, 1], the materials of", "scene.toml, found -1"),
-                ({"names": np.array((b"iron", b"glass"))}, "dataset 'material': row 1 is of 'iron', which is not a [[material]] of", "scene.toml"),
-                ({"names": np.array((1.0, 2.0))}, "packing.h5: dataset 'materials/name'")):
+            ({"velocity": broken}, "packing.h5: dataset 'velocity': row 2 is not finite"),
+            ({"velocity": np.zeros((2, 3))}, "packing.h5: dataset 'velocity'", "(2, 3)"),
+            ({"velocity": np.zeros(9)}, "packing.h5: dataset 'velocity'"),
+            ({"spin": np.zeros((3, 1))}, "packing.h5: dataset 'spin'"),
+            ({"material": np.zeros(3)}, "packing.h5: dataset 'material'"),
+            ({"material": np.zeros(4, dtype=int)}, "packing.h5: dataset 'material'"),
+            ({"material": np.array((0, 1, 2))}, "packing.h5: dataset 'material': row 2 must lie in [0, 1], the materials of the file, found 2"),
+            ({"material": np.array((0, -1, 1)), "names": None}, "dataset 'material': row 1 must lie in [0, 1], the materials of", "scene.toml, found -1"),
+            ({"names": np.array((b"iron", b"glass"))}, "dataset 'material': row 1 is of 'iron', which is not a [[material]] of", "scene.toml"),
+            ({"names": np.array((1.0, 2.0))}, "packing.h5: dataset 'materials/name'"),
+        ):
             self.refused(fragments, "run", self.packed(**more))
         self.refused(["dataset 'velocity': row 2 is not finite"], "run", self.packed(velocity=broken), "--scheme", "dcs", ranks=3)
         smooth = self.FLIGHT.replace("dimension", 'law = "frictionless"\ndimension').replace("friction = 0.3\n", "")

@@ -37,9 +37,15 @@ class Targets(ProgramTest):
         spec = self.write("pack.toml", PACK)
         problem = self.folder / "problem.hdf5"
         write_local(problem, np.eye(2), np.array((-1.0, 0)), np.array((0.3,)))
-        return (("run", self.scene, "--json", target), ("run", self.scene, "--state", target), ("run", self.scene, "--frames", target), ("pack", spec, "-o", target),
-                ("export-fclib", self.scene, "--step", 2_000_000_000, "-o", target), ("solve-fclib", problem, "-o", target),
-                ("solve-fclib", problem, "--json", target))
+        return (
+            ("run", self.scene, "--json", target),
+            ("run", self.scene, "--state", target),
+            ("run", self.scene, "--frames", target),
+            ("pack", spec, "-o", target),
+            ("export-fclib", self.scene, "--step", 2_000_000_000, "-o", target),
+            ("solve-fclib", problem, "-o", target),
+            ("solve-fclib", problem, "--json", target),
+        )
 
     def test_a_folder_that_is_not_there(self):
         for command in self.commands(self.folder / "none" / "out"):
@@ -58,11 +64,18 @@ class Targets(ProgramTest):
                 make()
                 target.rename(self.folder / "there")
                 target.symlink_to("there")
+
             return both
 
-        for make, what in ((lambda: os.mkfifo(target), "a FIFO"), (target.mkdir, "a folder"), (lambda: bound.bind(str(target)), "a socket"),
-                           (device, "a device"), (linked(lambda: os.mkfifo(target)), "a FIFO"), (linked(device), "a device"),
-                           (lambda: target.symlink_to("nowhere"), "a symbolic link to nothing")):
+        for make, what in (
+            (lambda: os.mkfifo(target), "a FIFO"),
+            (target.mkdir, "a folder"),
+            (lambda: bound.bind(str(target)), "a socket"),
+            (device, "a device"),
+            (linked(lambda: os.mkfifo(target)), "a FIFO"),
+            (linked(device), "a device"),
+            (lambda: target.symlink_to("nowhere"), "a symbolic link to nothing"),
+        ):
             try:
                 make()
             except PermissionError:
@@ -81,24 +94,27 @@ class Targets(ProgramTest):
         (self.folder / "again").symlink_to(".")
         os.link(self.scene, self.folder / "scene.json")
         packed = self.write("packed.toml", ENDLESS + '\n[packing]\nfile = "packing.h5"\nmaterial = "glass"\n')
-        self.succeeds("pack", self.write("spheres.toml", "dimension = 3\ngrains = 20\nseed = 2\ngenerator = 'own'\n"), "-o", self.folder / "packing.h5", "--quiet")
+        self.succeeds(
+            "pack", self.write("spheres.toml", "dimension = 3\ngrains = 20\nseed = 2\ngenerator = 'own'\n"), "-o", self.folder / "packing.h5", "--quiet"
+        )
         state = self.folder / "state.h5"
         self.succeeds("run", self.write("short.toml", SCENE), "--state", state)
         before = {path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}
         for command, fragment in (
-                (("run", self.scene, "--json", self.scene), "--json is the same file as the scene"),
-                (("run", self.scene, "--json", self.folder / "scene.json"), "--json is the same file as the scene"),
-                (("run", self.scene, "--state", self.folder / "again" / "scene.toml"), "--state is the same file as the scene"),
-                (("run", packed, "--json", self.folder / "packing.h5"), "--json is the same file as the packing"),
-                (("run", self.scene, "--from", state, "--state", state), "--state is the same file as --from"),
-                (("run", self.scene, "--json", out, "--state", out), "--state is the same file as --json"),
-                (("run", self.scene, "--json", out, "--state", self.folder / "inner" / ".." / "out.h5"), "--state is the same file as --json"),
-                (("run", self.scene, "--json", self.folder / "out.xdmf", "--state", out), "the .xdmf beside --state is the same file as --json"),
-                (("run", self.scene, "--state", self.folder / "out.xdmf"), "the .xdmf beside --state is the same file as --state"),
-                (("pack", spec, "-o", spec), "--output is the same file as the specification"),
-                (("export-fclib", self.scene, "-o", self.scene), "--output is the same file as the scene"),
-                (("solve-fclib", problem, "-o", problem), "--output is the same file as the problem"),
-                (("solve-fclib", problem, "-o", out, "--json", out), "--json is the same file as --output")):
+            (("run", self.scene, "--json", self.scene), "--json is the same file as the scene"),
+            (("run", self.scene, "--json", self.folder / "scene.json"), "--json is the same file as the scene"),
+            (("run", self.scene, "--state", self.folder / "again" / "scene.toml"), "--state is the same file as the scene"),
+            (("run", packed, "--json", self.folder / "packing.h5"), "--json is the same file as the packing"),
+            (("run", self.scene, "--from", state, "--state", state), "--state is the same file as --from"),
+            (("run", self.scene, "--json", out, "--state", out), "--state is the same file as --json"),
+            (("run", self.scene, "--json", out, "--state", self.folder / "inner" / ".." / "out.h5"), "--state is the same file as --json"),
+            (("run", self.scene, "--json", self.folder / "out.xdmf", "--state", out), "the .xdmf beside --state is the same file as --json"),
+            (("run", self.scene, "--state", self.folder / "out.xdmf"), "the .xdmf beside --state is the same file as --state"),
+            (("pack", spec, "-o", spec), "--output is the same file as the specification"),
+            (("export-fclib", self.scene, "-o", self.scene), "--output is the same file as the scene"),
+            (("solve-fclib", problem, "-o", problem), "--output is the same file as the problem"),
+            (("solve-fclib", problem, "-o", out, "--json", out), "--json is the same file as --output"),
+        ):
             with self.subTest(fragment=fragment):
                 self.refused(fragment, *command)
         self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir() if path.is_file()}, before)
@@ -188,12 +204,19 @@ class Writing(ProgramTest):
     def test_streams_that_are_closed_or_full(self):
         """The exit code tells how the run ended, and no file gets what was to be printed."""
         touching = self.write("touching.toml", SCENE.replace("0.1, 1.5]", "0.1, 1.44]"))
-        cases = (0, ["run", self.scene, "--json", self.json, "--state", self.state]), (1, ["run", "nofile"]), (1, ["run", "--wrong"]), (0, ["--help"]), \
-            (3, ["run", touching, "--max-iterations", 1, "--tolerance", 1e-15, "--json", self.json, "--state", self.state])
+        cases = (
+            (0, ["run", self.scene, "--json", self.json, "--state", self.state]),
+            (1, ["run", "nofile"]),
+            (1, ["run", "--wrong"]),
+            (0, ["--help"]),
+            (3, ["run", touching, "--max-iterations", 1, "--tolerance", 1e-15, "--json", self.json, "--state", self.state]),
+        )
         for code, arguments in cases:
             for redirected in ("2>&-", "2>/dev/full", ">&-", ">/dev/full", ">/dev/full 2>&1", "<&- >&- 2>&-"):
                 with self.subTest(arguments=arguments[1:2], redirected=redirected):
-                    done = subprocess.run(["bash", "-c", f'exec "$@" {redirected}', "bash", NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=60)
+                    done = subprocess.run(
+                        ["bash", "-c", f'exec "$@" {redirected}', "bash", NSCDD, *map(str, arguments)], capture_output=True, text=True, timeout=60
+                    )
                     self.assertEqual(done.returncode, code, done.stderr)
                     if code in (0, 3) and "--state" in arguments:
                         json.loads(self.json.read_text())
@@ -224,8 +247,10 @@ class Writing(ProgramTest):
         """Whoever is last: each file is whole, and a pair of two runs is found out."""
         found = set()
         for _ in range(8):
-            runs = [subprocess.Popen([NSCDD, "run", self.scene, "--json", self.json, "--state", self.state, "--quiet", "--steps", str(steps)])
-                    for steps in (3, 4, 5, 6)]
+            runs = [
+                subprocess.Popen([NSCDD, "run", self.scene, "--json", self.json, "--state", self.state, "--quiet", "--steps", str(steps)])
+                for steps in (3, 4, 5, 6)
+            ]
             self.assertEqual([run.wait(60) for run in runs], [0] * 4)
             steps = json.loads(self.json.read_text())["steps"]
             other = self.folder / "other.json"

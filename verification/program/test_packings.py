@@ -22,8 +22,7 @@ class Packings(ProgramTest):
     def pack(self, text, generator, name="packing", **options):
         if generator == "lammps" and not options and not shutil.which("lmp"):
             self.skipTest("lmp is not installed")
-        return self.run_program("pack", self.write("pack.toml", text), "-o", self.folder / f"{name}.h5", "--quiet", "--generator", generator,
-                                **options)
+        return self.run_program("pack", self.write("pack.toml", text), "-o", self.folder / f"{name}.h5", "--quiet", "--generator", generator, **options)
 
     def packed(self, text, generator):
         done = self.pack(text, generator)

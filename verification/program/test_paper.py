@@ -1,61 +1,72 @@
 """The paper's tables and figures at their smallest: what is counted, simulated and measured, and a job that is gone on with."""
 import json
 import math
-import os
 import pathlib
 import shutil
 import subprocess
-import sys
 import tempfile
 import unittest
 
 import h5py
 import jsonschema
 
-from harness import NSCDD, ProgramTest, load_script
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-PROGRAM = str(pathlib.Path(NSCDD).resolve())
-script = load_script("paper")
-rows = load_script("paper_rows.py")
-jobs = load_script("jobs.py")
+from harness import NSCDD, ROOT, ProgramTest, run_suite
+from nscdd_suite import jobs, program
+from nscdd_suite.studies import studies
+from nscdd_suite.studies.paper import Paper, items, rows
+from nscdd_suite.study import Plan
 
 
-class Plan(unittest.TestCase):
+def asked(only="", folder="results"):
+    return items.Asked(Plan(pathlib.Path(folder), "paper", only))
+
+
+class Items(unittest.TestCase):
     def test_full_size_is_that_of_the_paper(self):
-        plan = script.Plan(pathlib.Path("results/paper"), False)
+        plan = asked()
         runs = [what for _, what, _ in plan.runs if what["method"] == "paper" and not what["variation"]]
         splittings = {(what["scene"], what["scheme"], what["subdomains"]): what["partition"] for what in runs}
         for scheme in ("ccs", "dcs"):
             self.assertEqual([splittings["isotropic", scheme, n] for n in (3, 4, 8)], ["grid 3x1x1", "grid 2x2x1", "grid 2x2x2"])
         for scene in ("biaxial", "triaxial"):
             for multiplicity in ("minimal", "predicted"):
-                self.assertIn(48, {what["subdomains"] for what in runs
-                                   if (what["scene"], what["scheme"], what["multiplicity"]) == (scene, "dcs", multiplicity)})
+                self.assertIn(
+                    48, {what["subdomains"] for what in runs if (what["scene"], what["scheme"], what["multiplicity"]) == (scene, "dcs", multiplicity)}
+                )
+
+    def test_fig_2_is_a_picture_of_table_1(self):
+        with tempfile.TemporaryDirectory() as folder:
+            titles = []
+            for only in ("fig2", "table1", "table1,fig3", ""):
+                plan = Plan(pathlib.Path(folder), "paper", only)
+                Paper().jobs(plan)
+                titles.append({job.title for job in Paper().choose(plan)})
+        self.assertEqual(titles[0], titles[1])
+        self.assertTrue(titles[1] < titles[2] < titles[3] == {job.title for job in plan.jobs})
 
     def test_no_row_is_asked_for_twice(self):
-        plan = script.Plan(pathlib.Path("results/paper"), False)
-        for kind, asked in (("runs", plan.runs), ("windows", plan.windows), ("agreement", plan.compared)):
-            identities = [tuple(row[1].get(name) for name in rows.IDENTITY[kind]) for row in asked]
+        plan = asked()
+        for kind, made in (("runs", plan.runs), ("windows", plan.windows), ("agreement", plan.compared)):
+            identities = [tuple(row[1].get(name) for name in rows.IDENTITY[kind]) for row in made]
             self.assertEqual(len(identities), len(set(identities)), kind)
 
     def test_larger_is_a_million_spheres_on_the_number_nearest_to_a_hundred(self):
-        self.assertEqual(64_000 * math.prod(script.TILES), 1_024_000)
+        self.assertEqual(64_000 * math.prod(items.TILES), 1_024_000)
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
-            plan = script.Plan(folder, False)
+            plan = asked(folder=folder)
             made = {what["subdomains"]: what["platform"] for _, what in plan.windows if what["scene"] == "million"}
             self.assertEqual(made, {1: "node48", 64: "cluster", 128: "cluster"})
             self.assertEqual({what["subdomains"] for _, what, _ in plan.runs if what["scene"] == "million"}, set(made))
             with h5py.File(folder / "one.h5", "w") as one:
                 one["x"], one["radius"], one["box"] = [[0.5, 1, 2]], [0.5], [1, 2, 4]
-            tiling = next(job for job in plan.chosen(["larger"]) if job.title == "packing million").commands[0]
-            subprocess.run([ROOT / tiling[0], folder / "one.h5", folder / "many.h5", *tiling[3:]], check=True)
+            tiling = next(job for job in plan.plan.jobs if job.title == "packing million").commands[0]
+            subprocess.run([*tiling[:3], folder / "one.h5", folder / "many.h5", *tiling[5:]], check=True, env=program.environment())
             with h5py.File(folder / "many.h5") as many:
                 self.assertEqual((len(many["x"]), list(many["box"]), list(many["x"][-1])), (16, [4, 4, 8], [3.5, 3, 6]))
 
     def test_a_grid_has_as_many_cells_as_subdomains(self):
-        for _, scene, _, _, partition, n, *_ in script.table_of_runs():
+        for _, scene, _, _, partition, n, *_ in items.table_of_runs():
             if partition.startswith("grid "):
                 cells = [int(c) for c in partition[5:].split("x")]
                 self.assertEqual(len(cells), 2 if scene == "biaxial" else 3)
@@ -65,10 +76,10 @@ class Plan(unittest.TestCase):
                 self.assertEqual(product, n)
 
     def test_factors_of_a_platform_are_multiplied(self):
-        words = rows.factors(str(ROOT / "cases/platforms/node48.xml"), 2, 1)
-        self.assertEqual(len(words), 1)
-        self.assertTrue(words[0].startswith("--cfg=smpi/lat-factor:"))
-        self.assertEqual(rows.factors(str(ROOT / "cases/platforms/node48.xml"), 1, 1), [])
+        plain = program.simulated(48)
+        words = program.simulated(48, latency=2)
+        self.assertEqual(words[:-1], plain)
+        self.assertTrue(words[-1].startswith("--cfg=smpi/lat-factor:"))
 
 
 class Reproduce(unittest.TestCase):
@@ -78,17 +89,24 @@ class Reproduce(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertRegex(done.stderr, r"^reproduce: [^\n]*\n$")
 
-    def test_full_makes_every_item_of_the_paper(self):
+    def test_full_makes_every_study(self):
         text = (ROOT / "scripts/reproduce").read_text()
-        paper = next(line for line in text.splitlines() if line.startswith("paper=")).removeprefix("paper=").split(",")
-        self.assertEqual(set(paper), {*script.ITEMS, "fig2"} - {"table1-windows"})  # a part of table1
+        full, paper = (next(line for line in text.splitlines() if line.startswith(f"{name}=")).split('"')[1].split() for name in ("full", "paper"))
+        self.assertEqual(set(full), set(studies()) - {"bits", "million"})
+        self.assertEqual(set(paper), {*items.ITEMS, "fig2"} - {"table1-windows"})  # a part of table1
 
 
 class Order(ProgramTest):
     def job(self, name, needs=(), command="true", alone=False, fine=(0,)):
         out = str(self.folder / name)
-        return jobs.Job(name, [["sh", "-c", f"{command} && echo {name} >> {self.folder}/order && touch {out}"]], [out],
-                        [str(self.folder / need) for need in needs], 1, alone, fine)
+        return jobs.Job(
+            name,
+            [out],
+            [["sh", "-c", f"{command} && echo {name} >> {self.folder}/order && touch {out}"]],
+            needs=[self.folder / need for need in needs],
+            alone=alone,
+            fine=fine,
+        )
 
     def run_jobs(self, *all_jobs):
         runner = jobs.Runner(all_jobs, self.folder)
@@ -97,8 +115,9 @@ class Order(ProgramTest):
         return made, [record["title"] for record in runner.failed()]
 
     def test_a_job_waits_for_what_it_needs_and_others_do_not(self):
-        made, failed = self.run_jobs(self.job("slow", command="sleep 1"), self.job("after", ["slow"]), self.job("free"),
-                                     self.job("measured", alone=True), self.job("last"))
+        made, failed = self.run_jobs(
+            self.job("slow", command="sleep 1"), self.job("after", ["slow"]), self.job("free"), self.job("measured", alone=True), self.job("last")
+        )
         self.assertEqual((made, failed), (["free", "slow", "after", "measured", "last"], []))
 
     def test_what_needs_a_failed_job_is_not_run(self):
@@ -109,14 +128,13 @@ class Order(ProgramTest):
         self.assertEqual(self.run_jobs(self.job("capped", command="exit 3", fine=(0, 3)))[1], [])
 
 
-@unittest.skipUnless(shutil.which("smpirun") and pathlib.Path(f"{PROGRAM}_simulated").exists(), "smpirun or nscdd_simulated is not there")
+@unittest.skipUnless(shutil.which("smpirun") and pathlib.Path(f"{NSCDD}_simulated").exists(), "smpirun or nscdd_simulated is not there")
 class Quick(ProgramTest):
-    def run_script(self, *arguments):
-        return subprocess.run([sys.executable, ROOT / "scripts/paper", "--quick", "--results", self.folder, *arguments], capture_output=True,
-                              text=True, env={**os.environ, "NSCDD": PROGRAM})
+    def run_study(self, *arguments):
+        return run_suite("run", "paper", "--quick", "--results", self.folder, *arguments)
 
     def test_table_1(self):
-        done = self.run_script("--only", "table1,fig1")
+        done = self.run_study("--only", "table1,fig1")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = json.loads((self.folder / "paper.json").read_text())
         jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
@@ -137,42 +155,52 @@ class Quick(ProgramTest):
             self.assertAlmostEqual(sum(one["wait_share"] + one["transfer_share"] for one in row["operations"].values()), row["mpi_share"])
         for row in record["agreement"]:
             self.assertTrue(all(part["ok"] for part in row["rows"]), row)
-        self.assertTrue((self.folder / "paper/fig1-network.h5").exists())
+        self.assertTrue((self.folder / "paper/quick/fig1-network.h5").exists())
 
-        again = self.run_script("--only", "table1,fig1")
+        again = self.run_study("--only", "table1,fig1")
         self.assertIn("0 of 0 jobs", again.stdout)
 
     def test_the_network_alone_makes_a_page(self):
-        done = self.run_script("--only", "fig1")
+        done = self.run_study("--only", "fig1")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = json.loads((self.folder / "paper.json").read_text())
         jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
-        self.succeeds("report", self.folder, "--out", self.folder / "page")
+        done = run_suite("report", self.folder, "--out", self.folder / "page")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertTrue((self.folder / "page/paper-fig1.svg").exists())
 
     def test_an_item_that_is_not_known_is_named(self):
-        done = self.run_script("--only", "table2")
-        self.assertEqual((done.returncode, done.stderr), (1, "paper: --only table2: expected some of packings, fig1, table1, table1-windows, fig3, fig4, beyond, larger, variations, "
-                         "interface, chance, choices\n"))
+        done = self.run_study("--only", "table2")
+        self.assertEqual(
+            (done.returncode, done.stderr),
+            (
+                1,
+                "paper: --only table2: expected some of packings, fig1, table1, table1-windows, fig3, fig4, beyond, larger, variations, "
+                "interface, chance, choices\n",
+            ),
+        )
+
+    def test_packings_alone_make_no_record(self):
+        done = self.run_study("--only", "packings")
+        self.assertEqual((done.returncode, (self.folder / "paper.json").exists()), (0, False), done.stdout + done.stderr)
 
     def test_rows_are_added_to_an_earlier_record(self):
-        done = self.run_script("--only", "interface")
+        done = self.run_study("--only", "interface")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         first = json.loads((self.folder / "paper.json").read_text())
         grains = {row["multiplicity"]: row["interface_grains"] for row in first["runs"] if (row["scene"], row["subdomains"]) == ("triaxial", 8)}
         self.assertGreater(grains["predicted"], grains["minimal"])
         self.assertEqual({row["multiplicity"] for row in first["windows"]}, {"minimal", "predicted"})
-        earlier = self.folder / "earlier.json"
-        shutil.move(self.folder / "paper.json", earlier)
         shutil.rmtree(self.folder / "paper")
-        done = self.run_script("--only", "chance", "--onto", str(earlier))
+        done = self.run_study("--only", "chance")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = json.loads((self.folder / "paper.json").read_text())
         jsonschema.validate(record, json.loads((ROOT / "reports/paper.schema.json").read_text()))
         self.assertEqual([len(record[kind]) for kind in ("windows", "agreement")], [len(first[kind]) for kind in ("windows", "agreement")])
         self.assertEqual({row["perturbed"] for row in record["runs"]}, {0, 1, 2})
         self.assertEqual(len(record["runs"]), len(first["runs"]) + 8)
-        self.assertTrue(all("scripts/perturbed.py" in row["start"][-1] for row in record["runs"] if row["perturbed"]))
+        self.assertEqual([command.split()[-1] for command in record["command"].split("; ")], ["interface", "chance"])
+        self.assertTrue(all("nscdd_suite.perturbed" in row["start"][-1] for row in record["runs"] if row["perturbed"]))
 
 
 if __name__ == "__main__":

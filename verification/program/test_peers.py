@@ -1,25 +1,16 @@
 """Against other codes: the command at its smallest, what its numbers must satisfy, and its judge against cases with known answers."""
-import importlib.util
 import json
-import os
-import pathlib
 import shutil
-import subprocess
-import sys
 import unittest
 
 import jsonschema
 import numpy as np
 
-from harness import NSCDD, ProgramTest
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path += [str(ROOT / "cases/peers"), str(ROOT / "reports")]
-import settle  # noqa: E402  (after the path is set)
-from nscdd_report import peers  # noqa: E402
-from nscdd_report.load import Record  # noqa: E402
-
-ENVIRONMENT = os.environ | {"NSCDD": str(pathlib.Path(NSCDD).resolve())}
+from harness import ROOT, ProgramTest, run_suite
+from nscdd_suite.measure import SICONOS
+from nscdd_suite.page.load import Record
+from nscdd_suite.studies.peers import choice, section, settle
+from nscdd_suite.study import installed
 
 
 def row(cpu, mean, largest=0.1, **more):
@@ -49,18 +40,16 @@ class Ratios(unittest.TestCase):
     def test_only_a_run_that_is_as_good_is_compared(self):
         ours = [row(1.0, 1e-3, 1e-2), row(2.0, 1e-4, 5e-3), row(4.0, 5e-5, 1e-4), row(0.1, 1e-5, at_rest=False), row(3.0, 2e-4)]
         lammps = {"k": 1e7, "dt": 1e-5, "damping": 1.0, "skin": 0.2, "check": 1, "stable": True}
-        record = {"ours": ours, "lammps": [row(6.0, 2e-4, 1e-3, **lammps),
-                                           row(1.0, 1e-6, stable=False, k=1), row(9.0, 1e-6, 1e-6, **lammps | {"k": 2e7})]}
-        self.assertEqual([r["cpus"][0] for r in peers.frontier(ours[:3] + ours[4:])], [1.0, 2.0, 4.0])
-        good, none = peers.ratios(record)
+        record = {"ours": ours, "lammps": [row(6.0, 2e-4, 1e-3, **lammps), row(1.0, 1e-6, stable=False, k=1), row(9.0, 1e-6, 1e-6, **lammps | {"k": 2e7})]}
+        self.assertEqual([r["cpus"][0] for r in choice.frontier(ours[:3] + ours[4:])], [1.0, 2.0, 4.0])
+        good, none = choice.ratios(record)
         self.assertEqual((good["ratio"], good["ratio_both"], good["ours_cpu"]), (3.0, 1.5, 2.0))
         self.assertEqual((none["ratio"], none["ratio_both"], none["ours"]), (None, None, None))
 
 
 class Quick(ProgramTest):
-    def run_script(self, *arguments, **variables):
-        return subprocess.run([sys.executable, ROOT / "scripts/peers", "--results", self.folder, *arguments], capture_output=True, text=True,
-                              env=ENVIRONMENT | variables)
+    def run_study(self, *arguments, **variables):
+        return run_suite("run", "peers", "--quick", "--results", self.folder, *arguments, **variables)
 
     def read(self):
         record = json.loads((self.folder / "peers.json").read_text())
@@ -68,7 +57,7 @@ class Quick(ProgramTest):
         return record
 
     def test_numbers_are_what_they_should_be(self):
-        done = self.run_script("--quick", "--repeats", "2")
+        done = self.run_study()
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         record = self.read()
         for own in record["settle"]["ours"]:
@@ -83,31 +72,33 @@ class Quick(ProgramTest):
             self.assertLess(max(heights), 1.1 * min(heights))  # both codes end in the same bed
             self.assertTrue(all(r["ratio"] > 0 for r in bed["ratios"] if r["ours"]))
             self.assertGreater(min(r["dt"] for r in bed["lammps"] if not r["stable"]), max(r["dt"] for r in stable))
-        if all(map(importlib.util.find_spec, ("siconos", "scipy"))):
-            self.assertIn(peers.SICONOS, {r["solver"] for r in record["siconos"]})
+        if installed("siconos", "scipy"):
+            self.assertIn(SICONOS, {r["solver"] for r in record["siconos"]})
         self.assertTrue((self.folder / "peers.svg").exists())
-        page = "".join(part if isinstance(part, str) else part.html() for part in peers.parts_of(Record(record), self.folder))
+        page = "".join(part if isinstance(part, str) else part.html() for part in section.parts_of(Record(record), self.folder))
         for words in ("Cited", "All runs of the settling bed", "quick job"):
             self.assertIn(words, page)
 
-        record["settle"]["ours"][0]["cpus"] = [12345.0, 12345.0]  # had it been measured again, it would be another
-        (self.folder / "peers.json").write_text(json.dumps(record))
-        done = self.run_script("--quick", "--repeats", "2", "--resume")
+        folder = self.folder / "peers/quick"
+        bed = json.loads((folder / "rows/settle.json").read_text())
+        bed["ours"][0]["cpus"] = [12345.0, 12345.0]  # had it been measured again, it would be another
+        bed["ours"].pop()
+        so_far = {"made_by": json.loads((folder / "made-by.json").read_text()), "bed": bed}  # as a job leaves it that is stopped
+        (folder / "settle-so-far.json").write_text(json.dumps(so_far))
+        (folder / "rows/settle.json").unlink()
+        done = self.run_study()
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         again = self.read()
         self.assertEqual(again["settle"]["ours"][0]["cpus"], [12345.0, 12345.0])
+        self.assertEqual(len(again["settle"]["ours"]), len(record["settle"]["ours"]))
         self.assertEqual(again["siconos"], record["siconos"])
+        self.assertFalse((folder / "settle-so-far.json").exists())
 
     def test_what_is_not_installed_is_named(self):
-        done = self.run_script("--quick", "--repeats", "1", "--only", "settle", PATH=str(self.folder))
+        done = self.run_study("--only", "settle", PATH=str(self.folder))
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("skipped: LAMMPS: lmp is not installed\n", done.stdout)
-        self.assertEqual(self.read()["left_out"], ["LAMMPS: lmp is not installed"])
-
-    def test_bad_options_are_told_in_one_line(self):
-        done = self.run_script("--repeats", "0")
-        self.assertEqual(done.returncode, 2)
-        self.assertTrue(done.stderr.endswith("argument --repeats: must be at least 1, found 0\n"))
+        self.assertIn("LAMMPS: lmp is not installed", self.read()["left_out"])
 
 
 if __name__ == "__main__":

@@ -1,24 +1,18 @@
 """Granular physics: the command at its smallest, what its judge says, and whether its measures find what is known."""
 import csv
-import importlib
 import json
 import math
-import os
 import pathlib
-import subprocess
-import sys
 import tempfile
 import unittest
 
 import jsonschema
 import numpy as np
 
-from harness import NSCDD, load_script
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-script = load_script("physics")
-published, granular, comparisons = (sys.modules[name] for name in ("published", "granular", "comparisons"))
-Record = importlib.import_module("nscdd_report.load").Record
+from harness import ROOT, run_suite
+from nscdd_suite.page.load import Record
+from nscdd_suite.studies.physics import Physics, comparisons, granular, published, section
+from nscdd_suite.study import Plan
 
 
 class Judge(unittest.TestCase):
@@ -27,16 +21,27 @@ class Judge(unittest.TestCase):
         for told in expected:
             low, high = told["allowed"]
             width = high - low
-            for value, verdict in (((low + high) / 2, "agrees"), (high + width, "differs"), (low - width, "differs"), (None, "cannot be told"),
-                                   (math.nan, "cannot be told")):
+            for value, verdict in (
+                ((low + high) / 2, "agrees"),
+                (high + width, "differs"),
+                (low - width, "differs"),
+                (None, "cannot be told"),
+                (math.nan, "cannot be told"),
+            ):
                 with self.subTest(told["quantity"], value=value):
                     row = published.row(told, value)
                     self.assertEqual(row["verdict"], verdict)
                     self.assertEqual(bool(row["why"]), verdict != "agrees")
 
     def test_two_standard_errors_decide_outside(self):
-        for value, error, verdict in ((1.1, 0.04, "differs"), (1.1, 0.06, "cannot be told"), (-0.1, 0.06, "cannot be told"), (0.9, 10, "agrees"),
-                                      (1.1, None, "differs"), (1.1, math.nan, "differs")):
+        for value, error, verdict in (
+            (1.1, 0.04, "differs"),
+            (1.1, 0.06, "cannot be told"),
+            (-0.1, 0.06, "cannot be told"),
+            (0.9, 10, "agrees"),
+            (1.1, None, "differs"),
+            (1.1, math.nan, "differs"),
+        ):
             self.assertEqual(published.judge(value, error, (0, 1)), verdict, (value, error))
 
     def test_a_published_number_is_allowed_itself(self):
@@ -91,9 +96,7 @@ class Quick(unittest.TestCase):
 
     @classmethod
     def command(cls, *more):
-        environment = os.environ | {"NSCDD": str(pathlib.Path(NSCDD).resolve())}
-        return subprocess.run([sys.executable, ROOT / "scripts/physics", "--quick", "--results", cls.folder, *more],
-                              capture_output=True, text=True, env=environment)
+        return run_suite("run", "physics", "--quick", "--results", cls.folder, *more)
 
     def test_record_and_figures(self):
         self.assertEqual(self.done.returncode, 0, self.done.stdout + self.done.stderr)
@@ -103,34 +106,26 @@ class Quick(unittest.TestCase):
         self.assertEqual(len(record["figures"]), 4)
         for name in record["figures"]:
             self.assertIn(b"<svg", (self.folder / name).read_bytes())
-        told = "".join(part if isinstance(part, str) else part.html() for part in script.shown.parts_of(Record(record), self.folder))
+        told = "".join(part if isinstance(part, str) else part.html() for part in section.parts_of(Record(record), self.folder))
         self.assertIn(f"{len(record['rows'])} comparisons", told)
         self.assertEqual(told.count("<img"), 4)
 
     def test_what_is_there_is_not_made_again(self):
         again = self.command()
         self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertRegex(again.stdout, r"\Aphysics: 0 of \d\d jobs to do, the others are there already\n")
-
-    def test_what_is_older_than_its_source_is_made_again_with_all_that_it_makes(self):
-        packing = self.folder / "physics/quick/spheres-2k.h5"
-        specification = packing.with_suffix(".toml")
-        kept = specification.stat()
-        self.addCleanup(os.utime, specification, (kept.st_atime, kept.st_mtime))
-        os.utime(specification)
-        due = {job.title for job in script.due(script.Work(self.folder, True).jobs(""))}
-        runs = {f"spread-{solver}-{seed}" for seed, solver in enumerate(["nlgs"] * 4 + ["dcs"] * 4, 1)}
-        self.assertEqual(due, {"packing spheres-2k", *runs, *(f"copy for {run}" for run in runs)})
+        self.assertRegex(again.stdout, r"\Aphysics: (\d\d) of \1 jobs are done already\n")
 
     def test_a_wrong_value_flips_the_verdict(self):
-        work = script.Work(self.folder, True)
-        path = work.folder / "biaxial.csv"
+        plan = Plan(self.folder, "physics", quick=True)
+        path = plan.folder / "biaxial.csv"
         kept = path.read_text()
         self.addCleanup(path.write_text, kept)
 
         def verdicts():
-            rows = comparisons.rows_of_care(work) + comparisons.rows_of_disks(work)
+            runs = Physics().runs(plan)
+            rows = comparisons.rows_of_care(runs) + comparisons.rows_of_disks(runs)
             return {row["quantity"]: row["verdict"] for row in rows}
+
         energy, strength = (published.EXPECTED[key]["quantity"] for key in ("energy", "disk sine"))
         names, *rows = csv.reader(kept.splitlines())
         major, minor = (names.index(f"stress_contacts_{axis}") for axis in ("yy", "xx"))
@@ -141,6 +136,7 @@ class Quick(unittest.TestCase):
             path.write_text("\n".join(map(",".join, [names, *rows])) + "\n")
             after = verdicts()
             return after[energy], after[strength]
+
         self.assertEqual(with_ratio(1.25 / 0.75), ("agrees", "agrees"))
         rows[-1][names.index("energy_error")] = "1e-3"
         self.assertEqual(with_ratio(2 * 1.25 / 0.75), ("differs", "differs"))

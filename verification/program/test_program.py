@@ -29,8 +29,19 @@ class Program(ProgramTest):
 
     def run_case(self, name, *arguments, ranks=0):
         out = self.folder / name
-        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", *arguments,
-                      "--json", f"{out}.json", "--state", f"{out}.h5", ranks=ranks)
+        self.succeeds(
+            "run",
+            ROOT / "cases/reduced/network.toml",
+            "--packing",
+            self.packing,
+            "--quiet",
+            *arguments,
+            "--json",
+            f"{out}.json",
+            "--state",
+            f"{out}.h5",
+            ranks=ranks,
+        )
         report = json.loads(pathlib.Path(f"{out}.json").read_text())
         with h5py.File(f"{out}.h5") as state:
             arrays = {key: state[key][...] for key in ("x", "velocity", "spin", "multiplicity", "contacts/impulse")}
@@ -70,13 +81,16 @@ class Program(ProgramTest):
         jsonschema.validate(report, json.loads((ROOT / "reports/run.schema.json").read_text()))
 
     def test_a_state_needs_no_json_beside_it(self):
-        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
-                      "--state", self.folder / "alone.h5")
+        self.succeeds("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1, "--state", self.folder / "alone.h5")
 
     def test_methods_are_what_they_say(self):
         found = {}
-        for name, options in {"scene": (), "auto": ("--method", "auto"), "window": ("--method", "paper", "--window", 2),
-                              "relaxed": ("--relaxation", 1.5)}.items():
+        for name, options in {
+            "scene": (),
+            "auto": ("--method", "auto"),
+            "window": ("--method", "paper", "--window", 2),
+            "relaxed": ("--relaxation", 1.5),
+        }.items():
             report, _ = self.run_case(name, *options)
             self.assertTrue(report["converged"])
             found[name] = sum(report["iterations"]), report["window"], report["relaxation"]
@@ -89,7 +103,23 @@ class Program(ProgramTest):
         """Nothing else is asked for, so the stricter bound takes more iterations."""
         iterations = []
         for bound in (1e-3, 1e-6):
-            run, _ = self.run_case(f"{bound}", "--tolerance", 1, "--velocity-error", 1e9, "--energy-made", 1e9, "--gap-error", 1e9, "--distance", 1e9, "--check-every", 1, "--penetration", bound)
+            run, _ = self.run_case(
+                f"{bound}",
+                "--tolerance",
+                1,
+                "--velocity-error",
+                1e9,
+                "--energy-made",
+                1e9,
+                "--gap-error",
+                1e9,
+                "--distance",
+                1e9,
+                "--check-every",
+                1,
+                "--penetration",
+                bound,
+            )
             self.assertEqual(run["penetration_allowed"], bound)
             self.assertLessEqual(max(run["penetration"]), bound)
             iterations.append(sum(run["iterations"]))
@@ -121,8 +151,20 @@ class Program(ProgramTest):
         out, found = self.folder / "run.json", set()
         for scheme in offered("run", "--scheme"):
             for interface in ((), *(("--interface", name) for name in offered("run", "--interface"))):
-                done = self.run_program("run", ROOT / "cases/reduced/network.toml", "--packing", self.packing, "--quiet", "--steps", 1,
-                                        "--scheme", scheme, *interface, "--json", out)
+                done = self.run_program(
+                    "run",
+                    ROOT / "cases/reduced/network.toml",
+                    "--packing",
+                    self.packing,
+                    "--quiet",
+                    "--steps",
+                    1,
+                    "--scheme",
+                    scheme,
+                    *interface,
+                    "--json",
+                    out,
+                )
                 self.assertTrue(interface or done.returncode == 0, done.stderr)  # schemes that glue nothing refuse the option
                 if done.returncode == 0:
                     found.add(json.loads(out.read_text())["interface"])
@@ -133,12 +175,13 @@ class Program(ProgramTest):
         masses = set()
         for ranks in (0, 1, 3, 5):
             out = self.folder / "mass.json"
-            self.succeeds("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--steps", 1, "--quiet", "--scheme", "dcs",
-                          "--json", out, ranks=ranks)
+            self.succeeds(
+                "run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--steps", 1, "--quiet", "--scheme", "dcs", "--json", out, ranks=ranks
+            )
             masses.add(tuple(json.loads(out.read_text())["wall_masses"]))
         self.assertEqual(len(masses), 1)
         with h5py.File(self.packing) as file:
-            self.assertAlmostEqual(max(masses.pop()) / (np.pi * (file["radius"][...]**2).sum()), 1, places=12)
+            self.assertAlmostEqual(max(masses.pop()) / (np.pi * (file["radius"][...] ** 2).sum()), 1, places=12)
 
     def test_processes_may_have_several_subdomains_to_the_bit(self):
         run = ("--scheme", "dcs", "--subdomains", 7, "--partition", "bisection")
@@ -148,8 +191,7 @@ class Program(ProgramTest):
                 report, _ = self.run_case("mpi", *run, ranks=processes)
                 self.assertEqual((report["subdomains"], report["processes"], report["ranks_measured"]), (7, processes, False))
                 self.assertEqual((self.folder / "mpi.h5").read_bytes(), expected)
-        refused = self.run_program("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--scheme", "dcs", "--subdomains", 2,
-                                   ranks=3)
+        refused = self.run_program("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--scheme", "dcs", "--subdomains", 2, ranks=3)
         self.assertIn("nscdd: --subdomains 2: mpirun started 3 processes, which need at least one each", refused.stderr)
 
     def test_mpi_ranks_are_in_process_ranks_to_the_bit(self):
@@ -218,8 +260,23 @@ class Iterations(ProgramTest):
             total = {}
             for scheme, count in (("nlgs", 1), ("dcs", 8)):
                 out = self.folder / f"{scheme}.json"
-                self.succeeds("run", ROOT / "cases/reduced/isotropic.toml", "--packing", packing, "--scheme", scheme,
-                              "--subdomains", count, "--method", method, "--check-every", every, "--json", out, "--quiet")
+                self.succeeds(
+                    "run",
+                    ROOT / "cases/reduced/isotropic.toml",
+                    "--packing",
+                    packing,
+                    "--scheme",
+                    scheme,
+                    "--subdomains",
+                    count,
+                    "--method",
+                    method,
+                    "--check-every",
+                    every,
+                    "--json",
+                    out,
+                    "--quiet",
+                )
                 total[scheme] = sum(json.loads(out.read_text())["iterations"])
             print(f"iterations over 50 steps, {method}: NLGS {total['nlgs']}, NSCDD at 8 subdomains {total['dcs']}")
             with self.subTest(method):

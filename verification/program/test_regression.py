@@ -1,4 +1,4 @@
-"""What scripts/regression calls worse, and how numbers are accepted."""
+"""What `scripts/suite regression` calls worse, and how numbers are accepted."""
 import contextlib
 import io
 import json
@@ -6,17 +6,17 @@ import os
 import unittest
 import unittest.mock
 
-from harness import ProgramTest, load_script
+from harness import ProgramTest
+from nscdd_suite import cli, program, study
+from nscdd_suite.studies import regression
 
-script = load_script("regression")
-OLD = {"box paper dcs 8 iterations": 1000, "box paper dcs 8 speed-up": 4.0, "box paper dcs 8 residual": 5e-5,
-       "box paper dcs 8 answer": "cbf29ce484222325"}
+OLD = {"box paper dcs 8 iterations": 1000, "box paper dcs 8 speed-up": 4.0, "box paper dcs 8 residual": 5e-5, "box paper dcs 8 answer": "cbf29ce484222325"}
 
 
 def verdicts(fused=True, **changes):
     now = {**OLD, **{f"box paper dcs 8 {kind.replace('_', '-')}": value for kind, value in changes.items()}}
-    rows = script.judge(now, OLD, 1e-4, fused)
-    return {row[0].split()[-1]: row[-1] for row in rows}, script.passes(rows, fused)
+    rows = regression.judge(now, OLD, 1e-4, fused)
+    return {row[0].split()[-1]: row[-1] for row in rows}, regression.passes(rows, fused)
 
 
 class Judge(unittest.TestCase):
@@ -43,21 +43,26 @@ class Judge(unittest.TestCase):
         self.assertEqual(verdicts(False, iterations=1101, speed_up=3.5), ({"iterations": "WORSE", "speed-up": "WORSE"}, False))
 
     def test_numbers_that_are_new_or_gone_do_not_pass(self):
-        rows = script.judge({"a b dcs 8 iterations": 1}, {"a b dcs 4 iterations": 1}, 1e-4)
+        rows = regression.judge({"a b dcs 8 iterations": 1}, {"a b dcs 4 iterations": 1}, 1e-4)
         self.assertEqual([(row[0], row[-1]) for row in rows], [("a b dcs 4 iterations", "gone"), ("a b dcs 8 iterations", "new")])
-        self.assertFalse(script.passes(rows))
+        self.assertFalse(regression.passes(rows))
 
 
 class Gate(ProgramTest):
-    """The script as it is called, with a program that makes given numbers."""
+    """The command as it is called, with a program that makes given numbers."""
 
     def setUp(self):
         super().setUp()
         self.addCleanup(os.chdir, os.getcwd())
-        accepted = self.write("accepted.json", json.dumps({"values": {f"biaxial {name}": value for name, value in self.numbers().items()}}))
-        (self.folder / "nscdd_simulated").write_text("")
-        for name, value in (("ROOT", self.folder), ("ACCEPTED", accepted), ("NSCDD", "./nscdd"), ("call", lambda words, out: None), ("METHODS", ("paper",))):
-            self.patch(unittest.mock.patch.object(script, name, value))
+        self.accepted = self.write("accepted.json", json.dumps({"values": {f"biaxial {name}": value for name, value in self.numbers().items()}}))
+        self.simulated = self.write("nscdd_simulated", "")
+        for where, name, value in (
+            (regression, "ACCEPTED", self.accepted),
+            (regression, "SIMULATED", self.simulated),
+            (regression, "METHODS", ("paper",)),
+            (regression.Study, "provenance", lambda study, plan: {"machine": {"fused": True, "compiler": "g++", "lanes": 8}}),
+        ):
+            self.patch(unittest.mock.patch.object(where, name, value))
         self.patch(unittest.mock.patch("shutil.which", return_value="smpirun"))
 
     def patch(self, patch):
@@ -69,33 +74,36 @@ class Gate(ProgramTest):
         return {"paper dcs 8 iterations": 1000, "paper dcs 8 speed-up": 4.0, "paper dcs 8 answer": "aa"} | changes
 
     def gate(self, *arguments, **changes):
-        """None, or what it ends with."""
-        def measure(folder, scene, method, simulated):
-            return {f"{scene} {name}": value for name, value in self.numbers(**changes).items()}, 1e-4, {"fused": True, "compiler": "g++", "lanes": 8}
-        with unittest.mock.patch.object(script, "measure", measure), unittest.mock.patch("sys.argv", ["regression", "--only", "biaxial", *arguments]), \
-                contextlib.redirect_stdout(io.StringIO()):
-            try:
-                script.main()
-            except SystemExit as end:
-                return str(end)
+        """Exit code, and what it says."""
+        values = {f"biaxial {name}": value for name, value in self.numbers(**changes).items()}
+        said = io.StringIO()
+        with unittest.mock.patch.object(regression, "measure", lambda *_: {"values": values, "tolerance": 1e-4}), unittest.mock.patch.object(
+            study.Plan, "pack", lambda plan, source: source
+        ), contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            code = cli.main(["regression", "--only", "biaxial", "--results", str(self.folder / "results"), *arguments])
+        return code, said.getvalue()
 
     def test_the_accepted_numbers_pass_and_others_do_not(self):
-        self.assertIsNone(self.gate())
+        self.assertEqual(self.gate()[0], 0)
         for changes in ({"paper dcs 8 iterations": 1020}, {"paper dcs 8 speed-up": 3.88}, {"paper dcs 8 answer": "ab"}):
-            self.assertIn("--accept REASON", self.gate(**changes) or "", changes)
+            code, said = self.gate(**changes)
+            self.assertEqual(code, 1, changes)
+            self.assertIn("--accept REASON", said)
 
     def test_what_is_missing_is_told(self):
-        (self.folder / "nscdd_simulated").unlink()
-        self.assertIn("nscdd_simulated is not there", self.gate() or "")
-        script.ACCEPTED.unlink()
-        self.assertIn("nothing is accepted", self.gate("--without-simulator") or "")
+        self.simulated.unlink()
+        code, said = self.gate()
+        self.assertEqual(code, 1)
+        self.assertIn("nscdd_simulated is not there", said)
+        self.accepted.unlink()
+        self.assertIn("nothing is accepted", self.gate("--without-simulator")[1])
 
 
 class Calls(ProgramTest):
     def test_a_file_of_an_earlier_run_is_not_taken(self):
         out = self.write("old.json", "{}")
-        with self.assertRaisesRegex(SystemExit, "exit code 0, .*old.json: true"):
-            script.call(["true"], out)
+        with self.assertRaisesRegex(program.Failed, "true: no .*old.json"):
+            program.call(["true"], out=out)
 
 
 class Accept(ProgramTest):
@@ -104,14 +112,15 @@ class Accept(ProgramTest):
         os.chdir(self.folder)
         (self.folder / "verification").mkdir()
         self.write("CHANGELOG.md", "# Changelog\n\n## Unreleased\n\n### Added\n\n- this\n\n## 0.1\n\n- that\n")
-        machine = {"compiler": "g++ 12", "cpu": "some", "commit": "abc"}
+        data = {"machine": {"compiler": "g++ 12", "cpu": "some"}, "commit": "abc", "values": OLD}
         for reason in ("first", "second"):
-            script.accept(OLD, machine, reason)
+            regression.accept(data, reason)
         accepted = json.loads((self.folder / "verification/regression.json").read_text())
         self.assertEqual((accepted["values"], accepted["reason"], accepted["cpu"]), (OLD, "second", "some"))
-        self.assertEqual((self.folder / "CHANGELOG.md").read_text(),
-                         "# Changelog\n\n## Unreleased\n\n### Added\n\n- this\n\n### Counts accepted\n\n"
-                         "- second\n- first\n\n## 0.1\n\n- that\n")
+        self.assertEqual(
+            (self.folder / "CHANGELOG.md").read_text(),
+            "# Changelog\n\n## Unreleased\n\n### Added\n\n- this\n\n### Counts accepted\n\n" "- second\n- first\n\n## 0.1\n\n- that\n",
+        )
 
 
 if __name__ == "__main__":

@@ -32,18 +32,17 @@ class Restart(ProgramTest):
 
     def check_goes_on(self, *command, ranks=0):
         """30 steps at once, and as 13, 7 and 10: no rough detection falls on the cuts, with one every 10 steps."""
+
         def run(name, steps, *more):
             out = self.folder / name
-            done = self.run_program("run", *command, *more, "--steps", steps, "--quiet", "--json", f"{out}.json",
-                                    "--state", f"{out}.h5", ranks=ranks)
+            done = self.run_program("run", *command, *more, "--steps", steps, "--quiet", "--json", f"{out}.json", "--state", f"{out}.h5", ranks=ranks)
             self.assertIn(done.returncode, (0, 3), done.stderr)
             return json.loads(pathlib.Path(f"{out}.json").read_text()), contents(f"{out}.h5")
 
         with self.subTest(command=" ".join(map(str, command)), ranks=ranks):
             whole, expected = run("whole", 30)
             self.assertGreater(whole["contacts"][-1], 20)
-            parts = [run("first", 13), run("second", 7, "--from", self.folder / "first.h5"),
-                     run("third", 10, "--from", self.folder / "second.h5")]
+            parts = [run("first", 13), run("second", 7, "--from", self.folder / "first.h5"), run("third", 10, "--from", self.folder / "second.h5")]
             self.assertGreater(parts[0][1]["rough/steps_since"] + parts[1][1]["rough/steps_since"], 0)
             for key in ("iterations", "residual", "contacts"):
                 self.assertEqual(whole[key], list(itertools.chain(*(report[key] for report, _ in parts))), key)
@@ -54,12 +53,17 @@ class Restart(ProgramTest):
 
     def test_disks_with_friction_between_walls_under_pressure(self):
         scene = (REDUCED / "biaxial.toml", "--packing", self.pack("disks", 2, 60))
-        for options in (("--scheme", "nlgs", "--method", "paper"), ("--scheme", "nlgs", "--method", "auto"),
-                        ("--scheme", "newton", "--tolerance", "1e-8"), ("--scheme", "spg"), ("--scheme", "apgd"),
-                        ("--scheme", "ccs", "-n", 3, "--method", "paper"),
-                        ("--scheme", "ccs", "-n", 4, "--interface", "closed-form", "--method", "auto"),
-                        ("--scheme", "dcs", "-n", 4, "--threads", 2, "--method", "auto"),
-                        ("--scheme", "dcs", "-n", 2, "--interface", "factorised", "--method", "paper")):
+        for options in (
+            ("--scheme", "nlgs", "--method", "paper"),
+            ("--scheme", "nlgs", "--method", "auto"),
+            ("--scheme", "newton", "--tolerance", "1e-8"),
+            ("--scheme", "spg"),
+            ("--scheme", "apgd"),
+            ("--scheme", "ccs", "-n", 3, "--method", "paper"),
+            ("--scheme", "ccs", "-n", 4, "--interface", "closed-form", "--method", "auto"),
+            ("--scheme", "dcs", "-n", 4, "--threads", 2, "--method", "auto"),
+            ("--scheme", "dcs", "-n", 2, "--interface", "factorised", "--method", "paper"),
+        ):
             self.check_goes_on(*scene, *options)
 
     def test_spheres_with_friction(self):
@@ -94,8 +98,11 @@ class Restart(ProgramTest):
 
     def test_on_other_subdomains(self):
         scene = ("run", REDUCED / "biaxial.toml", "--packing", self.pack("disks", 2, 60), "--quiet", "--tolerance", 1e-8)
-        for name, more in (("whole", ("--steps", 6)), ("first", ("--steps", 5)),
-                           ("rest", ("--steps", 1, "--from", self.folder / "first.h5", "--scheme", "dcs", "-n", 4))):
+        for name, more in (
+            ("whole", ("--steps", 6)),
+            ("first", ("--steps", 5)),
+            ("rest", ("--steps", 1, "--from", self.folder / "first.h5", "--scheme", "dcs", "-n", 4)),
+        ):
             self.succeeds(*scene, *more, "--state", self.folder / f"{name}.h5")
         whole, rest = (contents(self.folder / f"{name}.h5") for name in ("whole", "rest"))
         self.assertLess(np.abs(rest["x"] - whole["x"]).max(), 1e-5)
@@ -109,8 +116,7 @@ class AnotherScene(ProgramTest):
         self.succeeds("run", self.write("scene.toml", SCENE), "--state", self.state, "--quiet")
 
     def go_on(self, text, *more, ranks=0):
-        return self.run_program("run", self.write("other.toml", text), "--from", self.state, "--quiet", "--scheme", "dcs", *more,
-                                ranks=ranks)
+        return self.run_program("run", self.write("other.toml", text), "--from", self.state, "--quiet", "--scheme", "dcs", *more, ranks=ranks)
 
     def refused(self, text, *fragments, adoptable=True):
         for ranks in (0, 2):
@@ -132,8 +138,12 @@ class AnotherScene(ProgramTest):
         return text
 
     def test_the_same_scene_with_other_forces_and_solver(self):
-        text = self.changed(("friction = 0.3", "friction = 0.5\nrestitution = 0.1"), ("h = 0.001", "h = 0.002"),
-                            ("-10]", "-9]"), ("count = 5", "count = 7\n[solver]\ntolerance = 1e-6"))
+        text = self.changed(
+            ("friction = 0.3", "friction = 0.5\nrestitution = 0.1"),
+            ("h = 0.001", "h = 0.002"),
+            ("-10]", "-9]"),
+            ("count = 5", "count = 7\n[solver]\ntolerance = 1e-6"),
+        )
         done = self.go_on(text)
         self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -148,8 +158,7 @@ class AnotherScene(ProgramTest):
         self.refused(self.changed(("[[pair]]", second)), "number of materials is 1 in the state, 2 in the scene")
 
     def test_walls(self):
-        self.refused(self.changed(("normal = [0, 0, 1]", "normal = [0, 0.28, 0.96]")), "normal of wall 'floor'", "[0, 0, 1]",
-                     "[0, 0.28, 0.96]")
+        self.refused(self.changed(("normal = [0, 0, 1]", "normal = [0, 0.28, 0.96]")), "normal of wall 'floor'", "[0, 0, 1]", "[0, 0.28, 0.96]")
         second = '[[wall]]\nname = "side"\nnormal = [1, 0, 0]\nthrough = [-9, 0, 0]\nmaterial = "glass"\nmotion = "fixed"\n\n[step]'
         self.refused(self.changed(("[step]", second)), "1 walls", "has 2", adoptable=False)
 
@@ -176,8 +185,9 @@ class AnotherScene(ProgramTest):
         self.assertEqual(self.go_on(PACKED).returncode, 0)
 
     def test_many_differences_are_one_line(self):
-        text = self.changed(('name = "pair"', 'name = "twins"'), ("glass", "steel"), ('"floor"', '"ground"'), ("density = 1.0", "density = 2"),
-                            ("radius = 0.5", "radius = 0.4"))
+        text = self.changed(
+            ('name = "pair"', 'name = "twins"'), ("glass", "steel"), ('"floor"', '"ground"'), ("density = 1.0", "density = 2"), ("radius = 0.5", "radius = 0.4")
+        )
         self.refused(text, "'twins'", "'steel'", "and more")
 
     def test_a_state_of_an_earlier_version(self):
@@ -187,12 +197,15 @@ class AnotherScene(ProgramTest):
         self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {self.state}: dataset 'rough/partition': is missing\n"))
 
     def test_a_state_with_damaged_names_or_rough_detection(self):
-        for dataset, values, problem in (("walls/name", ["floor"], "must hold strings of fixed length"),
-                                         ("walls/name", np.array([b"floor"] * 2), "must have shape (1), found (2)"),
-                                         ("materials/name", [7], "must hold strings of fixed length"),
-                                         ("materials/density", np.zeros(0), "must have shape (0), found (1)"),
-                                         ("rough/skin", [-1.0], "must be > 0"), ("rough/steps_since", [-1], "must be >= 0"),
-                                         ("rough/x", np.full((2, 3), np.inf), "row 0 is not finite")):
+        for dataset, values, problem in (
+            ("walls/name", ["floor"], "must hold strings of fixed length"),
+            ("walls/name", np.array([b"floor"] * 2), "must have shape (1), found (2)"),
+            ("materials/name", [7], "must hold strings of fixed length"),
+            ("materials/density", np.zeros(0), "must have shape (0), found (1)"),
+            ("rough/skin", [-1.0], "must be > 0"),
+            ("rough/steps_since", [-1], "must be >= 0"),
+            ("rough/x", np.full((2, 3), np.inf), "row 0 is not finite"),
+        ):
             self.succeeds("run", self.folder / "scene.toml", "--state", self.state, "--quiet")
             with h5py.File(self.state, "r+") as file:
                 del file[dataset]
@@ -219,8 +232,9 @@ class Passage(ProgramTest):
         for text, pair in ((grain, "grain 0 and grain 1"), (wall, "grain 1 and wall 'floor'")):
             out = self.folder / "out"
             for ranks in (0, 2):
-                done = self.run_program("run", self.write("scene.toml", text), "--scheme", "dcs", "--quiet", "--json", f"{out}.json",
-                                        "--state", f"{out}.h5", ranks=ranks)
+                done = self.run_program(
+                    "run", self.write("scene.toml", text), "--scheme", "dcs", "--quiet", "--json", f"{out}.json", "--state", f"{out}.h5", ranks=ranks
+                )
                 lines = [line for line in done.stderr.splitlines() if line.startswith("nscdd:") and not line.startswith("nscdd: note:")]
                 with self.subTest(pair=pair, ranks=ranks):
                     self.assertEqual((done.returncode, len(lines)), (1, 1), done.stderr)
@@ -230,8 +244,7 @@ class Passage(ProgramTest):
                     self.succeeds("run", self.folder / "scene.toml", "--scheme", "dcs", "--steps", 1, "--quiet", "--state", f"{out}-1.h5", ranks=ranks)
                     self.assertEqual((self.folder / "out.h5").read_bytes(), (self.folder / "out-1.h5").read_bytes())
             h = re.search(r"h <= (\S+) s", lines[0])[1]
-            self.succeeds("run", self.write("fine.toml", text.replace("h = 0.001", f"h = {h}")), "--steps", 300, "--quiet",
-                          "--state", f"{out}.h5")
+            self.succeeds("run", self.write("fine.toml", text.replace("h = 0.001", f"h = {h}")), "--steps", 300, "--quiet", "--state", f"{out}.h5")
             end = contents(f"{out}.h5")["velocity"]
             self.assertGreater(end[1, 2], end[0, 2])  # they part
             (self.folder / "out.h5").unlink()

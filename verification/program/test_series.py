@@ -52,12 +52,19 @@ def observables(path, h):
     touched = np.union1d(i[carries], j[carries & ~wall])
     of_walls = np.array([(force[j == -1 - k] @ wall_normal[k]).sum() for k in range(len(offset))])
     by_walls = [of_walls[np.abs(wall_normal[:, d]) == 1].mean() / (volume / box[d]) for d in range(dim)]
-    return {"box": box, "stress_contacts": stress, "stress_walls": by_walls, "wall_normal_force": of_walls,
-            "solid_fraction": size.sum() / volume, "coordination": (2 * carries.sum() - (carries & wall).sum()) / len(touched),
-            "rattlers": 1 - len(touched) / n, "fabric": np.einsum("ci,cj->ij", normal[carries], normal[carries]) / carries.sum(),
-            "kinetic_energy": 0.5 * (mass @ (velocity**2).sum(1) + inertia @ (spin**2).sum(1)),
-            "contacts": len(i), "contacts_carrying": carries.sum()}, {"pressure": np.trace(stress) / dim, "diameter": 2 * radius.mean(),
-                                                                      "density": mass.sum() / size.sum()}
+    return {
+        "box": box,
+        "stress_contacts": stress,
+        "stress_walls": by_walls,
+        "wall_normal_force": of_walls,
+        "solid_fraction": size.sum() / volume,
+        "coordination": (2 * carries.sum() - (carries & wall).sum()) / len(touched),
+        "rattlers": 1 - len(touched) / n,
+        "fabric": np.einsum("ci,cj->ij", normal[carries], normal[carries]) / carries.sum(),
+        "kinetic_energy": 0.5 * (mass @ (velocity**2).sum(1) + inertia @ (spin**2).sum(1)),
+        "contacts": len(i),
+        "contacts_carrying": carries.sum(),
+    }, {"pressure": np.trace(stress) / dim, "diameter": 2 * radius.mean(), "density": mass.sum() / size.sum()}
 
 
 class SeriesTest(ProgramTest):
@@ -83,8 +90,11 @@ class SeriesTest(ProgramTest):
 
 class Series(SeriesTest):
     def test_the_last_row_is_that_of_the_state(self):
-        for command, more in ((self.biaxial(), ("--scheme", "nlgs")), (self.biaxial(), ("--scheme", "dcs", "-n", 8)),
-                              (self.triaxial(), ("--scheme", "dcs", "-n", 8))):
+        for command, more in (
+            (self.biaxial(), ("--scheme", "nlgs")),
+            (self.biaxial(), ("--scheme", "dcs", "-n", 8)),
+            (self.triaxial(), ("--scheme", "dcs", "-n", 8)),
+        ):
             with self.subTest(command=command, more=more):
                 columns, attributes, head = self.series(*command, *more, "--steps", 30)
                 expected, others = observables(self.folder / "series-state.h5", head["h"])
@@ -132,15 +142,20 @@ class Series(SeriesTest):
     def test_the_energy_balance_closes(self):
         text = PACKED.replace("friction = 0.3", "friction = 0.3\nrestitution = 0.5").replace("packing.h5", "spheres.h5")
         self.pack("spheres", 3, 60)
-        for command in ((*self.biaxial(), "--steps", 60), (*self.triaxial(), "--scheme", "dcs", "-n", 4, "--steps", 60),
-                        ("run", self.write("falls.toml", text), "--steps", 200, "--quiet")):
+        for command in (
+            (*self.biaxial(), "--steps", 60),
+            (*self.triaxial(), "--scheme", "dcs", "-n", 4, "--steps", 60),
+            ("run", self.write("falls.toml", text), "--steps", 200, "--quiet"),
+        ):
             with self.subTest(command=command):
                 columns, _, head = self.series(*command)
                 self.assertLessEqual(columns["energy_error"].max(), head["energy_tolerance"])
                 for name in ("work_external", "work_walls", "dissipated_impact", "dissipated_friction"):
                     np.testing.assert_allclose(columns[f"{name}_total"], np.cumsum(columns[name]), rtol=1e-9, atol=1e-15, err_msg=name)
                 kinetic = columns["kinetic_energy"] + columns["kinetic_energy_walls"]  # at rest before
-                balance = columns["work_external_total"] + columns["work_walls_total"] - columns["dissipated_impact_total"] - columns["dissipated_friction_total"]
+                balance = (
+                    columns["work_external_total"] + columns["work_walls_total"] - columns["dissipated_impact_total"] - columns["dissipated_friction_total"]
+                )
                 np.testing.assert_allclose(kinetic, balance, rtol=1e-6, atol=1e-12)
                 self.assertGreaterEqual(columns["dissipated_friction_total"][-1], 0)
                 self.assertGreater(columns["dissipated_impact_total"][-1], 0)
@@ -175,8 +190,22 @@ class Series(SeriesTest):
 class Stopped(SeriesTest):
     def test_a_run_that_is_stopped_keeps_its_rows_and_frames(self):
         names = {name: self.folder / name for name in ("run.csv", "run.h5", "frames.h5", "checkpoint.h5")}
-        command = (NSCDD, *self.biaxial(), "--steps", 1_000_000, "--series", names["run.csv"], "--series", names["run.h5"],
-                   "--frames", names["frames.h5"], "--frame-every", 2, "--checkpoint", names["checkpoint.h5"])
+        command = (
+            NSCDD,
+            *self.biaxial(),
+            "--steps",
+            1_000_000,
+            "--series",
+            names["run.csv"],
+            "--series",
+            names["run.h5"],
+            "--frames",
+            names["frames.h5"],
+            "--frame-every",
+            2,
+            "--checkpoint",
+            names["checkpoint.h5"],
+        )
         with subprocess.Popen([str(part) for part in command], stderr=subprocess.PIPE, text=True) as run:
             for _ in range(2000):  # rows are in the file beside its place
                 if sum(len(path.read_text().splitlines()) for path in self.folder.glob("run.csv.*.part")) > 5:
@@ -207,16 +236,18 @@ class Targets(SeriesTest):
     def test_refusals(self):
         out, folder = self.folder / "out.h5", self.folder / "none"
         for fragment, *arguments in (
-                ("expected a name that ends in .h5, .hdf5 or .csv", "--series", self.folder / "out.txt"),
-                ("the folder", "--series", folder / "out.csv"), ("the folder", "--frames", folder / "out.h5"),
-                ("--series is the same file as the scene", "--series", self.linked("scene.csv")),
-                ("--series is the same file as --series", "--series", out, "--series", out),
-                ("--series is the same file as --state", "--series", out, "--state", out),
-                ("--frames is the same file as --series", "--series", out, "--frames", out),
-                ("the .xdmf beside --frames is the same file as --frames", "--frames", self.folder / "out.xdmf"),
-                ("the .xdmf beside --frames is the same file as the .xdmf beside --state", "--frames", out, "--state", self.folder / "out.hdf5"),
-                ("--frame-every is of frames", "--frame-every", 5),
-                ("--frame-every 5: the run makes steps 1 to 4", "--frames", out, "--frame-every", 5, "--steps", 4)):
+            ("expected a name that ends in .h5, .hdf5 or .csv", "--series", self.folder / "out.txt"),
+            ("the folder", "--series", folder / "out.csv"),
+            ("the folder", "--frames", folder / "out.h5"),
+            ("--series is the same file as the scene", "--series", self.linked("scene.csv")),
+            ("--series is the same file as --series", "--series", out, "--series", out),
+            ("--series is the same file as --state", "--series", out, "--state", out),
+            ("--frames is the same file as --series", "--series", out, "--frames", out),
+            ("the .xdmf beside --frames is the same file as --frames", "--frames", self.folder / "out.xdmf"),
+            ("the .xdmf beside --frames is the same file as the .xdmf beside --state", "--frames", out, "--state", self.folder / "out.hdf5"),
+            ("--frame-every is of frames", "--frame-every", 5),
+            ("--frame-every 5: the run makes steps 1 to 4", "--frames", out, "--frame-every", 5, "--steps", 4),
+        ):
             with self.subTest(fragment=fragment):
                 self.refused(fragment, *arguments)
         self.assertEqual({path.name for path in self.folder.iterdir()}, {"scene.toml", "scene.csv"})
@@ -236,6 +267,7 @@ class Targets(SeriesTest):
 
     def test_where_the_disk_is_full(self):
         """Old files stay, but for frames: there are those that there was room for."""
+
         def small_disk():
             resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
 
@@ -324,8 +356,9 @@ class Frames(SeriesTest):
         out = {name: [self.folder / f"{name}.{end}" for end in ("csv", "h5", "xdmf", "state.h5")] for name in ("refused", "stopped")}
         ends = {}
         for name, files in out.items():
-            done = self.run_program("run", scene, "--quiet", "--series", files[0], "--frames", files[1], "--state", files[3],
-                                    *(("--steps", 2) if name == "stopped" else ()))
+            done = self.run_program(
+                "run", scene, "--quiet", "--series", files[0], "--frames", files[1], "--state", files[3], *(("--steps", 2) if name == "stopped" else ())
+            )
             ends[name] = done.returncode
             self.assertEqual(list(self.folder.glob("*.part")), [])
         self.assertEqual(ends, {"refused": 1, "stopped": 0})
@@ -394,7 +427,9 @@ class Frames(SeriesTest):
 
     def test_paraview_reads_all_arrays(self):
         """Also steps without a contact: in free fall there are none at first."""
-        falls = self.write("falls.toml", SCENE.replace("0, 0, 0.5]", "0, 0, 0.52]").replace("[0.3, 0.1, 1.5]", "[0.3, 0.1, 2.5]").replace("h = 0.001", "h = 0.01"))
+        falls = self.write(
+            "falls.toml", SCENE.replace("0, 0, 0.5]", "0, 0, 0.52]").replace("[0.3, 0.1, 1.5]", "[0.3, 0.1, 2.5]").replace("h = 0.001", "h = 0.01")
+        )
         for command in ((*self.biaxial(), "--scheme", "dcs", "-n", 2), self.triaxial(), ("run", falls, "--quiet")):
             path, state = self.run_frames(*command)
             with self.subTest(command=command):

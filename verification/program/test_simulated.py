@@ -12,7 +12,7 @@ import h5py
 import jsonschema
 import numpy as np
 
-from harness import NSCDD, ProgramTest
+from harness import NSCDD, ProgramTest, run_suite
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLATFORMS = ROOT / "cases/platforms"
@@ -23,8 +23,7 @@ SMPIRUN = shutil.which("smpirun") and (BIN / "nscdd_simulated").exists()
 
 def costs(**ns):
     """A file of costs that do not depend on the size, 10 ns a unit unless said."""
-    return json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb",
-                       "ns": {kind: [{"bytes": 1000, "ns": ns.get(kind, 10)}] for kind in KINDS}})
+    return json.dumps({"schema": "nscdd.costs/1", "model": "2D Coulomb", "ns": {kind: [{"bytes": 1000, "ns": ns.get(kind, 10)}] for kind in KINDS}})
 
 
 @unittest.skipUnless(SMPIRUN, "smpirun is not installed, or nscdd_simulated not built")
@@ -39,25 +38,61 @@ class Simulated(ProgramTest):
 
     def simulate(self, ranks, program, *arguments, platform="node48", options=()):
         """Of smpirun: its output."""
-        return subprocess.run(["smpirun", "-quiet", "-np", str(ranks), "-platform", PLATFORMS / f"{platform}.xml", "-hostfile",
-                               PLATFORMS / f"{platform}.hosts", "--log=root.thres:error", *options, BIN / program, *map(str, arguments)],
-                              capture_output=True, text=True, cwd=self.folder)
+        return subprocess.run(
+            [
+                "smpirun",
+                "-quiet",
+                "-np",
+                str(ranks),
+                "-platform",
+                PLATFORMS / f"{platform}.xml",
+                "-hostfile",
+                PLATFORMS / f"{platform}.hosts",
+                "--log=root.thres:error",
+                *options,
+                BIN / program,
+                *map(str, arguments),
+            ],
+            capture_output=True,
+            text=True,
+            cwd=self.folder,
+        )
 
     def window(self, ranks, *arguments, **options):
         out = self.folder / "window.json"
-        done = self.simulate(ranks, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs,
-                             "--iterations", 30, "--json", out, "--quiet", *arguments, **options)
+        done = self.simulate(
+            ranks,
+            "nscdd_simulated",
+            "window",
+            self.scene,
+            "--packing",
+            self.packing,
+            "--costs",
+            self.costs,
+            "--iterations",
+            30,
+            "--json",
+            out,
+            "--quiet",
+            *arguments,
+            **options,
+        )
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return json.loads(out.read_text())
 
     def test_ping_pong_of_the_platforms_is_what_their_links_promise(self):
-        for platform, ranks, microseconds, gigabytes in (("two-cores", 2, 0.01, 20), ("node48", 2, 0.3, 33), ("node48", 48, 0.3, 33), ("cluster", 8, 0.3, 33),
-                                                         ("cluster", 9, 1.2, 12), ("cluster", 1024, 1.2, 12)):
+        for platform, ranks, microseconds, gigabytes in (
+            ("two-cores", 2, 0.01, 20),
+            ("node48", 2, 0.3, 33),
+            ("node48", 48, 0.3, 33),
+            ("cluster", 8, 0.3, 33),
+            ("cluster", 9, 1.2, 12),
+            ("cluster", 1024, 1.2, 12),
+        ):
             with self.subTest(platform=platform, ranks=ranks):
                 done = self.simulate(ranks, "ping_pong_simulated", platform=platform)
                 self.assertEqual(done.returncode, 0, done.stderr)
-                rows = {int(size): (float(us), float(rate)) for size, us, rate in
-                        re.findall(r"(\d+) B: ([\d.]+) us, ([\d.]+) GB/s", done.stdout)}
+                rows = {int(size): (float(us), float(rate)) for size, us, rate in re.findall(r"(\d+) B: ([\d.]+) us, ([\d.]+) GB/s", done.stdout)}
                 self.assertLessEqual(abs(rows[8][0] / microseconds - 1), 0.2)
                 self.assertLessEqual(abs(rows[1 << 20][1] / gigabytes - 1), 0.1)
 
@@ -92,6 +127,7 @@ class Simulated(ProgramTest):
     def test_latency_bandwidth_and_noise_count(self):
         def seconds(*arguments, method="auto", **options):
             return self.window(4, "--method", method, *arguments, **options)["seconds_per_iteration"]
+
         given, twice = seconds(), ["--cfg=smpi/lat-factor:0:2"]  # 0.3 us more a link
         self.assertGreater(seconds(options=twice), given + 0.3e-6)  # the one round of a reduction, and copies at the same time
         self.assertLess(seconds(method="paper", options=twice), seconds(method="paper") + 0.5e-6)  # messages are under way meanwhile
@@ -138,18 +174,35 @@ class Simulated(ProgramTest):
         self.assertIn("--noise: must be a number in [0, 10]", done.stderr)
 
     def test_bad_costs_are_one_line(self):
-        for text, said in (("{", "is no JSON"), ('{"schema": "x"}', "is no file of costs (schema nscdd.costs/1)"),
-                           (costs(sweep=-1), "ns.sweep: bytes must ascend from above 0, and ns must not be negative"),
-                           (re.sub(r'"driven": \[.*?\]', '"driven": []', costs()), f"has no cost of driven walls, which {self.scene} has"),
-                           (costs().replace("2D", "3D"), f"costs of a 3D Coulomb scene, {self.scene} is 2D Coulomb")):
+        for text, said in (
+            ("{", "is no JSON"),
+            ('{"schema": "x"}', "is no file of costs (schema nscdd.costs/1)"),
+            (costs(sweep=-1), "ns.sweep: bytes must ascend from above 0, and ns must not be negative"),
+            (re.sub(r'"driven": \[.*?\]', '"driven": []', costs()), f"has no cost of driven walls, which {self.scene} has"),
+            (costs().replace("2D", "3D"), f"costs of a 3D Coulomb scene, {self.scene} is 2D Coulomb"),
+        ):
             self.costs.write_text(text)
             done = self.simulate(2, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs)
             self.assertEqual([line for line in done.stderr.splitlines() if line.startswith("nscdd: ")], [f"nscdd: {self.costs}: {said}"])
             self.assertNotEqual(done.returncode, 0)
 
     def scale(self, *arguments, iterations=20):
-        return self.run_program("scale", self.scene, "--packing", self.packing, "--platform", PLATFORMS / "node48.xml", "--costs",
-                                self.costs, "--iterations", iterations, "--json", self.folder / "scale.json", *arguments, cwd=self.folder)
+        return self.run_program(
+            "scale",
+            self.scene,
+            "--packing",
+            self.packing,
+            "--platform",
+            PLATFORMS / "node48.xml",
+            "--costs",
+            self.costs,
+            "--iterations",
+            iterations,
+            "--json",
+            self.folder / "scale.json",
+            *arguments,
+            cwd=self.folder,
+        )
 
     def test_scale_goes_on_after_an_interruption(self):
         done = self.scale("--ranks", "1,2", "--bands")
@@ -192,7 +245,7 @@ class Simulated(ProgramTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("THE MACHINE WAS BUSY", done.stdout)
         self.assertEqual(done.stderr.count("measuring again, the machine was busy"), 2)
-        point, = json.loads((self.folder / "scale.json").read_text())["points"]
+        (point,) = json.loads((self.folder / "scale.json").read_text())["points"]
         load = point["measured"]["load"]
         self.assertFalse(load["believed"])
         self.assertLess(load["cores"]["least"], 0.95)
@@ -205,21 +258,58 @@ class Simulated(ProgramTest):
         self.assertIn("nscdd: smpirun ended with exit code", done.stderr.splitlines()[-1])
 
 
+@unittest.skipUnless(SMPIRUN, "smpirun is not installed, or nscdd_simulated not built")
+class Studies(ProgramTest):
+    def test_a_table_that_was_interrupted_goes_on(self):
+        def tables():
+            done = run_suite("run", "scaling", "--quick", "--only", "^weak-2k-16$", "--results", self.folder)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            return (folder / "logs/weak-2k-16.log").read_text()
+
+        folder = self.folder / "scaling/quick"
+        self.assertIn("4 ranks: simulating", tables())
+        table = folder / "weak-2k-16.json"
+        begun = re.search(r"--json (\S+)", json.loads(table.read_text())["command"])[1]
+        self.assertFalse((ROOT / begun).exists())
+        table.rename(ROOT / begun)
+        self.assertNotIn("simulating", tables())
+        self.assertEqual([row["ranks"] for row in json.loads((self.folder / "scaling.json").read_text())["rows"]], [1, 4])
+
+    def test_spheres_side_by_side_are_run_and_gone_on_with(self):
+        done = run_suite("run", "million", "--quick", "--results", self.folder)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        rows = json.loads((self.folder / "million.json").read_text())["rows"]
+        self.assertEqual([(row["run"], row["grains"], row["steps"], row["converged"]) for row in rows], [("first", 600, 2, True), ("rest", 600, 1, True)])
+        self.assertTrue(all(row["memory"]["largest"] > 0 for row in rows))
+
+
 class Calibration(ProgramTest):
     def test_costs_are_measured_of_every_kind_of_work(self):
         pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\ngenerator = 'own'\n")
         self.succeeds("pack", pack, "-o", self.folder / "disks.h5", "--quiet")
         out = self.folder / "costs.json"
-        self.succeeds("calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains", "1,2,4",
-                      "--seconds", 1e-4, "-o", out, "--quiet")
+        self.succeeds(
+            "calibrate",
+            ROOT / "cases/reduced/network.toml",
+            "--packing",
+            self.folder / "disks.h5",
+            "--subdomains",
+            "1,2,4",
+            "--seconds",
+            1e-4,
+            "-o",
+            out,
+            "--quiet",
+        )
         measured = json.loads(out.read_text())
         jsonschema.validate(measured, json.loads((ROOT / "reports/costs.schema.json").read_text()))
         self.assertEqual(measured["model"], "2D Coulomb")
         for kind in ("sweep", "accelerated", "residual"):
             self.assertEqual(len(measured["ns"][kind]), 3)
         with self.subTest("a size whose subdomains have no contacts is left out"):
-            done = self.succeeds("calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains",
-                                 "2,5000", "--seconds", 1e-4, "-o", out)
+            done = self.succeeds(
+                "calibrate", ROOT / "cases/reduced/network.toml", "--packing", self.folder / "disks.h5", "--subdomains", "2,5000", "--seconds", 1e-4, "-o", out
+            )
             self.assertIn("5000 subdomains: left out", done.stderr)
             self.assertEqual(len(json.loads(out.read_text())["ns"]["sweep"]), 1)
         for kind in KINDS:

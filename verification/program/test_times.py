@@ -1,4 +1,4 @@
-"""Times: loads in results, jobs that are made again, and scripts/compare_times."""
+"""Times: loads in results, jobs that are made again, and `scripts/suite times`."""
 import json
 import math
 import os
@@ -8,11 +8,8 @@ import subprocess
 import sys
 import unittest
 
-from harness import NSCDD, ProgramTest, load_script
-
-script = load_script("compare_times")
-import jobs  # noqa: E402  (beside it)
-from nscdd_report import times  # noqa: E402
+from harness import NSCDD, ProgramTest, run_suite
+from nscdd_suite import compare_times, jobs, times
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BURN = "import time, sys\nwhile time.process_time() < float(sys.argv[1]): pass"
@@ -56,10 +53,12 @@ class Times(ProgramTest):
         for busy, made in ((0, 1), (1, 2), (5, times.TRIES)):
             out, count = self.folder / "out.json", self.folder / "count"
             count.write_text("")
-            write = (f"import json, pathlib; count = pathlib.Path({str(count)!r}); count.write_text(count.read_text() + 'x'); "
-                     f"cores = 0.5 if len(count.read_text()) <= {busy} else 1.0; "
-                     f"pathlib.Path({str(out)!r}).write_text(json.dumps({{'load': {{'cores': {{'least': cores}}, 'believed': cores > 0.9}}}}))")
-            runner = jobs.Runner([jobs.Job("timed", [[sys.executable, "-c", write]], [out], [], 1, alone=True)], self.folder)
+            write = (
+                f"import json, pathlib; count = pathlib.Path({str(count)!r}); count.write_text(count.read_text() + 'x'); "
+                f"cores = 0.5 if len(count.read_text()) <= {busy} else 1.0; "
+                f"pathlib.Path({str(out)!r}).write_text(json.dumps({{'load': {{'cores': {{'least': cores}}, 'believed': cores > 0.9}}}}))"
+            )
+            runner = jobs.Runner([jobs.Job("timed", [out], [[sys.executable, "-c", write]], alone=True)], self.folder)
             runner.run_all()
             self.assertFalse(runner.failed())
             self.assertEqual(len(count.read_text()), made, busy)
@@ -76,7 +75,7 @@ class Compared(unittest.TestCase):
     def verdicts(self, slower, trials, noise=0.02):
         for seed in range(trials):
             draw = random.Random(seed)
-            drift = [1 + 0.1 * math.sin(turn) for turn in range(script.PAIRS)]
+            drift = [1 + 0.1 * math.sin(turn) for turn in range(compare_times.PAIRS)]
             a, b = ([factor * one * math.exp(draw.gauss(0, noise)) for one in drift] for factor in (1, slower))
             yield times.compared(a, b)["verdict"]
 
@@ -97,7 +96,7 @@ class Compared(unittest.TestCase):
 
 class CompareTimes(ProgramTest):
     def compare_commands(self, *arguments):
-        return subprocess.run([ROOT / "scripts/compare_times", *map(str, arguments)], capture_output=True, text=True)
+        return run_suite("times", *arguments)
 
     def compare(self, a, b, *options):
         commands = [f"{sys.executable} -c '{BURN}' {seconds}" for seconds in (a, b)]
@@ -113,12 +112,15 @@ class CompareTimes(ProgramTest):
 
     def test_a_command_that_fails_is_one_line(self):
         done = self.compare_commands("true", "false")
-        self.assertEqual((done.returncode, done.stderr), (1, "compare_times: false: exit code 1: \n"))
+        self.assertEqual((done.returncode, done.stderr), (1, "false: exit code 1: \n"))
+
+    def test_an_empty_command_is_one_line(self):
+        done = self.compare_commands("true", "")
+        self.assertEqual((done.returncode, done.stderr), (1, "times: a command is empty\n"))
 
     def test_few_pairs_are_refused(self):
         done = self.compare_commands("true", "true", "--pairs", "9")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--pairs: must be at least 11, found 9", done.stderr)
+        self.assertEqual((done.returncode, done.stderr), (1, "times: --pairs must be at least 11, found 9\n"))
 
 
 if __name__ == "__main__":

@@ -33,10 +33,11 @@ class Job:
     title: str  # of the progress line; --only looks in it
     outputs: list  # files made; removed beforehand, so that a failure leaves no older result behind
     commands: list = ()  # argument lists, run one after the other, stopping at the first that fails
-    work: Callable = None  # instead of commands: () -> JSON; raises Failed
+    work: Callable = None  # instead of commands: () -> JSON, or None where it made its outputs itself; raises Failed
     needs: list = ()  # files that earlier jobs make
     cost: float = 1.0  # seconds of one core, about: for the time left
     alone: bool = False  # its times are reported
+    small: bool = False  # one of hundreds, of which one in twenty is announced
     fine: tuple = (0, 3)  # exit codes that are no failure
 
     def __post_init__(self):
@@ -53,6 +54,11 @@ class Job:
 
 def chosen(jobs, only=""):
     """Those whose title matches, after what they need; those that must run alone last."""
+    return with_needs(jobs, [job for job in jobs if re.search(only, job.title)])
+
+
+def with_needs(jobs, wanted):
+    """Some of the jobs, after what they need; those that must run alone last."""
     order, makes = [], {output: job for job in jobs for output in job.outputs}
 
     def visit(job):
@@ -62,9 +68,8 @@ def chosen(jobs, only=""):
         if job not in order:
             order.append(job)
 
-    for job in jobs:
-        if re.search(only, job.title):
-            visit(job)
+    for job in wanted:
+        visit(job)
     return sorted(order, key=lambda job: job.alone)
 
 
@@ -86,6 +91,8 @@ class Runner:
         elapsed = self.elapsed()
         with self.lock:
             self.started += 1
+            if job.small and self.started % 20 != 1:
+                return
             about = left(elapsed, self.cost_done, sum(j.cost for j in self.jobs))
             print(f"[{self.started}/{len(self.jobs)}] {job.title} ... (elapsed {clock(elapsed)}{about})", flush=True)
 
@@ -120,7 +127,9 @@ class Runner:
 
     def work(self, job, stream):
         try:
-            record.write(job.outputs[0], job.work())
+            made = job.work()
+            if made is not None:
+                record.write(job.outputs[0], made)
             return 0
         except Failed as problem:
             stream.write(f"{problem}\n")

@@ -6,6 +6,7 @@ import os
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -22,9 +23,9 @@ class Failed(Exception):
 
 @functools.cache
 def environment():
-    """Variables of scripts/environment.sh, and none of Open MPI's daemons beside a process that is alone."""
-    told = (ROOT / "scripts/environment.sh").read_text()
-    return {**os.environ, **dict(re.findall(r"^\s*export (OMPI_\w+)=(\S+)$", told, re.M)), "OMPI_MCA_ess_singleton_isolated": "1"}
+    """Variables of scripts/environment.sh, none of Open MPI's daemons beside a process that is alone, and where modules of the suite are."""
+    told = dict(re.findall(r"^\s*export (OMPI_\w+)=(\S+)$", (ROOT / "scripts/environment.sh").read_text(), re.M))
+    return {**os.environ, **told, "OMPI_MCA_ess_singleton_isolated": "1", "PYTHONPATH": str(ROOT / "harness/suite")}
 
 
 def words(command):
@@ -34,8 +35,13 @@ def words(command):
 
 def shown(command):
     """The same as text, whatever machine and build this is."""
-    typed = words(command)
-    return shlex.join(["nscdd" if word == NSCDD else "nscdd_simulated" if word == SIMULATED else word for word in typed])
+    names = {NSCDD: "nscdd", SIMULATED: "nscdd_simulated", sys.executable: "python3"}
+    return shlex.join([names.get(word, word) for word in words(command)])
+
+
+def python(module, *arguments):
+    """A command that is a module of the suite."""
+    return [sys.executable, "-m", f"nscdd_suite.{module}", *arguments]
 
 
 def call(command, fine=(0, CAP), seconds=None, out=None):
@@ -66,10 +72,19 @@ def read(path):
     return json.loads(Path(path).read_text())
 
 
-def simulated(ranks, platform="node48"):
-    """What a simulated command begins with; `platform`: a name of cases/platforms, or a path without its ending."""
+def factors(file, latency, bandwidth):
+    """What the simulator multiplies latency and bandwidth by, for messages of each size, times more."""
+    for name, more in (("smpi/lat-factor", latency), ("smpi/bw-factor", bandwidth)):
+        if more != 1:
+            entries = re.search(rf'{name}" value="([^"]*)"', Path(ROOT, file).read_text())[1].split(";")
+            yield f"--cfg={name}:" + ";".join(f"{size}:{float(factor) * more:g}" for size, factor in (entry.split(":") for entry in entries))
+
+
+def simulated(ranks, platform="node48", latency=1, bandwidth=1):
+    """What a simulated command begins with; `platform`: a name of cases/platforms, or a path without its ending; times its latency and bandwidth."""
     place = platform if "/" in str(platform) else f"{PLATFORMS}/{platform}"
-    return ["smpirun", "-quiet", "-np", str(ranks), "-platform", f"{place}.xml", "-hostfile", f"{place}.hosts", "--log=root.thres:error"]
+    begin = ["smpirun", "-quiet", "-np", str(ranks), "-platform", f"{place}.xml", "-hostfile", f"{place}.hosts", "--log=root.thres:error"]
+    return [*begin, *factors(f"{place}.xml", latency, bandwidth)]
 
 
 def specification(source, grains=0, loose=False, more=""):

@@ -12,11 +12,22 @@ class InputError(Exception):
     """A results file that cannot be used; the text is one line that names it."""
 
 
-def write(path, data, indent=1):
-    """As JSON, aside and then renamed: a reader meets the old file or the whole new one."""
+def write(path, data):
+    """As JSON, a row of a list a line, aside and then renamed: a reader meets the old file or the whole new one."""
     part = Path(f"{path}.part")
-    part.write_text(json.dumps(data, indent=indent) + "\n")
+    part.write_text(text_of(data) + "\n")
     part.replace(path)
+
+
+def text_of(data):
+    def text(value):
+        if isinstance(value, list) and any(isinstance(row, (dict, list)) for row in value):
+            return "[" + ",".join(f"\n  {json.dumps(row)}" for row in value) + "\n ]"
+        return json.dumps(value)
+
+    if not isinstance(data, dict):
+        return text(data)
+    return "{" + ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) + "\n}"
 
 
 def load(path):

@@ -3,6 +3,7 @@ import dataclasses
 import importlib
 import importlib.util
 import shlex
+import shutil
 from pathlib import Path
 
 from . import program, record
@@ -66,6 +67,7 @@ class Study:
     name = ""  # on the command line; NAME.json is the record, nscdd.NAME/1 its schema, reports/NAME.schema.json describes it
     title = ""  # of the section
     about = ""  # one line of `scripts/suite list`
+    kinds = ()  # measured, counted, computed or SIMULATED are the numbers of a section without section.py
     timed = False  # wants a machine that does nothing else
     probe = ("cases/hard/column-10-2d.toml",)  # a run that says commit and machine, where no run of the jobs does
 
@@ -79,11 +81,29 @@ class Study:
 
     def section(self, results, out):
         """Blocks and HTML of the page, its images in the folder `out`; [] for no section. Of studies/NAME/section.py, else a table of all rows."""
-        if importlib.util.find_spec(f"nscdd_suite.studies.{self.name}.section"):
-            return importlib.import_module(f"nscdd_suite.studies.{self.name}.section").section(results, out)
+        if page := self.page():
+            return page.section(results, out)
         from .page.default import section
 
         return section(self, results, out)
+
+    def page(self):
+        """The module studies/NAME/section.py, if there is one."""
+        name = f"nscdd_suite.studies.{self.name}.section"
+        return importlib.import_module(name) if importlib.util.find_spec(name) else None
+
+    def choose(self, plan):
+        """The jobs that plan.only asks for, and what they need."""
+        return chosen(plan.jobs, plan.only)
+
+    def whole(self, plan, data):
+        """The record that is written; a study may keep rows of an earlier one."""
+        return data
+
+    def draw(self, plan, data):
+        """Writes figures beside a new record: by draw_all of section.py, if it has one."""
+        if draw_all := getattr(self.page(), "draw_all", None):
+            draw_all(data, plan.results)
 
     def told(self, data):
         """Lines for the console about a new record."""
@@ -97,32 +117,40 @@ class Study:
 
     def run(self, plan, anew=False, keep=False):
         """Makes what is not there yet, and the record. True if all went well."""
+        if not (keep or self.made_by(plan)):
+            set_aside(plan.folder)
         plan.folder.mkdir(parents=True, exist_ok=True)
         self.jobs(plan)
-        jobs = chosen(plan.jobs, plan.only)
+        jobs = self.choose(plan)
+        if not jobs and plan.left_out and not plan.only:
+            return True  # all of it, and it said so
         if not jobs:
             raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
-        fresh = keep or not anew and self.made_by(plan)
-        todo = [job for job in jobs if not (fresh and job.done())]
+        for output in (output for job in jobs for output in job.outputs) if anew else ():
+            Path(output).unlink(missing_ok=True)  # now, or a run that is stopped would leave them to be taken for its own
+        todo = [job for job in jobs if not job.done()]
         if len(todo) < len(jobs):
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
         record.write(plan.folder / MADE_BY, {"program": program.checksum(), "quick": plan.quick})
         runner = Runner(todo, plan.folder / "logs")
         runner.run_all()
+        failed = runner.failed()
+        record.write(plan.folder / "job.json", {"schema": "nscdd.job/1", "seconds": round(runner.elapsed(), 2), "failed": len(failed), "jobs": runner.records})
         rows = self.rows(plan)
         data = None
         if rows:
             data = {"schema": f"nscdd.{self.name}/1", "command": plan.command, **self.provenance(plan), "quick": plan.quick, **rows}
             if plan.left_out:
                 data["left_out"] = plan.left_out
+            data = self.whole(plan, data)
             record.write(plan.results / f"{self.name}.json", data)
+            self.draw(plan, data)
             for line in self.told(data):
                 print(line)
-        failed = runner.failed()
         print(f"{self.name}: {len(todo) - len(failed)} of {len(todo)} jobs succeeded in {clock(runner.elapsed())}")
         for entry in failed:
             print(f"  failed: {entry['title']}")
-        return not failed and data is not None and self.passes(data)
+        return not failed and (data is None or self.passes(data))  # files alone, such as packings, make no record
 
     def made_by(self, plan):
         """Whether what is there was made by this program."""
@@ -130,8 +158,17 @@ class Study:
         return path.exists() and record.load(path) == {"program": program.checksum(), "quick": plan.quick}
 
     def provenance(self, plan):
-        out = plan.folder / "probe.json"
+        out = plan.folder / "logs" / "probe.json"
         return record.provenance([program.made([program.NSCDD, "run", *self.probe, "--quiet", "--json", out], out)])
+
+
+def set_aside(folder):
+    """What another program made stays, under another name, until the next time."""
+    if folder.exists() and any(folder.iterdir()):
+        before = folder.with_name(f"{folder.name}-before")
+        shutil.rmtree(before, ignore_errors=True)
+        folder.rename(before)
+        print(f"{folder}: made by another program, now {before} (--keep takes it as it is)")
 
 
 def installed(*modules):

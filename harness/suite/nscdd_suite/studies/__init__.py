@@ -5,7 +5,21 @@ import functools
 @functools.cache
 def studies():
     """{name: study}, in the order of the page."""
-    from . import partitions
+    from . import acceleration, accuracy, bits, hard, million, paper, partitions, peers, physics, reduced, scaling, velocity_error, wild
 
-    found = [partitions.Partitions()]
+    found = [
+        paper.Paper(),
+        physics.Physics(),
+        peers.Peers(),
+        reduced.Reduced(),
+        bits.Bits(),
+        hard.Hard(),
+        accuracy.Accuracy(),
+        acceleration.Acceleration(),
+        velocity_error.VelocityError(),
+        wild.Wild(),
+        partitions.Partitions(),
+        scaling.Scaling(),
+        million.Million(),
+    ]
     return {study.name: study for study in found}

@@ -32,7 +32,7 @@ def points():
 
 class Partitions(Study):
     name, title, about = "partitions", "Ways to divide space", "what grid, bisection and METIS cost"
-    tools = ("smpirun",)
+    kinds, tools = ("counted", "simulated"), ("smpirun",)
 
     def jobs(self, plan):
         for point in points():

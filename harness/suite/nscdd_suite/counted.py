@@ -1,0 +1,106 @@
+"""Are the counted numbers of a folder of results those of the committed records?
+
+Compares iterations, contacts, messages, bytes, work, residuals, checksums of answers, and what hard cases and physics found, with reports/results. Times
+are not compared, no number of a simulated machine, and none of another program. A program with fused products has the same numbers on every machine.
+"""
+import shutil
+from pathlib import Path
+
+from . import record
+
+RECORDS = Path("reports/results")
+PLACE = ("scene", "method", "scheme", "partition", "subdomains", "multiplicity", "variation", "perturbed")
+# record: its lists of rows, what identifies a row, its counted numbers ("a.b": b in the row's a)
+TABLES = {
+    "hard": [("rows", ("case", "scheme", "quantity"), ("iterations", "steps", "found", "answer"))],
+    "paper": [("runs", PLACE, ("iterations", "interface_grains", "bytes_per_iteration", "residual_max"))],
+    "physics": [("rows", ("quantity",), ("ours",))],
+    "peers": [("settle.ours", ("h", "arguments", "steps"), ("iterations", "most_contacts", "overlapping")),
+              ("siconos", ("scene", "solver", "arguments", "tolerance"), ("iterations", "eta"))],
+    "accuracy": [("runs", ("scene", "solver", "arguments", "tolerance"), ("iterations", "sweeps", "eta")),
+                 ("profiles", ("set", "problem", "solver", "tolerance"), ("iterations", "sweeps"))],
+    "acceleration": [("rows", ("scene", "start", "method", "subdomains"), ("iterations", "contacts", "eta")),
+                     ("hard", ("scene",), ("steps", "paper.iterations", "auto.iterations"))],
+    "velocity_error": [("rows", ("case", "start", "method", "tolerance"), ("iterations", "eta")),
+                       ("cost", ("case", "start", "method", "allowed"), ("iterations", "eta"))],
+    "partitions": [("rows", ("scene", "method", "partition", "subdomains"),
+                    ("iterations", "interface_grains", "messages_per_iteration", "bytes_per_iteration"))],
+    "scale": [("points", ("scheme", "ranks"), ("iterations", "contacts"))],  # of scale-....json
+}  # fmt: skip
+SHOWN = 20
+
+
+def total(value):
+    return sum(value) if isinstance(value, list) else value
+
+
+def at(value, key):
+    """What lies in a dict at "a.b", None where there is no such key."""
+    for name in key.split("."):
+        value = value and value.get(name)
+    return value
+
+
+def of_record(kind, data):
+    """{name of a number: number} of a record. A quick one has other numbers than a whole one."""
+    label, found = kind + (" --quick" if data.get("quick") else ""), {}
+    if kind == "reduced":
+        return {f"{label}: {run}: {key}": value for run, numbers in data["runs"].items() for key, value in numbers.items()}
+    for rows, identity, numbers in TABLES[kind.partition("-")[0]]:
+        for row in at(data, rows):
+            if str(row.get("solver")).startswith("Siconos"):  # no number of ours
+                continue
+            name = " ".join(str(row[key]) for key in identity if row.get(key) not in (None, ""))
+            found |= {f"{label}: {name}: {key}": total(at(row, key)) for key in numbers if at(row, key) is not None}
+    return found
+
+
+def kinds(folder):
+    """Records of a folder that have counted numbers."""
+    names = ["reduced", *(kind for kind in TABLES if kind != "scale"), *sorted(path.stem for path in folder.glob("scale-*.json"))]
+    return [kind for kind in names if (folder / f"{kind}.json").exists()]
+
+
+def read(folder, kind):
+    """The numbers of a record. Raises InputError."""
+    path, schema = folder / f"{kind}.json", kind.partition("-")[0]
+    try:
+        return of_record(kind, record.read(path, schema))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise record.InputError(f"{path}: rows are not those of nscdd.{schema}/1: {error}") from None
+
+
+def compare(folder, keep=False):
+    """Writes counted.json, which the page shows, and yields lines about it. `keep`: what is there becomes the committed records, whole."""
+    if not folder.is_dir():
+        raise record.InputError(f"counted: {folder}: no such folder")
+    now = {kind: read(folder, kind) for kind in kinds(folder)}
+    if not any(now.values()):
+        raise record.InputError(f"counted: {folder}: no records")
+    for kind in now if keep else ():
+        shutil.copyfile(folder / f"{kind}.json", RECORDS / f"{kind}.json")
+    same, differ, unknown, missing, compared = 0, [], 0, 0, []
+    for kind, new in now.items():
+        if not (RECORDS / f"{kind}.json").exists():
+            yield f"counted: {RECORDS / kind}.json is not there: nothing to compare {kind} with"
+            continue
+        old = read(RECORDS, kind)
+        compared.append(kind)
+        missing += len(old.keys() - new.keys())
+        unknown += len(new.keys() - old.keys())
+        both = [name for name in new if name in old]
+        same += sum(old[name] == new[name] for name in both)
+        differ += [{"name": name, "now": new[name], "record": old[name]} for name in both if old[name] != new[name]]
+    of = same + len(differ)
+    record.write(
+        folder / "counted.json",
+        {"schema": "nscdd.counted/1", "records": compared, "same": same, "of": of, "not_in_the_record": unknown, "missing": missing, "differ": differ},
+    )
+    yield from (f"    {entry['name']}: {entry['now']}, in the record {entry['record']}" for entry in differ[:SHOWN])
+    if len(differ) > SHOWN:
+        yield f"    and {len(differ) - SHOWN} more, in {folder / 'counted.json'}"
+    yield (
+        f"counted: {same} of {of} counted numbers are those of the record ({', '.join(compared) or 'none'})"
+        + (f"; {unknown} more are not in it" if unknown else "")
+        + (f"; {missing} of it are not in these results" if missing else "")
+    )

@@ -1,0 +1,131 @@
+"""The page: its blocks (tables and figures with captions), contents and frame. Images lie beside it, named by relative links."""
+import dataclasses
+import re
+from html import escape
+from pathlib import Path
+
+STYLE = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
+# Where numbers come from; the first thing that a caption says.
+KINDS = {"simulated": "SIMULATED", "measured": "measured", "counted": "counted", "computed": "computed"}
+
+
+@dataclasses.dataclass
+class Block:
+    """A table or figure with its caption beneath. All text is HTML; the page numbers them."""
+
+    content: str
+    title: str
+    caption: str
+    source: str
+    kinds: tuple
+    wide: bool = False
+    what: str = "Table"
+    anchor: str = ""  # of links to it; made from its number if empty
+    label: str = ""  # "Table 2.1", set by number()
+
+    def html(self):
+        style = ' class="wide"' if self.wide else ""
+        tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
+        return (
+            f'<figure id="{self.anchor}"{style}><div class="scroll">{self.content}</div>\n'
+            f"<figcaption><b>{self.label}. {self.title}.</b>{tags} {self.caption}{self.source}</figcaption></figure>"
+        )
+
+
+def table_block(content, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
+    return Block(content, title, caption, source, kinds, wide, "Table", anchor)
+
+
+def figure_block(file, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
+    """`file`: name of the image beside the page."""
+    plain = re.sub("<[^>]*>", "", title)
+    return Block(f'<img alt="{plain}" src="{escape(file)}">', title, caption, source, kinds, wide, "Fig.", anchor)
+
+
+def number(sections):
+    """Labels and anchors of all blocks: Table 2.1 is the first table of the second section."""
+    for place, (_, _, parts) in enumerate(sections, 1):
+        counts = {}
+        for part in parts:
+            if isinstance(part, Block):
+                counts[part.what] = counts.get(part.what, 0) + 1
+                part.label = f"{part.what} {place}.{counts[part.what]}"
+                part.anchor = part.anchor or re.sub(r"\W+", "-", part.label.lower())
+
+
+def contents(sections):
+    """The list of sections with their tables and figures."""
+    items = []
+    for place, (key, heading, parts) in enumerate(sections, 1):
+        blocks = [part for part in parts if isinstance(part, Block)]
+        inner = "".join(f'<li><a href="#{block.anchor}">{block.label}</a> {block.title}</li>' for block in blocks)
+        items.append(f'<li><a href="#{key}">{place}. {escape(heading)}</a>' + (f"<ul>{inner}</ul>" if inner else "") + "</li>")
+    return f'<nav aria-label="Contents"><h2>Contents</h2><ul class="contents">{"".join(items)}</ul></nav>'
+
+
+def machines(runs):
+    """The machines of some runs, in words; several only if they differ."""
+    names = {f"{r['machine']['cpu']}, {r['machine']['cores']} core{'s' * (r['machine']['cores'] > 1)}" for r in runs}
+    return "; ".join(sorted(names))
+
+
+def commits(runs):
+    """Of runs and of records, which may have rows of several commits."""
+    found = {commit for run in runs for commit in run.get("commits") or [run["commit"]]}
+    return ", ".join(sorted({commit.removesuffix("-dirty")[:12] + "-dirty" * commit.endswith("-dirty") for commit in found}))
+
+
+def command_list(commands):
+    """The first command, and the others folded."""
+    commands = list(dict.fromkeys(commands))
+    text = f"<code>{escape(commands[0])}</code>"
+    if len(commands) > 1:
+        items = "".join(f"<li><code>{escape(command)}</code></li>" for command in commands[1:])
+        more = f"and {len(commands) - 1} more command{'s' * (len(commands) > 2)}"
+        text += f" <details><summary>{more}</summary><ul>{items}</ul></details>"
+    return text
+
+
+def origin(runs, kind=""):
+    """Where something comes from: commands, machine, commit; `kind` where a caption has several."""
+    return (
+        f'<div class="from">{f"<b>{kind}.</b> " if kind else ""}{escape(machines(runs))}; commit {escape(commits(runs))}. From '
+        f"{command_list([run.command for run in runs])}</div>"
+    )
+
+
+def missing(text):
+    return f'<p class="missing">Not in these results: {escape(text)}.</p>'
+
+
+def quick(data):
+    """A warning in a list, where a record is of a quick job."""
+    return ["<p>From a quick job, made small to test the command: its numbers say nothing.</p>"] if data.get("quick") else []
+
+
+def page(title, lead, facts, opening, sections, footer):
+    """The whole document. facts: (name, text); opening: HTML before the contents; sections: (id, heading, parts), numbered."""
+    described = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
+    body = "\n".join(
+        f'<h2 id="{key}">{place}. {escape(heading)}</h2>\n' + "\n".join(part.html() if isinstance(part, Block) else part for part in parts)
+        for place, (key, heading, parts) in enumerate(sections, 1)
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escape(title)}</title>
+<style>{STYLE}</style>
+</head>
+<body><main>
+<h1>{escape(title)}</h1>
+<p class="lead">{lead}</p>
+{opening}
+{contents(sections)}
+<dl class="facts">{described}</dl>
+{body}
+<footer>{footer}</footer>
+</main></body>
+</html>
+"""

@@ -1,0 +1,97 @@
+"""The page of a folder of results: OUT/index.html, its figures beside it (SVG, pictures PNG), summary.json."""
+import json
+import sys
+from datetime import datetime, timezone
+from html import escape
+
+from ..studies import studies
+from .load import load
+from .page import commits, machines, number, page
+from .style import write
+from .tables import count
+
+PAPER = (
+    "V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distributed Nonsmooth Contact Domain "
+    "Decomposition (NSCDD): Algorithmic Structure and Scalability</i>, DD 21, LNCSE 98, 627\u2013636 (2014), "
+    '<a href="https://doi.org/10.1007/978-3-319-05789-7_60">doi:10.1007/978-3-319-05789-7_60</a>'
+)
+LEAD = (
+    "Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
+    "against sequential nonlinear Gauss\u2013Seidel (NLGS). Each caption says whether its numbers were measured on a real "
+    "machine, counted, computed, or SIMULATED on a machine that is not there."
+)
+
+
+def div(style, text, items=()):
+    listed = f"<ul>{''.join(f'<li>{escape(item)}</li>' for item in items)}</ul>" if items else ""
+    return f'<div class="verdict {style}"><b>{text}</b>{listed}</div>'
+
+
+def verdict(results):
+    """The lines at the top."""
+    failures = results.failures
+    if failures:
+        return div("bad", f"Failed: {len(failures)} finding{'s' * (len(failures) > 1)}.", failures)
+    html = div("good", " ".join(results.good)) if results.good else ""
+    html += "".join(f'<div class="verdict open"><b>{what}</b> {escape(which)}</div>' for what, which in results.open)
+    return html or div("open", "No run and no hard case is in these results.")
+
+
+def counted(results, most=10):
+    """How many counted numbers are those of the committed records, and the first that are not."""
+    html = ""
+    for record in results.records("counted"):
+        text = f"{count(record['same'])} of {count(record['of'])} counted numbers are those of the record."
+        if record["missing"]:
+            text += f" {count(record['missing'])} of the record are not in these results."
+        names = [f"{row['name']}: {row['now']}, in the record {row['record']}" for row in record["differ"]]
+        more = [f"and {len(names) - most} more"] if len(names) > most else []
+        html += div("good" if record["of"] and not names else "open", text, names[:most] + more)
+    return html
+
+
+def facts(results, dates):
+    """What the page was made from, as (name, text)."""
+    runs, rows, sources = results.records("run"), results.summary.get("hard_rows", 0), results.sources
+    scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
+    systems = "; ".join(sorted({", ".join(filter(None, (one["machine"].get("os"), one["machine"].get("compiler")))) for one in sources} - {""}))
+    return [
+        *([("Runs", f"{len(runs)}: {scenes}")] if runs else []),
+        *([("Rows of hard cases", count(rows))] if rows else []),
+        ("Made", f"{dates[0]} to {dates[1]}"),
+        ("Machine", machines(sources)),
+        ("System", systems),
+        ("Commit", commits(sources)),
+        ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")),
+    ]
+
+
+def make(folder, out):
+    """Writes the page; returns whether it passes: every run converged, every comparison is within its bounds and no job failed. Raises InputError."""
+    results = load(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    sections = [(study.name, study.title, study.section(results, out)) for study in studies().values()]
+    sections = [section for section in sections if section[2]]
+    number(sections)
+    results.failures += [f"job failed (exit {job['exit']}): {job['title']}" for record in results.records("job") for job in record["jobs"] if job["exit"]]
+    passes = not results.failures
+    dates = sorted(source["date"] for source in results.sources if "date" in source)
+    dates = [dates[0], dates[-1]] if dates else ["", ""]
+    opening = (results.opening() if results.opening else "") + verdict(results) + counted(results)
+    html = page("nscdd: report", LEAD, facts(results, dates), opening, sections, "Method: " + PAPER + ".")
+    summary = {
+        "schema": "nscdd.summary/1",
+        "passes": passes,
+        "failures": results.failures,
+        "runs": len(results.records("run")),
+        "machine": machines(results.sources),
+        "commit": commits(results.sources),
+        "dates": dates,
+        **results.summary,
+    }
+    write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
+    write(out / "index.html", html.encode())
+    for line in results.failures:
+        print(f"report: {line}", file=sys.stderr)
+    print(f"report: {out / 'index.html'}: " + ("passes" if passes else "FAILS"))
+    return passes

@@ -1,0 +1,101 @@
+"""Speed against error: what each solver spends to be how accurate, and how often which solver is the fastest.
+
+Work-precision curves: one step of each scene in cases/accuracy from one loaded state, its impulses taken away, by every solver at tolerances from
+1e-1 to 1e-8: CPU time of the solver and sweeps against eta and against the distance of the velocities from a reference answer, eta <= 1e-10.
+Performance profiles: the first step of all hard cases, and all FCLIB files of ../shared/fclib, to 1e-4, 1e-6 and 1e-8. Siconos takes part where it
+is installed. Short runs are made three times, and the median of their CPU times is taken. Quick: two small scenes, few tolerances, solvers and
+problems.
+"""
+import dataclasses
+import functools
+import re
+from pathlib import Path
+
+from ...measure import SICONOS, Budget
+from ...program import ROOT
+from ...study import Study, installed
+from .curves import Curves
+from .profiles import fclib_rows, hard_rows
+
+TOLERANCES = [10.0**-k for k in range(1, 9)]
+QUICK_SCENES, QUICK_TOLERANCES, QUICK_GRAINS, QUICK_BUDGET = ("dense-3d", "loose-2d"), (1e-2, 1e-4), 120, Budget(5000, 20)
+QUICK_CASES = r"(column-10|lid-10|pile-grains-stays|wedge-locked)-2d"
+NOT_LONG = r"(?!pair|heap|rebound)"  # long runs are about their energy, their first steps are those of other cases
+ONLY = {"large-3d": r"NLGS.*|NSCDD \d+, auto|Newton"}  # solvers of a scene, where not all
+QUICK_SOLVERS = r"NLGS|NSCDD 8, n_GS 1|NSCDD 4|SPG|Newton|Siconos.*"
+FCLIB = ROOT.parent / "shared/fclib"
+
+
+@dataclasses.dataclass
+class Solver:
+    name: str
+    run: str  # arguments of `nscdd run`
+    fclib: str = ""  # arguments of `nscdd solve-fclib`, where it takes part
+    sweeps: int = 1  # in an iteration; 0: its iterations cost something else
+    profile: bool = False  # takes part in the profile of the hard cases
+    tolerances: tuple = tuple(TOLERANCES)
+
+    def cap(self, budget, option="--max-iterations"):
+        return [option, max(1, budget.sweeps // self.sweeps)] if self.sweeps else []
+
+
+# One line each. NSCDD by DCS: CCS makes the same iterates, which is checked once for each scene.
+SOLVERS = [
+    Solver("NLGS", "--scheme nlgs --method paper", "--solver nlgs", profile=True),
+    Solver("NLGS, relaxation 1.5", "--scheme nlgs --method paper --relaxation 1.5"),
+    Solver("NLGS, auto", "--scheme nlgs", profile=True),
+    *[
+        Solver(f"NSCDD {n}, n_GS {k}", f"--scheme dcs --method paper --subdomains {n} --sweeps {k} --check-every {10 // k}", sweeps=k)
+        for n in (2, 8, 32)
+        for k in (1, 2, 5)
+    ],
+    *[Solver(f"NSCDD {n}, relaxation 1.5", f"--scheme dcs --method paper --subdomains {n} --relaxation 1.5") for n in (2, 8, 32)],
+    *[Solver(f"NSCDD {n}, auto", f"--scheme dcs --subdomains {n}") for n in (2, 8, 32)],
+    Solver("NSCDD 4", "--scheme dcs --method paper --subdomains 4", profile=True, tolerances=()),
+    Solver("NSCDD 4, auto", "--scheme dcs --subdomains 4", profile=True, tolerances=()),
+    Solver("SPG", "--scheme spg", "--solver spg", profile=True),
+    Solver("APGD", "--scheme apgd", "--solver apgd", profile=True),
+    Solver("Newton", "--scheme newton", "--solver newton", sweeps=0, profile=True, tolerances=(1e-4, 1e-7, 1e-10)),
+]
+
+
+class Accuracy(Study):
+    name, title, about, timed = "accuracy", "Speed against error", "what each solver spends to be how accurate", True
+
+    def jobs(self, plan):
+        quick, budget, siconos = plan.quick, self.budget(plan), installed("siconos", "scipy")
+        solvers = [solver for solver in SOLVERS if not quick or re.fullmatch(QUICK_SOLVERS, solver.name)]
+        if not siconos:
+            plan.leave_out(f"{SICONOS}: Siconos or SciPy is not installed (scripts/setup --siconos)")
+        for path in scenes(quick):
+            scene = Curves(path, plan, budget, QUICK_GRAINS if quick else 0)
+            ladders = [(s, [t for t in s.tolerances if not quick or t in QUICK_TOLERANCES]) for s in solvers if re.fullmatch(ONLY.get(path.stem, ".*"), s.name)]
+            work = functools.partial(scene.measured, ladders, (QUICK_TOLERANCES if quick else TOLERANCES) if siconos and path.stem not in ONLY else ())
+            plan.rows(path.stem, work, needs=[scene.packing], cost=40, alone=True)
+        if not quick and not any(FCLIB.glob("*.hdf5")):
+            plan.leave_out("profiles over FCLIB files: there are none in ../shared/fclib")
+        for group, path in problems(quick):
+            work = functools.partial(hard_rows if group == "hard" else fclib_rows, path, plan.folder, solvers, budget, siconos)
+            plan.rows(f"{group} {path.stem}", work, alone=True, small=True)
+
+    def budget(self, plan):
+        return QUICK_BUDGET if plan.quick else Budget()
+
+    def rows(self, plan):
+        curves = [made for path in scenes(plan.quick) if (made := plan.made(path.stem))]
+        profiles = [row for group, path in problems(plan.quick) for row in plan.made(f"{group} {path.stem}")]
+        data = {"scenes": [made["scene"] for made in curves], "runs": [row for made in curves for row in made["runs"]], "profiles": profiles}
+        return {"budget": dataclasses.asdict(self.budget(plan)), **data, "left_out": plan.left_out} if curves or profiles else {}
+
+    def told(self, data):
+        yield f"{len(data['runs'])} runs, {len(data['profiles'])} rows of profiles"
+
+
+def scenes(quick):
+    return [path for path in sorted(Path("cases/accuracy").glob("*.toml")) if not quick or path.stem in QUICK_SCENES]
+
+
+def problems(quick):
+    """(group, path)"""
+    found = [("hard", path) for path in sorted(Path("cases/hard").glob("*.toml")) if re.match(QUICK_CASES if quick else NOT_LONG, path.stem)]
+    return found if quick else found + [("fclib", path) for path in sorted(FCLIB.glob("*.hdf5"))]

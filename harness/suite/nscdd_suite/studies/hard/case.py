@@ -1,0 +1,146 @@
+"""A scene of cases/hard by a scheme, as the families of exact.py and energy.py see it: it makes runs, and rows of what they should have been."""
+import dataclasses
+import math
+import re
+import shutil
+import tomllib
+from pathlib import Path
+
+import h5py
+
+from ... import record
+from ...program import NSCDD, Failed, call, shown
+from .energy import FAMILIES as OF_ENERGY
+from .exact import FAMILIES as EXACT
+from .pieces import strips
+
+FAMILIES = EXACT | OF_ENERGY
+
+
+@dataclasses.dataclass
+class Scheme:
+    subdomains: int
+    gauss_seidel: bool  # its iterations are sweeps, whose number theory bounds
+    arguments: str
+
+
+SCHEMES = {
+    "nlgs": Scheme(1, True, "--scheme nlgs --method paper"),
+    "dcs": Scheme(4, True, "--scheme dcs --method paper"),
+    "nlgs-auto": Scheme(1, False, "--scheme nlgs"),
+    "dcs-auto": Scheme(4, False, "--scheme dcs"),
+    "newton": Scheme(1, False, "--scheme newton"),
+}
+
+
+class Result:
+    """One run of the program; its arrays are those of the state file."""
+
+    def __init__(self, command, stem, errors="", exit_code=0):
+        self.command, self.stem, self.errors, self.exit, self.json = shown(command), stem, errors, exit_code, None
+        if not Path(f"{stem}.json").exists():  # refused
+            return
+        self.json = record.load(f"{stem}.json")
+        with h5py.File(f"{stem}.h5") as file:
+            self.x, self.radius, self.velocity, self.spin = (file[key][...] for key in ("x", "radius", "velocity", "spin"))
+            self.i, self.j, self.normal, self.impulse, self.owner = (file[f"contacts/{key}"][...] for key in ("i", "j", "normal", "impulse", "subdomain"))
+
+
+class Case:
+    def __init__(self, path, scheme, folder, quick=False):
+        self.path, self.scheme, self.folder, self.quick = path, scheme, folder, quick
+        self.scene = tomllib.loads(path.read_text())
+        self.name, self.dimension = self.scene["name"], self.scene["dimension"]
+        self.gauss_seidel = SCHEMES[scheme].gauss_seidel
+        self.family = max((key for key in FAMILIES if re.match(rf"{key}(-|$)", self.name)), key=len)
+        self.runs = {}
+
+    def sibling(self, name):
+        """Another scene of the same dimension and scheme, in a folder of its own: it may also run as a case, at the same time."""
+        folder = self.folder / f"for-{self.name}"
+        folder.mkdir(exist_ok=True)
+        return Case(self.path.with_name(f"{name}-{self.dimension}d.toml"), self.scheme, folder)
+
+    def command(self):
+        subdomains = SCHEMES[self.scheme].subdomains
+        command = [NSCDD, "run", self.path, *SCHEMES[self.scheme].arguments.split(), "--quiet"]
+        if subdomains > 1:  # strips: the grid that is chosen for rods and planes may not cut them
+            command += ["--subdomains", subdomains, "--grid", strips([grain["position"] for grain in self.scene["grain"]], subdomains)]
+        return command
+
+    def at_rest(self, result):
+        """The same state with all velocities zero, to go on from."""
+        stem = result.stem.with_name(result.stem.name + "-at-rest")
+        for suffix in (".h5", ".json"):
+            shutil.copy(f"{result.stem}{suffix}", f"{stem}{suffix}")
+        with h5py.File(f"{stem}.h5", "r+") as file:
+            file["velocity"][...] = file["spin"][...] = 0
+        return Result([], stem)
+
+    def with_step(self, **step):
+        """The same scene with another [step], written beside the results."""
+        lines = "\n".join(f"{key} = {value!r}" for key, value in (self.scene["step"] | step).items())
+        text = re.sub(r"\[step\]\n(\w.*\n)+", f"[step]\n{lines}\n", self.path.read_text())
+        name = "-".join([self.name, *(f"{key}-{value:.6g}" for key, value in step.items())])
+        path = self.folder / f"{name}-{self.scheme}.toml"
+        path.write_text(re.sub(r'name = ".*"', f'name = "{name}"', text, count=1))
+        return Case(path, self.scheme, self.folder)
+
+    def run(self, steps=None, start=None, tolerance=None, exits=(0,)):
+        """The scene, or its first `steps` steps; `start`: a result to go on from. Raises Failed unless the program's exit code is one of `exits`."""
+        key = steps, start and start.stem, tolerance, exits
+        if key not in self.runs:
+            stem = self.folder / f"{self.name}-{self.scheme}{f'-{len(self.runs)}' if self.runs else ''}"
+            Path(f"{stem}.json").unlink(missing_ok=True)  # what is refused leaves none
+            command = [*self.command(), "--json", f"{stem}.json", "--state", f"{stem}.h5"]
+            command += ["--steps", steps] if steps else []
+            command += ["--tolerance", tolerance] if tolerance else []
+            if start:
+                command += ["--from", f"{start.stem}.h5", *(["--adopt"] if start.json["scene"] != self.scene["name"] else [])]
+            done = call(command, fine=exits)
+            self.runs[key] = Result(command, stem, done.stderr, done.returncode)
+        return self.runs[key]
+
+    def row(self, quantity, expected, found, bound, source, result, relation="=", error=None):
+        """One row of the table. relation: found = expected, or an inequality; the error is how far it is from that."""
+        expected, found = float(expected), float(found)
+        if error is None:
+            error = {"=": abs(found - expected), "<=": max(0.0, found - expected), ">=": max(0.0, expected - found)}[relation]
+        run = result.json or {}
+        residuals = run.get("residual", [])
+        return self.stamp(quantity, result.command) | {
+            "relation": relation,
+            "expected": expected,
+            "found": finite(found),
+            "error": finite(error),
+            "bound": float(bound),
+            "bound_from": source,
+            "ok": bool(error <= bound),
+            "iterations": sum(run.get("iterations", [])),
+            "steps": run.get("steps", 0),
+            "residual": None if None in residuals else max(residuals, default=0.0),
+            "answer": run.get("answer"),
+        }
+
+    def stamp(self, quantity, command):
+        """A row of a run that failed; one that did not has more to say."""
+        return {
+            "case": self.name,
+            "family": self.family,
+            "dimension": self.dimension,
+            "scheme": self.scheme,
+            "subdomains": SCHEMES[self.scheme].subdomains,
+            "quantity": quantity,
+            **{"relation": "=", "expected": 0.0, "found": None, "error": None, "bound": 0.0, "bound_from": "law", "ok": False},
+            **{"iterations": 0, "steps": 0, "residual": None, "answer": None, "commands": [command]},
+        }
+
+    def rows(self):
+        try:
+            return list(FAMILIES[self.family](self))
+        except Failed as problem:
+            return [self.stamp("the run", shown(self.command())) | {"note": str(problem)}]
+
+
+def finite(value):
+    return float(value) if math.isfinite(value) else None

@@ -1,0 +1,95 @@
+"""What a granular scientist asks of a code: shear to the critical state, jamming, forces, and whether NSCDD and NLGS give one curve.
+
+Spheres and disks with friction 0.3 are compressed between walls to the critical state, spheres without friction at two rates
+(cases/physics), disks and spheres are jammed by both generators; and one triaxial test is run four times by sequential NLGS and
+four times by NSCDD (DCS) on 8 subdomains, each from positions that differ by 1e-9 of a radius. Each result is a row beside a published number with
+its source, the rule of the comparison and the verdict, which is computed (published.py). Nothing is timed. Packings by LAMMPS need lmp; without it
+their rows say so. Numbers of a quick job say nothing.
+"""
+import shutil
+
+from ... import record
+from ...program import NSCDD, python
+from ...study import Study
+from . import comparisons
+
+# name of a packing: its specification, dimension, generator, about how many seconds it takes
+PACKINGS = {
+    "triaxial": ("cases/packings/triaxial.toml", 3, "own", 20),
+    "biaxial": ("cases/packings/biaxial.toml", 2, "own", 27),
+    "spheres-2k": ("cases/physics/packings/spheres-2k.toml", 3, "own", 11),
+    "spheres-4k": ("cases/physics/packings/spheres-4k.toml", 3, "lammps", 10),
+    "disks-5k": ("cases/physics/packings/disks-5k.toml", 2, "lammps", 9),
+}
+NLGS = ("--scheme", "nlgs")
+SPREAD, COPIES = "spheres-2k", 4  # packing of the perturbed runs, and how many each solver makes
+SOLVERS = {"nlgs": (NLGS, 18), "dcs": (("--scheme", "dcs", "--subdomains", "8"), 32)}
+# name of a run: packing, steps between frames, about how many seconds
+RUNS = {
+    "isotropic": ("triaxial", 40, 3),
+    "frictionless": ("triaxial", 200, 45),
+    "frictionless-slow": ("triaxial", 400, 85),
+    "triaxial": ("triaxial", 50, 65),
+    "triaxial-slow": ("triaxial", 100, 100),
+    "biaxial": ("biaxial", 50, 45),
+}
+SPREADS = {f"spread-{solver}-{seed}": (seed, *SOLVERS[solver]) for seed, solver in enumerate((solver for solver in SOLVERS for _ in range(COPIES)), 1)}
+QUICK_GRAINS, QUICK_STEPS = {2: 100, 3: 150}, 40
+FIGURES = {"physics-agreement": "spread", "physics-shear": "shear", "physics-fabric": "shear", "physics-forces": "forces"}  # figure: its curves
+
+
+class Physics(Study):
+    name, title, about = "physics", "Granular physics", "shear, jamming and forces beside published numbers, and one curve of both solvers"
+
+    def jobs(self, plan):
+        packings = {
+            name: plan.pack(source, self.packing(plan, name), QUICK_GRAINS[dimension] if plan.quick else 0, cost=cost, generator=generator)
+            for name, (source, dimension, generator, cost) in PACKINGS.items()
+            if name not in left_out()
+        }
+        for name, (packing, every, cost) in RUNS.items():
+            frames = ["--frames", plan.folder / f"{name}.frames.h5", "--frame-every", 10 if plan.quick else every]
+            self.compress(plan, name, name, packings[packing], packings[packing], NLGS, cost, frames=frames)
+        source = packings[SPREAD]
+        for name, (seed, solver, cost) in SPREADS.items():
+            copy = plan.folder / f"{SPREAD}-perturbed-{seed}.h5"
+            self.compress(plan, name, "spread", source, copy, solver, cost, before=[python("perturbed", source, seed, copy)])
+
+    def compress(self, plan, name, scene, source, packing, solver, cost, frames=(), before=()):
+        table, series = (plan.folder / f"{name}.{kind}" for kind in ("json", "csv"))
+        command = [NSCDD, "run", f"cases/physics/{scene}.toml", "--packing", packing, "--method", "auto", *solver]
+        command += [*(["--steps", QUICK_STEPS] if plan.quick else []), "--series", series, *frames, "--json", table, "--quiet"]
+        plan.add(name, [table, series, *frames[1:2]], [*before, command], needs=[source], cost=cost)
+
+    def packing(self, plan, name):
+        return plan.folder / "packings" / f"{name}.h5"
+
+    def runs(self, plan):
+        return {name: told for name in (*RUNS, *sorted(SPREADS)) if (told := comparisons.told(plan.folder, name))}
+
+    def rows(self, plan):
+        packings = {name: (self.packing(plan, name), *PACKINGS[name][1:3], left_out().get(name)) for name in PACKINGS}
+        rows, curves = comparisons.all_rows(self.runs(plan), packings)
+        if plan.quick:
+            rows = [told | {"verdict": "cannot be told", "why": "a quick job has few grains and steps"} for told in rows]
+        if all(told["ours"] is None for told in rows):
+            return {}
+        return {"rows": rows, "curves": curves, "figures": [f"{name}.svg" for name, needed in FIGURES.items() if curves.get(needed)]}
+
+    def provenance(self, plan):
+        runs = [run for run, _, _ in self.runs(plan).values()]
+        return record.provenance(runs) if runs else super().provenance(plan)
+
+    def draw(self, plan, data):
+        for name in data["figures"] if self.page() else ():
+            self.page().write_svg(data, name.removesuffix(".svg"), plan.results)
+
+    def told(self, data):
+        for row in data["rows"]:
+            ours = "no number" if row["ours"] is None else f"{row['ours']:.4g}" + (f" +- {row['error']:.1g}" if row["error"] else "")
+            yield f"{row['verdict']:>15}  {row['quantity']}: {ours} ({row['rule']})"
+
+
+def left_out():
+    """Packings that cannot be made, with the reason."""
+    return {} if shutil.which("lmp") else {name: "lmp is not installed" for name, told in PACKINGS.items() if told[2] == "lammps"}

@@ -1,0 +1,61 @@
+"""What results are compared with (cases/physics/published.toml), and the judge."""
+import math
+import tomllib
+
+from ...program import ROOT
+from .granular import lade_duncan
+
+SHEAR = 0.357  # shear stress over pressure in slow simple shear of spheres with friction 0.3
+FRICTIONLESS = math.tan(math.radians(5.76)), math.tan(math.radians(0.22))  # the same without friction, and its error
+MOHR_COULOMB, LADE = math.degrees(math.asin(SHEAR)), lade_duncan(SHEAR)
+LADE_FREE = lade_duncan(FRICTIONLESS[0] - FRICTIONLESS[1]), lade_duncan(FRICTIONLESS[0] + FRICTIONLESS[1])
+COMPUTED = {"sphere angle": [LADE - 1, MOHR_COULOMB + 1], "free angle": [LADE_FREE[0], 5.98]}  # what is allowed
+FILE = tomllib.loads((ROOT / "cases/physics/published.toml").read_text(encoding="utf-8"))
+IN_BRACES = {**FILE["sources"], "shear": SHEAR, "lade": LADE, "mohr_coulomb": MOHR_COULOMB, "lade_least": LADE_FREE[0], "lade_most": LADE_FREE[1]}
+
+
+def expected(told, key="", **more):
+    texts = {name: text.format(**IN_BRACES, **more) for name, text in told.items() if isinstance(text, str)}
+    source = "; ".join(FILE["sources"][name] for name in told["source"])
+    return {"unit": "1", "allowed": COMPUTED.get(key), **told, **texts, "source": source}
+
+
+EXPECTED = {key: expected(told, key) for key, told in FILE["expected"].items()}
+
+
+def same(quantity):
+    return expected(FILE["same"], quantity=quantity)
+
+
+def jamming(dimension):
+    """Solid fraction, contacts per grain and contacts per degree of freedom at jamming, without friction."""
+    return {key: expected(told) for key, told in FILE["jamming"][str(dimension)].items()}
+
+
+def judge(value, error, allowed):
+    """agrees: the value is allowed, within its own standard error or not. differs: it is not, nor are two standard errors off. Else it cannot be
+    told, nor where there is no number."""
+    low, high = allowed
+    if value is None or not math.isfinite(value):
+        return "cannot be told"
+    if low <= value <= high:
+        return "agrees"
+    spread = 2 * error if error is not None and math.isfinite(error) else 0
+    return "cannot be told" if value + spread >= low and value - spread <= high else "differs"
+
+
+def row(expected, value, error=None, note="", command=""):
+    """A comparison; null where there is no finite number."""
+
+    def finite(x):
+        return round_to(x) if x is not None and math.isfinite(x) else None
+
+    verdict = judge(value, error, expected["allowed"])
+    untold = "no number" if finite(value) is None else "within two standard errors of what is allowed; " + expected["why"]
+    why = {"agrees": "", "differs": expected["why"], "cannot be told": untold}[verdict]
+    told = {key: expected[key] for key in ("quantity", "unit", "published", "allowed", "rule", "source")}
+    return {**told, "ours": finite(value), "error": finite(error), "verdict": verdict, "why": why, "note": note, "command": command}
+
+
+def round_to(value, digits=5):
+    return float(f"{value:.{digits}g}")

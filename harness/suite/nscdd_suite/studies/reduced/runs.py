@@ -1,0 +1,120 @@
+"""Runs of a folder: whether each converged, and which may answer which question."""
+from pathlib import Path
+
+from ...page.load import Record
+from ...times import busy, cores_of
+
+
+class Run(Record):
+    """One run JSON."""
+
+    @property
+    def name(self):
+        return self.path.stem
+
+    @property
+    def key(self):
+        return key(self)
+
+    @property
+    def measured(self):
+        """Whether its times say anything about speed: a core for every rank, which nothing else took."""
+        if self["transport"] == "mpi":
+            return self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"] and not self.busy
+        return self["transport"] == "sequential" and not self.busy
+
+    @property
+    def busy(self):
+        return busy(cores_of(self))
+
+    @property
+    def total_iterations(self):
+        return sum(self["iterations"])
+
+    @property
+    def mean_iterations(self):
+        return self.total_iterations / max(1, len(self["iterations"]))
+
+    @property
+    def eta_max(self):
+        """Largest residual of all steps; None if one is not finite."""
+        return None if None in self["residual"] else max(self["residual"], default=0.0)
+
+    @property
+    def state(self):
+        """Its state file, or None: relative to the JSON file, else of that name beside it."""
+        if not self.get("state"):
+            return None
+        named = Path(self["state"])
+        candidates = (self.path.parent / named, self.path.parent / named.name)
+        return next((path for path in candidates if path.is_file()), None)
+
+    def problems(self):
+        """What keeps the run from being converged, in words; empty if nothing."""
+        if not self["converged"] or self["unconverged_steps"]:
+            yield f"{self.name}: not converged in {self['unconverged_steps']} of {self['steps']} steps"
+        elif self.eta_max is None:
+            yield f"{self.name}: a residual is not finite"
+        elif self.eta_max > self["tolerance"] * (1 + 1e-9):
+            yield f"{self.name}: called converged, yet its residual {self.eta_max:.3g} exceeds {self['tolerance']:g}"
+
+
+def key(told):
+    """Of a run, and of its comparison."""
+    return tuple(told[name] for name in ("scene", "scheme", "subdomains", "transport"))
+
+
+def order(told):
+    return told["scene"], told["scheme"] != "nlgs", told["transport"], told["scheme"], told["subdomains"]
+
+
+class Runs(list):
+    """All runs of a folder. Raises InputError."""
+
+    def __init__(self, results):
+        super().__init__(sorted((Run(run, run.path) for run in results.records("run")), key=order))
+        for run in self:
+            run.check_steps(run, ("iterations", "residual", "contacts"))
+
+    def select(self, scene="", measured=None, **wanted):
+        """Those with these fields, of scenes whose name has this word."""
+        return [
+            run
+            for run in self
+            if scene in run["scene"].lower() and measured in (None, run.measured) and all(run[name] == value for name, value in wanted.items())
+        ]
+
+    def counted(self, scene, scheme):
+        """{subdomains: run} to take counts from: all with the same, finest, interval between checks."""
+        runs = self.select(scene, scheme=scheme)
+        finest = min((run["check_every"] for run in runs), default=1)
+        runs = [run for run in runs if run["check_every"] == finest]
+        # both transports give the same numbers; of two runs the in-process one, coming last, is taken
+        runs.sort(key=lambda run: (run["subdomains"], run["transport"] != "mpi"))
+        return {run["subdomains"]: run for run in runs}
+
+    def timed(self, scene, scheme):
+        """{ranks: fastest measured MPI run} to take times from."""
+        runs = self.select(scene, scheme=scheme, transport="mpi", measured=True)
+        runs.sort(key=lambda run: (run["subdomains"], -run["seconds"]["total"]))
+        return {run["subdomains"]: run for run in runs}
+
+    def reference(self, run):
+        """The sequential NLGS run that `run` may be compared with in speed or count, or None."""
+        same = {name: run[name] for name in ("tolerance", "check_every", "steps", "grains")}
+        runs = [other for other in self.select(scheme="nlgs", **same) if other["scene"] == run["scene"]]
+        return min(runs, key=lambda other: other["seconds"]["total"], default=None)
+
+    def unmeasured(self, scene):
+        """Numbers of subdomains of a scene for which there are not cores enough here."""
+        return sorted({run["subdomains"] for run in self.select(scene) if run["scheme"] != "nlgs" and run["subdomains"] > run["machine"]["cores"]})
+
+    def busy(self, scene):
+        """Numbers of subdomains of a scene of which a time was not believed, 1 for the reference."""
+        return sorted(
+            {
+                run["subdomains"]
+                for run in self.select(scene)
+                if run["transport"] in ("mpi", "sequential") and run["subdomains"] <= run["machine"]["cores"] and run.busy
+            }
+        )

@@ -1,0 +1,143 @@
+"""How the method scales: packings, loaded states, costs, and a table each of `nscdd scale`. Measured on two ranks, simulated on more.
+
+Tables of the node and of the cluster take the costs of cases/platforms/costs-*.json. Those of two cores are predictions that are measured as well: their
+costs are those of this machine on the state of the table, and so are messages and clock of their platform, by what build/bin/ping_pong tells.
+Measured: whatever says so; everything else is simulated. A table that was interrupted goes on. RESULTS/scale-NAME.json are the tables.
+
+Without --only these are node48-paper, node48-auto and those of two cores. --only . makes all: of a node at a third of the speed, of the share of its time
+in MPI, of a cluster, and of weak scaling, some of which take hours.
+"""
+import re
+import shutil
+from pathlib import Path
+
+from ... import record
+from ...jobs import chosen
+from ...program import COSTS, NSCDD, PLATFORMS, ROOT, call, checksum, python
+from ...study import Study
+
+# Name of a loaded state: scene, packing, grains, tiles of it, steps that load it.
+STATES = {
+    "disks1k5": ("biaxial", 1500, (1, 1), 20),
+    "spheres4k": ("triaxial", 4000, (1, 1, 1), 20),
+    "spheres64k": ("triaxial", 64000, (1, 1, 1), 25),
+    "spheres55k": ("isotropic", 55000, (1, 1, 1), 300),
+    "spheres1M": ("triaxial", 4000, (6, 6, 7), 3),
+    "weak16": ("triaxial", 4000, (2, 2, 2), 5),
+    "weak128": ("triaxial", 4000, (4, 4, 4), 5),
+    "weak512": ("triaxial", 4000, (8, 8, 4), 3),
+    "weak8x20k": ("triaxial", 4000, (2, 4, 5), 5),
+    "weak50x20k": ("triaxial", 4000, (5, 5, 10), 3),
+}
+WEAK = (("2k", ("spheres4k", 2), ("weak16", 16), ("weak128", 128), ("weak512", 512)), ("20k", ("weak8x20k", 8), ("weak50x20k", 50)))
+USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
+QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
+
+
+def tables():
+    """(name, state, platform, ranks, further options)"""
+    for method in ("paper", "auto"):
+        for state in ("spheres64k", "spheres4k", "disks1k5"):
+            yield f"two-cores-{state}-{method}", state, "two-cores", (1, 2), ["--method", method, "--measure"]
+        yield f"node48-{method}", "spheres64k", "node48", (1, 2, 4, 8, 16, 48), ["--method", method, "--bands"]
+        yield f"node48-{method}-slower", "spheres64k", "node48", (1, 8, 48), ["--method", method, "--slower", 3]
+        yield f"cluster-{method}", "spheres1M", "cluster", (1, 64, 512, 1024), ["--method", method]
+    for scheme in ("dcs", "ccs"):
+        for slower in (1, 3):
+            options = ["--scheme", scheme, "--method", "paper", "--slower", slower]
+            yield f"share-{scheme}-slower{slower}", "spheres55k", "node48", (1, 3, 4, 8), options
+    for grains, *states in WEAK:
+        for state, ranks in states:
+            yield f"weak-{grains}-{ranks}", state, "cluster", (1, ranks), ["--method", "paper"]
+
+
+class Scaling(Study):
+    name, title, about = "scaling", "Tables of nscdd scale", "how an iteration would scale on two cores, a node and a cluster"
+    timed = True
+    kinds, tools = ("counted", "simulated", "measured"), ("mpirun", "smpirun")
+
+    def jobs(self, plan):
+        for name, on, platform, ranks, options in tables():
+            here, out = platform == "two-cores", self.table(plan, name)
+            packing, start, how = self.state(plan, on)
+            costs, machine = (self.costs(plan, on, how), self.two_cores(plan)) if here else (COSTS[len(STATES[on][2])], f"{PLATFORMS}/{platform}.xml")
+            if plan.quick:
+                ranks = sorted({min(n, QUICK_RANKS) for n in ranks})
+            iterations = ["--iterations", QUICK_ITERATIONS if plan.quick else 200] if here or plan.quick else []
+            begun = f"{out}.{checksum()}"  # which scale goes on with, if this program began it
+            command = [NSCDD, "scale", *how, "--ranks", ",".join(map(str, ranks)), "--platform", machine, "--costs", costs, *options]
+            # one by one: what is measured, and what takes gigabytes
+            plan.add(
+                name,
+                [out],
+                [[*command, *iterations, "--json", begun], ["mv", begun, out]],
+                needs=[packing, start, costs, machine],
+                cost=60 * sum(ranks) / 16,
+                alone=platform != "node48",
+            )
+
+    def choose(self, plan):
+        return chosen(plan.jobs, plan.only or USUAL)
+
+    def table(self, plan, name):
+        return plan.folder / f"{name}.json"
+
+    def state(self, plan, name):
+        """A packing, its state, and options that say both."""
+        scene, grains, tiles, steps = STATES[name]
+        if plan.quick:
+            grains, steps = QUICK_GRAINS, QUICK_STEPS
+        packing = plan.pack(f"cases/packings/{scene}.toml", grains=grains, cost=grains / 500, generator="own" if plan.quick else ())
+        if max(tiles) > 1:
+            one, packing = packing, plan.folder / "packings" / f"{name}.h5"
+            copies = [2] * len(tiles) if plan.quick else tiles
+            plan.add(f"packing {name}", [packing], [python("tiling", one, packing, *copies)], needs=[one])
+        out, source = plan.folder / f"{name}.h5", [f"cases/reduced/{scene}.toml", "--packing", packing]
+        command = [NSCDD, "run", *source, "--steps", steps, "--method", "auto", "--state", out, "--quiet"]
+        plan.add(f"state {name}", [out], [command], needs=[packing], cost=steps * grains / 5000)
+        return packing, out, [*source, "--from", out]
+
+    def costs(self, plan, on, how):
+        """Of this machine on a state."""
+        out, where = plan.folder / f"costs-{on}.json", ["--subdomains", "1,2,4,8,16,48", "--seconds", 0.005 if plan.quick else 0.15]
+        return plan.add(f"costs {on}", [out], [[NSCDD, "calibrate", *how, *where, "-o", out]], needs=[how[-1]], cost=60, alone=True)
+
+    def two_cores(self, plan):
+        """The platform of that name, with the messages and the clock of this machine."""
+        out = plan.folder / "two-cores.xml"
+
+        def measure():
+            told = call(["mpirun", "-np", 2, Path(NSCDD).with_name("ping_pong")]).stdout
+            words = re.search("^platform: (.*)", told, re.M)[1].split()
+            value, text = dict(zip(words[::2], words[1::2])), (ROOT / PLATFORMS / "two-cores.xml").read_text()
+            places = {"bandwidth": 'bandwidth="', "latency": 'latency="', "call": '"call" value="', "shared": '"shared" value="'}
+            for name, before in {**places, "clock": '"smpi/wtime" value="'}.items():
+                text = re.sub(f'(?<={before})[^"]*', value[name], text, count=1)
+            out.write_text(re.sub("<!--.*?-->", f"<!-- {told}-->", text, count=1, flags=re.S))
+            shutil.copy(ROOT / PLATFORMS / "two-cores.hosts", out.with_suffix(".hosts"))
+
+        return plan.add("two-cores platform", [out, out.with_suffix(".hosts")], work=measure, alone=True)
+
+    def rows(self, plan):
+        rows = []
+        for name, *_ in tables():
+            if (table := self.table(plan, name)).exists():
+                if not plan.quick:
+                    shutil.copyfile(table, plan.results / f"scale-{name}.json")
+                rows += [row(name, point) for point in record.load(table)["points"]]
+        return {"rows": rows} if rows else {}
+
+    def told(self, data):
+        for one in data["rows"]:
+            measured = f", measured {1e6 * one['measured']:.3g} us" if one["measured"] else ""
+            yield (
+                f"{one['table']}, {one['ranks']} ranks: SIMULATED {1e6 * one['simulated']:.3g} us an iteration{measured}; "
+                f"{one['iterations']} iterations; efficiency {one['efficiency']:.2f}"
+            )
+
+
+def row(name, point):
+    window, measured = point["windows"][0], point.get("measured")
+    told = {"table": name, "scheme": point["scheme"], "ranks": point["ranks"], "iterations": sum(point["iterations"])}
+    seconds = {"simulated": window["seconds_per_iteration"], "measured": measured and measured["seconds_per_iteration"]}
+    return {**told, **seconds, "efficiency": window["efficiency"]}
