@@ -8,7 +8,6 @@ using Model = nscdd::Model<3, nscdd::Coulomb>;  // spheres with friction
 int main() {
     std::vector<nscdd::Grain<Model>> grains;
     for (int k = 0; k < 10; ++k) grains.push_back(nscdd::make_grain<Model>(k, 0.5, 2500.0, {0, 0, 0.5 + 1.1 * k}));
-
     nscdd::SimulationSettings<Model> settings;
     settings.h = 1e-3;
     settings.gravity = {0, 0, -9.81};
@@ -16,7 +15,6 @@ int main() {
     nscdd::Wall<Model> floor;
     floor.normal = {0, 0, 1};
     settings.walls.push_back(floor);
-
     nscdd::InProcess comm(2);  // two subdomains
     nscdd::Simulation<Model> simulation(comm, settings, grains);
     const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(nscdd::SolveOptions{}.accelerated());
