@@ -200,7 +200,8 @@ class Header:
 
 
 def header(text, stem=""):
-    text = re.sub(r"(?m)^namespace nscdd::inline NSCDD_ABI", "namespace nscdd", text)
+    text = re.sub(r"(?m)^namespace nscdd \{ inline namespace NSCDD_ABI \{", "namespace nscdd {", text)
+    text = re.sub(r"(?m)^\}\}", "}", text)
     text = re.sub(r"(?m)^#define NSCDD_(?:ABI|LANES)(?:.*\\\n)*.*$", lambda found: "\n" * found[0].count("\n"), text)
     made = Header(stem)
     for line in text.splitlines():

@@ -8,7 +8,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>
@@ -111,4 +111,4 @@ void plain_sweep(ContactProblem<M>& problem) {
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

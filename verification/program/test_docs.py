@@ -14,7 +14,7 @@ docs_filter = docs.docs_filter
 
 class Headers(unittest.TestCase):
     def filtered(self, *lines, stem=""):
-        text = "\n".join(["// A header.", "#pragma once", "", "namespace nscdd::inline NSCDD_ABI {", "", *lines, "", "}  // namespace nscdd"]) + "\n"
+        text = "\n".join(["// A header.", "#pragma once", "", "namespace nscdd { inline namespace NSCDD_ABI {", "", *lines, "", "}}  // namespace nscdd::NSCDD_ABI"]) + "\n"
         out = docs_filter.header(text, stem)
         self.assertEqual(out.count("\n"), text.count("\n"), "lines of warnings would be wrong")
         self.assertTrue(out.startswith("/// \\aboutfile A header.\n"))

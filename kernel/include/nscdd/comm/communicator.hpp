@@ -23,7 +23,7 @@
 #include "nscdd/comm/turn.hpp"
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 using Buffer = std::vector<double>;  // a message, or the numbers of one rank
 
@@ -62,7 +62,7 @@ class Channel {
 
   protected:
     std::vector<std::vector<std::span<double>>> send_, recv_;  // by hosted rank, then link; set by the implementation
-    Operation operation_ = Operation::exchange;  // that it is part of
+    Operation operation_ = Operation::exchange;                // that it is part of
 };
 
 using Outbox = std::map<int, Buffer>;  // of one rank: what goes to each other rank
@@ -211,4 +211,4 @@ inline std::span<const double> reduce(Communicator& comm, std::size_t added, aut
     return comm.reduce(mine, added);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -16,7 +16,7 @@
 #include "nscdd/comm/reduction_rounds.hpp"
 #include "nscdd/comm/team.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
 // sender and its receiver disagree on a size, or a link has no counterpart.
@@ -196,4 +196,4 @@ class InProcess final : public Communicator {
     Traffic traffic_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

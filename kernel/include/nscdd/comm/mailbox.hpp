@@ -10,7 +10,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // One end of a way from one sender to one receiver, for messages of up to a fixed size. Two places are used in turn,
 // each a flag and behind it the doubles. The sender copies a message to a place and then counts its flag up; the
@@ -61,4 +61,4 @@ class Mailbox {
     Word count_ = 0;  // of the last message put or taken
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

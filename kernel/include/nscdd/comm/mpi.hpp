@@ -19,7 +19,7 @@
 #include "nscdd/comm/mpi_process.hpp"
 #include "nscdd/comm/mpi_reduction.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Meanings and shapes of the calls: communicator.hpp. All are collective.
 //
@@ -220,4 +220,4 @@ class Mpi final : public Communicator {
     std::vector<double> work_ = std::vector<double>(mpi_.hosted().count());
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -13,9 +13,7 @@
 #include "nscdd/comm/mpi_node.hpp"
 #include "nscdd/comm/mpi_process.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // One message to each process that this one sends to, and one from each that it receives from. Every message ends
 // with a stamp, the time at which its sender called start(). Requests are not persistent: with Open MPI 4.1.4 calls
@@ -106,6 +104,4 @@ class MpiMessages final : public Channel {
     std::size_t messages_ = 0, doubles_ = 0;  // of all links between different ranks
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -20,7 +20,7 @@
 
 #include "nscdd/comm/mailbox.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // How messages of the iteration go from process to process within a node.
 enum class WithinNode {
@@ -243,4 +243,4 @@ class NodeMemory {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

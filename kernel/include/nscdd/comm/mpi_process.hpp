@@ -14,9 +14,7 @@
 #include "nscdd/comm/hosted_ranks.hpp"
 #include "nscdd/comm/mpi_node.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // MPI counts in int. Throws std::length_error for more.
 inline int mpi_count(std::size_t n) {
@@ -129,6 +127,4 @@ class MpiProcess {
     CommSeconds seconds_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

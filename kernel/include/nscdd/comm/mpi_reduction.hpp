@@ -13,9 +13,7 @@
 #include "nscdd/comm/mpi_process.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // SimGrid's SMPI 3.32 keeps every message that MPI_Test has completed, and searches them all whenever another one ends.
 // There a message is seen to have come by its last number, a time, and is completed by MPI_Wait.
@@ -145,6 +143,4 @@ class MpiReduction {
     bool in_iteration_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -13,7 +13,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Members are doubles, or Eigen objects of fixed size.
 template <class T>
@@ -66,4 +66,4 @@ T reduce(Communicator& comm, auto&& task) {
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

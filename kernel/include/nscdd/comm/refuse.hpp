@@ -7,7 +7,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
 // that has one, on every process.
@@ -42,4 +42,4 @@ void refuse_together(Communicator& comm, auto&& task)
     refuse_together(comm, complaints);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -7,7 +7,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Returns what comm.route(out) does; for ranks that have something for most others. Collective. The ranks form a
 // square, row by row: a message goes along the row of its source to the column of its target, and down that column. A
@@ -35,4 +35,4 @@ inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector
     return comm.route(down);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -10,7 +10,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The threads live as long as the team and wait between loops. The caller is one of them.
 class Team {
@@ -91,4 +91,4 @@ class Team {
     std::vector<std::thread> others_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -8,7 +8,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 class Turn {
   public:
@@ -47,4 +47,4 @@ class Turn {
     bool tasks_ = false;  // read and written by the owner alone
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,6 +1,6 @@
 // A namespace per instruction set, C++20, and no -ffast-math: what every header of the kernel begins with.
 //
-//   namespace nscdd::inline NSCDD_ABI {        // users write nscdd:: and see nothing of it
+//   namespace nscdd { inline namespace NSCDD_ABI {   // users write nscdd:: and see nothing of it
 //
 // The linker keeps one copy of each inline function and template. Were two units of a program, compiled with different
 // -march, to share that copy, then the one for the lesser processor would run instructions that it lacks, or read

@@ -13,7 +13,7 @@
 
 #include "nscdd/core/packet.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Coefficients of two materials, for the shipped laws.
 struct Pairing {
@@ -186,4 +186,4 @@ consteval bool complete_law() {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

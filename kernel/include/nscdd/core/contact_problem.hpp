@@ -10,7 +10,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // What a body has only with friction.
 template <bool friction>
@@ -99,4 +99,4 @@ struct ContactProblem {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Law of each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, u_t != 0 => r_t = -mu r_n u_t/|u_t|.
 template <int Dimension>
@@ -77,4 +77,4 @@ struct DelassusProblem {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

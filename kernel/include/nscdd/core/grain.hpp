@@ -5,7 +5,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct Grain {
@@ -39,4 +39,4 @@ Grain<M> make_grain(int id, double radius, double density, const typename M::Vec
     return grain;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -7,7 +7,7 @@
 
 #include "nscdd/core/contact_law.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // A symmetric table with one P for each pair of materials; P is the law's Pairing (ContactLaw).
 template <class P>
@@ -51,4 +51,4 @@ using Materials = MaterialTable<Pairing>;  // of the shipped laws
 template <class M>
 using MaterialsOf = MaterialTable<typename M::Law::Pairing>;
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -9,7 +9,7 @@
 
 #include "nscdd/core/contact_law.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <int Dimension, class ContactLaw>
 struct Model {
@@ -48,4 +48,4 @@ typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& im
         return typename M::Spin{arm[0] * impulse[1] - arm[1] * impulse[0]};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -31,7 +31,7 @@
 #define NSCDD_MM(op) _mm_##op##_pd
 #endif
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -289,6 +289,6 @@ class Rows {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI
 
 #undef NSCDD_MM

@@ -15,7 +15,7 @@
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/core/delassus_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -186,4 +186,4 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct Wall {
@@ -22,4 +22,4 @@ struct Wall {
     double normal_speed() const { return velocity.dot(normal) + speed; }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

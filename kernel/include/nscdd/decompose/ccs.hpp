@@ -9,7 +9,7 @@
 
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
@@ -118,4 +118,4 @@ class Ccs final : public CommunicationScheme<M> {
     Gluing gluing_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -11,7 +11,7 @@
 
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
@@ -116,4 +116,4 @@ class Dcs final : public CommunicationScheme<M> {
     std::unique_ptr<Channel> channel_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -13,7 +13,7 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/decompose/wire.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -74,4 +74,4 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -18,7 +18,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
 struct Copies {
@@ -203,4 +203,4 @@ class Factorised {
     std::unique_ptr<Cholesky> cholesky_;  // CHOLMOD's wrapper cannot be moved
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -9,7 +9,7 @@
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/reference/newton.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -231,4 +231,4 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
     return nscdd::reduce<HandedOver>(comm, [&solved](std::size_t k) { return solved[k]; });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -12,7 +12,7 @@
 #include "nscdd/law/distance.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
 template <class M>
@@ -211,4 +211,4 @@ class JoinedComponents {
     std::vector<DistanceEstimate> joined_estimates_;        // by number
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -13,7 +13,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -189,4 +189,4 @@ void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

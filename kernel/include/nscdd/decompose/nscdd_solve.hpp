@@ -8,7 +8,7 @@
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/sweep/nlgs.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -252,4 +252,4 @@ SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, Commu
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

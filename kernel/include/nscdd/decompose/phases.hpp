@@ -3,7 +3,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // [s]: outside the communicator, and inside it as in CommSeconds.
 struct PhaseTime {
@@ -41,4 +41,4 @@ class Stopwatch {
     PhaseTime last_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -22,7 +22,7 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
@@ -282,4 +282,4 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

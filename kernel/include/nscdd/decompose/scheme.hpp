@@ -9,7 +9,7 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Velocities of interface grains are read from the rows of the subdomains' sweepers and written back there.
 template <class M>
@@ -81,4 +81,4 @@ void add_inverse_masses(double inverse_mass, double inverse_inertia, Copies& cop
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

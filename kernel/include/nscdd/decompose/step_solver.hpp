@@ -11,7 +11,7 @@
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // SolveReport solve(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds)
 //
@@ -51,4 +51,4 @@ AnyStepSolver<M> on_one_rank(const char* name, auto solve, auto charge) {
     };
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

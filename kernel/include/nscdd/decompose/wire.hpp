@@ -10,7 +10,7 @@
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
 template <class M>
@@ -82,4 +82,4 @@ struct Holding {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -13,7 +13,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The deepest overlap among the candidates of a subdomain.
 struct Overlap {
@@ -128,4 +128,4 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     return worst;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

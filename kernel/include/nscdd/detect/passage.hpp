@@ -14,7 +14,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
 struct Passage {
@@ -181,4 +181,4 @@ void mark_missed(Subdomain<M>& part) {
         for (Candidate<M>& c : *candidates) c.missed |= c.closes;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -7,9 +7,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // Time at which two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity
 // if they do not within `time`, or separate.
@@ -47,6 +45,4 @@ bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, doubl
 // of the smaller radius; where other impulses act too, a share of the way.
 constexpr double passing_way = 1e-5, passing_share = 0.01;
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

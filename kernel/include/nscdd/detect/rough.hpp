@@ -12,7 +12,7 @@
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 struct GrainPair {  // two grains that are close to each other
     int i, j;       // places in the list of grains; i has the lower id
@@ -194,4 +194,4 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     return pairs;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

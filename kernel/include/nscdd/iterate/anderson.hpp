@@ -14,7 +14,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The coefficients, the same on every rank. What is combined stays with those who hold it, in `window` slots: in each
 // an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
@@ -160,4 +160,4 @@ struct Unaccelerated {
     void after(const auto&...) {}     // nothing: there are no products to add
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -6,7 +6,7 @@
 
 #include "nscdd/iterate/iteration.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 class ConvergenceTest {
@@ -54,4 +54,4 @@ class ConvergenceTest {
     ResidualParts residual_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

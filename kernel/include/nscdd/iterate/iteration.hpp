@@ -8,7 +8,7 @@
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/iterate/options.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // What is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
 //   residual()             of the whole scene
@@ -131,4 +131,4 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

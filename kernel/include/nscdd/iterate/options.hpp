@@ -9,7 +9,7 @@
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/law/distance.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // When NLGS or NSCDD stops, and how it iterates. The bounds: METHOD.md, section 5.6.
 struct SolveOptions {
@@ -162,4 +162,4 @@ inline void report_distance(const DistanceEstimate& estimate, const SolveOptions
                        report.distance <= options.distance;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

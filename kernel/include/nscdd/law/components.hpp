@@ -11,7 +11,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Sets that are joined two by two.
 class UnionFind {
@@ -139,4 +139,4 @@ class Components {
     int count_ = 0;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -10,7 +10,7 @@
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate; r_1, V_1:
 // one iteration ago.
@@ -87,8 +87,8 @@ struct DistanceEstimate {
     static void take(double& most, double value) {  // the larger one, NaN if one is
         if (value > most || std::isnan(value)) most = std::isnan(most) ? most : value;
     }
-    // The larger of two relative distances: the root of A, the work that the law forbids, and sigma, the distance to the
-    // best point in the plane of the lines through the mark and through the last iterate.
+    // The larger of two relative distances: the root of A, the work that the law forbids, and sigma, the distance to
+    // the best point in the plane of the lines through the mark and through the last iterate.
     static double from_lines(const ComponentSums& sums, double scale) {
         if (sums.work == 0 && sums.slope == 0 && sums.last_slope == 0) return 0;
         // what round-off moves by itself: a line so short leads anywhere
@@ -297,4 +297,4 @@ DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSum
     return estimate;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -11,7 +11,7 @@
 #include "nscdd/law/eta.hpp"
 #include "nscdd/law/one_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Dimensionless, 0 for an exact answer; velocities are u = W r + q always. Norms are Euclidean over all components,
 // "largest" is the largest absolute component: of r, or of u and q together.
@@ -136,4 +136,4 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
     return e;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -5,7 +5,7 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct FreeVelocities {
@@ -68,4 +68,4 @@ VelocityChange velocity_change(const ContactProblem<M>& problem, const FreeVeloc
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -5,7 +5,7 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct Iterate {
@@ -22,4 +22,4 @@ struct Iterate {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -3,7 +3,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 struct BetweenGrains {};  // kind of contact that a function is compiled for: `j` is a grain
 struct WithWall {};       // kind of contact that a function is compiled for: `j` is a wall
@@ -122,4 +122,4 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     return w;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

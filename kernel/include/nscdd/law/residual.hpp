@@ -10,7 +10,7 @@
 #include "nscdd/law/free_velocities.hpp"
 #include "nscdd/law/solve_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Sums over the contacts and bodies of one subdomain, or of all.
 struct ResidualParts {
@@ -111,4 +111,4 @@ ResidualParts residual_parts(const ContactProblem<M>& problem) {
     return residual_parts(problem, free_velocities(problem));
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

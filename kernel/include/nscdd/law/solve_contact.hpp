@@ -5,7 +5,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The impulse r' that satisfies the law at this contact while all others keep theirs.
 //   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
@@ -29,4 +29,4 @@ typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -14,7 +14,7 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/partition/weights.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 class Bisection {
@@ -256,4 +256,4 @@ Partitioner<M> by_bisection(double imbalance = 1.1) {
     return {.kind = "bisection", .make = make, .restore = restore, .imbalance = imbalance};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

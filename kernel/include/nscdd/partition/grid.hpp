@@ -10,7 +10,7 @@
 
 #include "nscdd/partition/partition.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Number of cells along each axis.
 template <int dim>
@@ -154,4 +154,4 @@ Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
     return {.kind = "grid", .make = make, .restore = restore};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

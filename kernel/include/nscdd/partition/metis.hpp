@@ -20,7 +20,7 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/partition/weights.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Small equal cells over a box, each of which has a rank. Points outside belong to the nearest cell. Parts need not be
 // connected.
@@ -375,4 +375,4 @@ Partitioner<M> by_metis(double imbalance = 1.1) {
     return {.kind = "metis", .make = detail::part_by_metis<M>, .restore = restore, .imbalance = imbalance};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -14,7 +14,7 @@
 #include "nscdd/core/model.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -133,4 +133,4 @@ struct Partitioner {
     double imbalance = 1;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

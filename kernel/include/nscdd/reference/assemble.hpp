@@ -12,7 +12,7 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/reference/body_map.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Axes of one contact, unit vectors in world axes: rows N, T(, S).
 template <class M>
@@ -112,4 +112,4 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     return local;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -8,7 +8,7 @@
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/law/error_measures.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // When block_nlgs() stops.
 struct BlockOptions {
@@ -41,4 +41,4 @@ SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename
         options, [&] { block_sweep(problem, r); }, [&] { return natural_map_error(problem, r); });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

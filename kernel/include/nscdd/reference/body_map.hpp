@@ -3,9 +3,7 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of
 // unit vectors in which that is wanted.
@@ -30,6 +28,4 @@ typename M::Velocity inverse_mass(const Body<M>& body) {
     return diagonal;
 }
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -9,9 +9,7 @@
 #include <limits>
 #include <utility>
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
 template <int size>
@@ -100,6 +98,4 @@ struct ConeScaling {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // P at one point, of one contact. `size`: components of an impulse; 1 is the normal one alone, without friction.
 template <int size>
@@ -67,4 +67,4 @@ ProjectedImpulse<size> project_cone(const typename ProjectedImpulse<size>::Vec& 
     return p;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

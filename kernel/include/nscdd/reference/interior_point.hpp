@@ -16,7 +16,7 @@
 #include "nscdd/reference/linear_contacts.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <int size>
 class InteriorPoint {
@@ -234,4 +234,4 @@ class InteriorPoint {
     double gap_ = 0, inconsistency_ = 0;         // sum of r . w, and of |r| |residual|
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -12,7 +12,7 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/reference/body_map.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // What methods on the friction cone know of each contact, in the order of each_contact() or of the rows of W.
 template <int size>
@@ -167,4 +167,4 @@ LinearContacts<dim> linear_contacts(const DelassusProblem<dim>& problem) {
     return linear;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

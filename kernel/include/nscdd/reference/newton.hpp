@@ -17,7 +17,7 @@
 #include "nscdd/reference/proximal_newton.hpp"
 #include "nscdd/sweep/nlgs.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
@@ -176,4 +176,4 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -5,7 +5,7 @@
 
 #include "nscdd/iterate/options.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 struct NewtonOptions {
     double tolerance = 1e-10;     // on eta, or on the measure given
@@ -33,4 +33,4 @@ struct NewtonReport : SolveReport {  // how newton_solve() ended; its iterations
     int factorisations = 0;          // of sparse Jacobians, by both methods
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

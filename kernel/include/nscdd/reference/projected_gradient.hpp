@@ -19,7 +19,7 @@
 #include "nscdd/reference/coulomb_projection.hpp"
 #include "nscdd/reference/linear_contacts.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Which method takes the steps (METHOD.md, section 11).
 enum class Descent {
@@ -290,4 +290,4 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

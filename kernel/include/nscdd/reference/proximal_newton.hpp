@@ -20,7 +20,7 @@
 #include "nscdd/reference/newton_options.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The iteration on any LinearContacts.
 template <int size>
@@ -195,4 +195,4 @@ class ProximalNewton {
     double rho_ = 1;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -8,7 +8,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // A factorisation of square matrices that need not be symmetric.
 class SparseFactors {
@@ -39,4 +39,4 @@ class FactorsBy final : public SparseFactors {
     Factorisation factors_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

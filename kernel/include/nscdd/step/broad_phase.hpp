@@ -11,7 +11,7 @@
 #include "nscdd/partition/weights.hpp"
 #include "nscdd/step/survey.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 class BroadPhase {
@@ -129,4 +129,4 @@ class BroadPhase {
     int steps_since_ = 0;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -4,7 +4,7 @@
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/reference/newton.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The step throws std::logic_error on more than one rank, else what newton_solve() throws.
 template <class M, class Factorisation = SparseLU>
@@ -15,4 +15,4 @@ AnyStepSolver<M> by_newton(const NewtonOptions& options) {
         charge_iterations<M>);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -4,7 +4,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // The sequential reference; the step throws std::logic_error on more than one rank.
 template <class M>
@@ -49,4 +49,4 @@ AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
     };
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

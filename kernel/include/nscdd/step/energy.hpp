@@ -5,7 +5,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Works are impulses times the mean of the velocities before and after the step, so that their sum is the change of
 // kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
@@ -73,4 +73,4 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -6,7 +6,7 @@
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // A grain, and what subdomains know of it.
 template <class M>
@@ -134,4 +134,4 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
     return contacts;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -3,7 +3,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct Measures {
@@ -100,4 +100,4 @@ Measures<M> measure(const Simulation<M>& simulation) {
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

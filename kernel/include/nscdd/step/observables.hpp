@@ -7,7 +7,7 @@
 
 #include "nscdd/step/measures.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // W walls. A contact carries when carries_impulse() says so: it pushes or pulls.
 template <class M>
@@ -103,4 +103,4 @@ Observables<M> observe(const Simulation<M>& simulation) {
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -12,7 +12,7 @@
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Of all pairs that make a step impossible the worst one.
 struct Refusal {
@@ -81,4 +81,4 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = (std::min)(worst.h, others)});
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -15,7 +15,7 @@
 #include "nscdd/partition/grid.hpp"
 #include "nscdd/subdomain/topology.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // All that a scene has beside its grains, and how it is stepped.
 template <class M>
@@ -111,4 +111,4 @@ void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t
         throw std::invalid_argument("the last rough detection needs a positive skin and a number of steps since");
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

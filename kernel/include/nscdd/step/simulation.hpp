@@ -22,7 +22,7 @@
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/survey.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 struct StepReport {               // of one step, the same on every rank
     SolveReport solve;            // of the last attempt; the iterations are those of all
@@ -356,4 +356,4 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

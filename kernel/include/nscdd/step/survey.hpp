@@ -11,7 +11,7 @@
 #include "nscdd/step/settings.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 struct Radii {                      // of the grains
     double least = 0, largest = 0;  // over the whole scene [m]
@@ -113,4 +113,4 @@ FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& 
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

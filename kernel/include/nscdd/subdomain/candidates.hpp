@@ -6,7 +6,7 @@
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // A pair that the broad phase has found, with the impulse that it carries from step to step.
 template <class M>
@@ -32,4 +32,4 @@ struct Candidates {
     std::vector<int> source, wall_source;  // candidate of each contact
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -9,7 +9,7 @@
 #include "nscdd/subdomain/topology.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 struct Subdomain : Topology, Candidates<M> {
@@ -28,4 +28,4 @@ inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) 
     return links;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

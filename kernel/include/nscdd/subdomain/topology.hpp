@@ -5,7 +5,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // Which copies of a grain, and of a driven wall, are active in a step: share its mass and are glued.
 enum class Multiplicity {
@@ -45,4 +45,4 @@ struct Topology {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

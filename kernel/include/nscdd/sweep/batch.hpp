@@ -10,9 +10,7 @@
 #include "nscdd/core/packet.hpp"
 #include "nscdd/sweep/batches.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
 // (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
@@ -339,6 +337,4 @@ struct Batch : BatchLayout<M> {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -9,9 +9,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 struct Batches {
     // Batches between two that share a body, where possible: the next batch need not wait for the last one's result.
@@ -61,6 +59,4 @@ struct Batches {
     std::vector<int> taken_, window_, left_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

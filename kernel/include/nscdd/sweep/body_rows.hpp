@@ -5,9 +5,7 @@
 
 #include "nscdd/sweep/batch.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 template <class M>
 class BodyRows {
@@ -94,6 +92,4 @@ class BodyRows {
     std::vector<double> inverse_rho_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -6,9 +6,7 @@
 #include "nscdd/sweep/batch.hpp"
 #include "nscdd/sweep/body_rows.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // Past velocities of bodies and driven walls, combined as the impulses of the contacts will be.
 template <class M>
@@ -118,6 +116,4 @@ struct OneByOne {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -4,9 +4,7 @@
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/sweep/load_batches.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 template <class M>
 class KeptIterate {
@@ -62,6 +60,4 @@ class KeptIterate {
     std::vector<double> wall_impulses_, impulses_;  // batch by batch
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

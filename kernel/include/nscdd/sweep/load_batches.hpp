@@ -5,9 +5,7 @@
 
 #include "nscdd/sweep/body_rows.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // The order in which load_batches() deals the contacts from begin to end: as they come. Where walls are driven, the
 // first contact of each wall, then the second of each, and so on: a batch has at most one contact of each driven wall.
@@ -121,6 +119,4 @@ void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, 
     }
 }
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -7,7 +7,7 @@
 #include "nscdd/iterate/iteration.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // For nlgs(), which knows no other method: hands nothing over.
 struct NothingElse {
@@ -99,4 +99,4 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options) {
     return nlgs(problem, options, sweeper);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -5,7 +5,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 enum class SweepPass {  // which contacts it takes, those with walls first: 1 % fewer iterations than last
     all,                // every contact
@@ -23,4 +23,4 @@ struct SweepFront {  // numbers of contacts that SweepPass::first takes from the
     std::size_t contacts = 0, wall_contacts = 0;  // between grains, with walls
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -5,7 +5,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/law/solve_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 // One pass over `contacts`, a list or part of a list of `problem`, in their order. Changes their impulses and the
 // velocities in `problem`; needs inv_wn and inv_wt, see prepare_contacts().
@@ -55,4 +55,4 @@ void apply_impulses(ContactProblem<M>& problem) {
     for (const Contact<M>& c : problem.wall_contacts) apply_impulse(problem, c, c.r, WithWall{});
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

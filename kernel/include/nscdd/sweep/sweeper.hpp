@@ -14,7 +14,7 @@
 #include "nscdd/sweep/pass.hpp"
 #include "nscdd/sweep/sweep.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 template <class M>
 class Sweeper {
@@ -384,4 +384,4 @@ class Sweeper {
     std::vector<typename M::Impulse> past_;  // iterates and changes of each contact, where not batched_
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI
