@@ -1,4 +1,5 @@
-// Numbers in messages, with two significant digits.
+/// @file
+/// Numbers in messages, with two significant digits.
 #pragma once
 
 #include <cmath>
@@ -9,8 +10,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-// The number rounded by `round`, such as std::round or std::floor, to two significant digits: 203.4 is "200". For
-// numbers that are not finite or 0 what a stream prints.
+/// The number rounded by `round`, such as std::round or std::floor, to two significant digits: 203.4 is "200". For
+/// numbers that are not finite or 0 what a stream prints.
 inline std::string two_digits(double x, double (*round)(double) = std::round) {
     std::ostringstream text;
     if (x == 0 || !std::isfinite(x)) {

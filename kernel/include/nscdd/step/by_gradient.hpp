@@ -1,4 +1,5 @@
-// A step of a simulation on one rank, solved by projected gradients.
+/// @file
+/// A step of a simulation on one rank, solved by projected gradients.
 #pragma once
 
 #include "nscdd/decompose/step_solver.hpp"
@@ -6,7 +7,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
+/// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
 template <class M>
 AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
     return on_one_rank<M>(
