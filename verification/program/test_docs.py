@@ -12,50 +12,6 @@ docs = load_script("docs")
 docs_filter = docs.docs_filter
 
 
-class Headers(unittest.TestCase):
-    def filtered(self, *lines, stem=""):
-        text = "\n".join(["// A header.", "#pragma once", "", "namespace nscdd::inline NSCDD_ABI {", "", *lines, "", "}  // namespace nscdd"]) + "\n"
-        out = docs_filter.header(text, stem)
-        self.assertEqual(out.count("\n"), text.count("\n"), "lines of warnings would be wrong")
-        self.assertTrue(out.startswith("/// \\aboutfile A header.\n"))
-        return out.split("\n")[5:5 + len(lines)]
-
-    def test_comments_before_and_behind_belong_to_names(self):
-        self.assertEqual(self.filtered("// A pair.", "struct Pair {", "    int i = 0;  // the first, i < j", "    double gap;  // negative where",
-                                       "                 // they overlap", "};", "struct Empty {};  // nothing"),
-                         ["/// A pair.", "struct Pair {", "    int i = 0; /**< the first, i \\< j */", "    double gap; /**< negative where */",
-                          "                 ///< they overlap", "};", "/** nothing */ struct Empty {};"])
-
-    def test_what_is_within_a_function_is_not_told(self):
-        lines = ["// Adds.", "template <class M>", "int add(int a,  // one", "        int b) {", "    // why", "    int c = a;  // a copy",
-                 "    return c + b;", "}"]
-        self.assertEqual(self.filtered(*lines), ["/// Adds.", "template <class M>", "int add(int a,", *lines[3:5], "    int c = a;", *lines[6:]])
-
-    def test_a_function_with_braces_among_its_parameters_ends_where_its_body_does(self):
-        self.assertEqual(self.filtered("struct A {", "    void f(B b = {}) {", "        b();", "    }", "    // After.", "    int a;", "};")[4:6],
-                         ["    /// After.", "    int a;"])
-
-    def test_a_comment_on_two_variables_is_that_of_both(self):
-        self.assertEqual(self.filtered("std::map<int, int> a{1, 2}, b;  // both"),
-                         ["std::map<int, int> a{1, 2}; /**< both */ std::map<int, int> b; /**< both */"])
-        self.assertEqual(self.filtered("// Both.", "int a = f(1, 2), b = 3;"), ["/// Both.", "int a = f(1, 2); /** Both. */ int b = 3;"])
-
-    def test_overloads_and_the_name_of_the_file_share_a_comment(self):
-        self.assertEqual(self.filtered("// Of one.", "int size(int a);", "int size(double a);", "int other();"),
-                         ["/// Of one.", "int size(int a);", "/** Of one. */ int size(double a);", "int other();"])
-        self.assertEqual(self.filtered("template <class M>", "struct TheName {", "};", stem="the_name"),
-                         ["/** A header. */ template <class M>", "struct TheName {", "};"])
-
-    def test_code_in_a_comment_stays_code(self):
-        self.assertEqual(self.filtered("// As in", "//", "//   a < b;", "//", "// and so on.", "int a;"),
-                         ["/// As in", "/// \\code{.cpp}", "/// a < b;", "/// \\endcode", "/// and so on.", "int a;"])
-
-    def test_every_header_keeps_its_lines(self):
-        for path in (docs.ROOT / "kernel/include").rglob("*.hpp"):
-            text = path.read_text()
-            self.assertEqual(docs_filter.header(text, path.stem).count("\n"), text.count("\n"), path)
-
-
 class Pages(unittest.TestCase):
     def filtered(self, text, file="kernel/METHOD.md"):
         return docs_filter.page(text, docs.ROOT / file)

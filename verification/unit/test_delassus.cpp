@@ -1,6 +1,6 @@
 // The matrix-free sweep against H, M^-1 and W = H^T M^-1 H written out.
-#include "nscdd/plain/nscdd.hpp"
 #include <set>
+#include "nscdd/plain/nscdd.hpp"
 
 #include "random_scenes.hpp"
 

@@ -1,4 +1,6 @@
-// Sequential NLGS: sweeps until the residual is small (METHOD.md, section 4). For readers; nlgs() of sweep/ is the fast one.
+/// @file
+/// Sequential NLGS: sweeps until the residual is small (METHOD.md, section 4). For readers; nlgs() of sweep/ is the
+/// fast one.
 #pragma once
 
 #include "nscdd/iterate/options.hpp"
@@ -7,8 +9,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-// In: V_free + M^-1 H r, and the r to start from. Out: impulses and velocities with eta at most the tolerance, or after
-// `most` iterations.
+/// In: V_free + M^-1 H r, and the r to start from. Out: impulses and velocities with eta at most the tolerance, or
+/// after `most` iterations.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, double tolerance, int most = 100'000) {
     SolveReport report;
@@ -21,4 +23,4 @@ SolveReport nlgs(ContactProblem<M>& problem, double tolerance, int most = 100'00
     return report;
 }
 
-}}}  // namespace nscdd::plain
+}}}  // namespace nscdd::NSCDD_ABI::plain

@@ -1,5 +1,6 @@
-// NSCDD: Alg. 1 of the paper as METHOD.md, section 6, writes it, all subdomains in one loop and no communication. For
-// readers; nscdd_solve() of decompose/ is the fast one.
+/// @file
+/// NSCDD: Alg. 1 of the paper as METHOD.md, section 6, writes it, all subdomains in one loop and no communication. For
+/// readers; nscdd_solve() of decompose/ is the fast one.
 #pragma once
 
 #include <span>
@@ -10,8 +11,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-// Gluing in closed form: as copies of a body have equal masses, it moves with the mean of their velocities. Impulses go
-// to the whole problem as well.
+/// Gluing in closed form: as copies of a body have equal masses, it moves with the mean of their velocities. Impulses
+/// go to the whole problem as well.
 template <class M>
 void glue(std::vector<Part<M>>& parts, ContactProblem<M>& whole) {
     std::vector<int> copies(whole.bodies.size(), 0);
@@ -31,8 +32,8 @@ void glue(std::vector<Part<M>>& parts, ContactProblem<M>& whole) {
     }
 }
 
-// In: V_free + M^-1 H r of the whole problem, without driven walls, and the r to start from; owners as in split(). Out: as
-// nlgs(). n_gs: sweeps between two gluings.
+/// In: V_free + M^-1 H r of the whole problem, without driven walls, and the r to start from; owners as in split().
+/// Out: as nlgs(). n_gs: sweeps between two gluings.
 template <class M>
 SolveReport nscdd(ContactProblem<M>& whole, std::span<const int> owner, std::span<const int> owner_at_wall, int count,
                   double tolerance, int n_gs = 1, int most = 100'000) {
@@ -53,4 +54,4 @@ SolveReport nscdd(ContactProblem<M>& whole, std::span<const int> owner, std::spa
     return report;
 }
 
-}}}  // namespace nscdd::plain
+}}}  // namespace nscdd::NSCDD_ABI::plain

@@ -1,4 +1,5 @@
-// A problem divided into subdomains, with copies of what they share (METHOD.md, section 6.1). For readers.
+/// @file
+/// A problem divided into subdomains, with copies of what they share (METHOD.md, section 6.1). For readers.
 #pragma once
 
 #include <map>
@@ -9,15 +10,17 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-// A subdomain: the contacts that it owns, with copies of their bodies, whose masses are split (METHOD.md, section 6.1).
+/// A subdomain: the contacts that it owns, with copies of their bodies, whose masses are split (METHOD.md,
+/// section 6.1).
 template <class M>
 struct Part {
-    ContactProblem<M> problem;
-    std::vector<std::size_t> bodies;                    // of each copy: its body in the whole problem
-    std::vector<std::size_t> contacts, wall_contacts;  // of each contact: its number there
+    ContactProblem<M> problem;               ///< of the subdomain alone
+    std::vector<std::size_t> bodies;         ///< of each copy: its body in the whole problem
+    std::vector<std::size_t> contacts;       ///< of each contact: its number in the whole problem
+    std::vector<std::size_t> wall_contacts;  ///< the same of contacts with walls
 };
 
-// Deals contacts to `count` subdomains; owner: of each contact, owner_at_wall: of each contact with a wall.
+/// Deals contacts to `count` subdomains; owner: of each contact, owner_at_wall: of each contact with a wall.
 template <class M>
 std::vector<Part<M>> split(const ContactProblem<M>& whole, std::span<const int> owner,
                            std::span<const int> owner_at_wall, int count) {
@@ -44,7 +47,8 @@ std::vector<Part<M>> split(const ContactProblem<M>& whole, std::span<const int> 
         for (const std::size_t body : part.bodies) ++multiplicity[body];
     for (Part<M>& part : parts) {
         part.problem.walls = whole.walls;
-        for (const std::size_t body : part.bodies) {  // M_E: the mass of a copy is that of the body over its multiplicity
+        for (const std::size_t body :
+             part.bodies) {  // M_E: the mass of a copy is that of the body over its multiplicity
             Body<M>& own = part.problem.bodies.emplace_back(whole.bodies[body]);
             own.inv_mass *= multiplicity[body];
             if constexpr (M::friction) own.inv_inertia *= multiplicity[body];
@@ -53,4 +57,4 @@ std::vector<Part<M>> split(const ContactProblem<M>& whole, std::span<const int> 
     return parts;
 }
 
-}}}  // namespace nscdd::plain
+}}}  // namespace nscdd::NSCDD_ABI::plain

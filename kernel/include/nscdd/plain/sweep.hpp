@@ -1,5 +1,7 @@
-// One sweep of NLGS as METHOD.md, section 4, writes it: H, M^-1 and W as matrices, contact by contact. For readers. It
-// is some ten times slower than sweep/, which tests hold to it, and knows Coulomb's law and the frictionless one alone.
+/// @file
+/// One sweep of NLGS as METHOD.md, section 4, writes it: H, M^-1 and W as matrices, contact by contact. For readers. It
+/// is some ten times slower than sweep/, which tests hold to it, and knows Coulomb's law and the frictionless one
+/// alone.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -10,10 +12,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-// The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
+/// The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>
-Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w,
-                                  double bias, double mu) {
+Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w, double bias,
+                            double mu) {
     Eigen::VectorXd next = r;
     next[0] = std::max(0.0, r[0] - (v[0] + bias) / w(0, 0));
     if constexpr (M::friction) {
@@ -25,7 +27,8 @@ Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, 
     return next;
 }
 
-// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): it shares no step with the fast sweep.
+/// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): it shares no step with the fast
+/// sweep.
 template <class M>
 Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     Eigen::MatrixXd axes(M::friction ? M::dim : 1, M::dim);
@@ -40,7 +43,7 @@ Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     return axes;
 }
 
-// H^T of one body: maps its generalised velocity to the velocity of its point at `arm`, in contact axes.
+/// H^T of one body: maps its generalised velocity to the velocity of its point at `arm`, in contact axes.
 template <class M>
 Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& arm) {
     Eigen::MatrixXd point(M::dim, M::dof);  // velocity of the point in world axes
@@ -55,7 +58,7 @@ Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& 
     return axes * point;
 }
 
-// M^-1 of a body.
+/// M^-1 of a body.
 template <class M>
 Eigen::MatrixXd inverse_mass(const Body<M>& body) {
     Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(M::dof, body.inv_mass);
@@ -63,7 +66,7 @@ Eigen::MatrixXd inverse_mass(const Body<M>& body) {
     return diagonal.asDiagonal();
 }
 
-// V += factor M^-1 H r.
+/// V += factor M^-1 H r.
 template <class M>
 void add_impulses(ContactProblem<M>& problem, double factor) {
     const auto add = [&](const Contact<M>& c, int body, double sign, double lever) {
@@ -82,7 +85,7 @@ void add_impulses(ContactProblem<M>& problem, double factor) {
         }
 }
 
-// Sweeps all contacts once, those with walls first. In and out: velocities and impulses of the problem.
+/// Sweeps all contacts once, those with walls first. In and out: velocities and impulses of the problem.
 template <class M>
 void sweep(ContactProblem<M>& problem) {
     const auto local = [](const Eigen::MatrixXd& axes, const Contact<M>& c) -> Eigen::VectorXd {
@@ -133,4 +136,4 @@ void sweep(ContactProblem<M>& problem) {
     }
 }
 
-}}}  // namespace nscdd::plain
+}}}  // namespace nscdd::NSCDD_ABI::plain
