@@ -98,8 +98,9 @@ bool link_part(const std::string& old, const struct stat& placed, std::string& p
     }
     const auto found = status(part);
     // two names: its place and this one; whoever made another keeps what it is
-    if (found && found->st_nlink == 2 && found->st_dev == placed.st_dev && found->st_ino == placed.st_ino && found->st_size == placed.st_size &&
-        found->st_mtim.tv_sec == placed.st_mtim.tv_sec && found->st_mtim.tv_nsec == placed.st_mtim.tv_nsec)
+    if (found && found->st_nlink == 2 && found->st_dev == placed.st_dev && found->st_ino == placed.st_ino &&
+        found->st_size == placed.st_size && found->st_mtim.tv_sec == placed.st_mtim.tv_sec &&
+        found->st_mtim.tv_nsec == placed.st_mtim.tv_nsec)
         return true;
     ::unlink(part.c_str());
     return false;

@@ -46,7 +46,7 @@ struct RunRequest {
     std::string scheme = "nlgs";  // of offered_schemes()
     std::string interface;        // closed-form, factorised; empty: the scheme's default
     int subdomains = 1, threads = 1;
-    bool undivided = false;  // one subdomain by default, though the scheme glues several
+    bool undivided = false;                // one subdomain by default, though the scheme glues several
     std::string partition = "bisection";   // of offered_partitions()
     std::vector<int> grid;                 // cells per axis; empty: chosen
     double imbalance = 1.1;                // of a partition that is kept (Partitioner)

@@ -1,7 +1,7 @@
 // A program of your own over MPI, with a communicator of its own: nscdd neither starts nor ends MPI, and leaves the
 // processes that it was not given alone.
 //
-//   mpirun -np 3 own_mpi
+//     mpirun -np 3 own_mpi
 //
 // The last process does something else; the others step a scene, each with its share of the grains. Checked: their
 // grains are, to the last bit, those of as many subdomains in one process.

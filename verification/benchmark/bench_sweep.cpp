@@ -7,7 +7,7 @@
 //
 // Without packings of your own: close-packed lattices of nearly equal grains, all neighbours of which touch.
 #include "bench_scene.hpp"
-#include "nlgs_plain.hpp"
+#include "nscdd/plain/sweep.hpp"
 
 using namespace nscdd;
 using namespace nscdd::bench;
@@ -58,7 +58,7 @@ void scalar(benchmark::State& state) {
 template <class M>
 void plain(benchmark::State& state) {
     auto& p = Loaded<M>::shared();
-    per_contact(state, p.contacts(), double(p.problem.bytes()), [&] { plain_sweep(p.problem); });
+    per_contact(state, p.contacts(), double(p.problem.bytes()), [&] { plain::sweep(p.problem); });
 }
 template <class M>
 void residual(benchmark::State& state) {

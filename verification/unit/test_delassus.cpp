@@ -1,5 +1,7 @@
 // The matrix-free sweep against H, M^-1 and W = H^T M^-1 H written out.
-#include "nlgs_plain.hpp"
+#include <set>
+#include "nscdd/plain/nscdd.hpp"
+
 #include "random_scenes.hpp"
 
 using namespace nscdd;
@@ -55,9 +57,9 @@ TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, 
         const Contact<M>& c = wall ? problem.wall_contacts[0] : problem.contacts[0];
         double lever_i = 0, lever_j = 0;
         if constexpr (M::friction) lever_i = c.lever_i, lever_j = c.lever_j;
-        const Eigen::MatrixXd axes = contact_axes<M>(c.normal);
-        const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal);
-        const Eigen::MatrixXd hb = contact_map<M>(axes, lever_j * c.normal);
+        const Eigen::MatrixXd axes = plain::contact_axes<M>(c.normal);
+        const Eigen::MatrixXd ha = plain::contact_map<M>(axes, -lever_i * c.normal);
+        const Eigen::MatrixXd hb = plain::contact_map<M>(axes, lever_j * c.normal);
         for (const bool split : {true, false}) {
             const auto share = [&](int multiplicity) { return split ? 1.0 : double(multiplicity); };
             Eigen::MatrixXd w = ha * inverse_mass(problem.bodies[0], share(problem.multiplicity[0])) * ha.transpose();
@@ -85,7 +87,7 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
         REQUIRE(fast.wall_contacts.size() > 10);
         for (int s = 0; s < 5; ++s) {
             sweep(fast);
-            plain_sweep(plain);
+            plain::sweep(plain);
             double largest = 0, difference = 0;
             for (std::size_t k = 0; k < fast.bodies.size(); ++k) {
                 largest = std::max(largest, plain.bodies[k].v.norm());
@@ -108,5 +110,55 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
             CHECK(difference <= 1e-12 * largest);
         }
         return nlgs(fast, run.options);
+    });
+}
+
+TEMPLATE_TEST_CASE("the plain NSCDD is the plain NLGS on one subdomain, and finds its answer on three", "[delassus]",
+                   SmoothDisks, SmoothSpheres, FrictionDisks, FrictionSpheres) {
+    using M = TestType;
+    Random random(5);
+    const int side = M::dim == 2 ? 7 : 4;
+    Run<M> run(nlgs_alone, lattice_settings<M>(side, false), shaken_lattice<M>(random, side));
+    run.step();  // so that contacts bring impulses along
+    run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
+        ContactProblem<M>& fast = parts[0].problem;
+        ContactProblem<M> alone = fast, one = fast, three = fast;
+        const double tolerance = 1e-9;
+        const SolveReport reference = plain::nlgs(alone, tolerance);
+        CHECK(reference.converged);
+
+        const auto third = [&](std::size_t body) { return std::min(2, int(3 * fast.centres[body][0] / side)); };
+        std::vector<int> owner, owner_at_wall, none(fast.contact_count(), 0);
+        for (const Contact<M>& c : fast.contacts) owner.push_back(third(static_cast<std::size_t>(c.i)));
+        for (const Contact<M>& c : fast.wall_contacts) owner_at_wall.push_back(third(static_cast<std::size_t>(c.i)));
+        REQUIRE(std::set(owner.begin(), owner.end()).size() == 3);
+        const SolveReport same = plain::nscdd<M>(one, none, none, 1, tolerance);
+        CHECK(same.iterations == reference.iterations);
+        const SolveReport glued = plain::nscdd<M>(three, owner, owner_at_wall, 3, tolerance);
+        CHECK(glued.converged);
+        CHECK(residual_parts(three).eta() <= tolerance);
+
+        SolveOptions options = run.options;
+        options.tolerance = tolerance;
+        options.check_every = 1;
+        options.velocity_error = options.energy_made = options.gap_error = options.distance = 1e30;  // eta alone
+        const SolveReport report = nlgs(fast, options);
+        CHECK(std::abs(report.iterations - reference.iterations) <= 2 + reference.iterations / 5);
+        double largest = 0, apart_one = 0, apart_three = 0, apart_fast = 0;
+        for (std::size_t g = 0; g < alone.bodies.size(); ++g) {
+            const auto from_reference = [&](const ContactProblem<M>& problem) {
+                return (problem.bodies[g].v - alone.bodies[g].v).norm();
+            };
+            largest = std::max(largest, alone.bodies[g].v.norm());
+            apart_one = std::max(apart_one, from_reference(one));
+            apart_three = std::max(apart_three, from_reference(three));
+            apart_fast = std::max(apart_fast, from_reference(fast));
+        }
+        CHECK(apart_one <= 1e-12 * largest);
+        if constexpr (!M::friction) {  // with friction velocities need not be unique
+            CHECK(apart_three <= 1e-3 * largest);
+            CHECK(apart_fast <= 1e-3 * largest);
+        }
+        return report;
     });
 }

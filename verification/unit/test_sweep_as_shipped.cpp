@@ -3,7 +3,7 @@
 #include <random>
 
 #include "../catch.hpp"
-#include "nlgs_plain.hpp"
+#include "nscdd/plain/sweep.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
 using namespace nscdd;
@@ -76,7 +76,7 @@ TEMPLATE_TEST_CASE("a fast sweep as it ships is a plain one", "[shipped]", (Mode
     sort<M>(plain.wall_contacts, sweeper.wall_order());
     for (int s = 0; s < 5; ++s) {
         sweeper.sweep(fast);
-        plain_sweep(plain);
+        plain::sweep(plain);
     }
     sweeper.store(fast);
     double speed = 0, difference = 0, impulse = 0, wrong = 0;

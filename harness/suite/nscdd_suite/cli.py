@@ -5,6 +5,7 @@
     scripts/suite run paper --only table1      # a part: jobs whose title matches, and what they need
     scripts/suite run hard --quick             # small and short, to see that it works
     scripts/suite report results --out page    # the page of a folder of results
+    scripts/suite front                        # the picture of the README, from a state of the study reduced and the committed record of the paper
     scripts/suite counted results              # which of its counted numbers are those of the committed records?
     scripts/suite times 'A' 'B'                # does the command B take longer than A?
     scripts/suite regression                   # are counts and answers of small scenes those that were accepted? --accept REASON: now they are
@@ -64,6 +65,8 @@ def main(arguments=None):
     one = commands.add_parser("report", help="the page of a folder of results")
     one.add_argument("results", type=Path, help="folder with records of studies, or JSON files of run and compare")
     one.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the page, made if needed")
+    one = commands.add_parser("front", help="the picture of the README")
+    one.add_argument("state", nargs="?", type=Path, default=ROOT / "results/reduced/biaxial-dcs-16.h5", help="default: results/reduced/biaxial-dcs-16.h5")
     one = commands.add_parser("counted", help="counted numbers beside the committed records")
     one.add_argument("results", nargs="?", type=Path, default=ROOT / "results", help="folder of results (default: results)")
     one.add_argument("--record", action="store_true", help="make what is there the committed records")
@@ -83,7 +86,7 @@ def main(arguments=None):
         except (InputError, Failed, OSError) as problem:
             print(problem, file=sys.stderr)
             return 1
-    for name in {"results", "out"} & vars(options).keys():
+    for name in {"results", "out", "state"} & vars(options).keys():
         setattr(options, name, getattr(options, name).resolve())
     os.chdir(ROOT)
     try:
@@ -95,6 +98,11 @@ def main(arguments=None):
             from .page.report import make  # matplotlib takes a while
 
             return 0 if make(options.results, options.out) else 1
+        if options.what == "front":
+            from .page.front import draw
+
+            draw(options.state, counted.RECORDS)
+            return 0
         if options.what == "counted":
             print(*counted.compare(Path(os.path.relpath(options.results, ROOT)), options.record), sep="\n")
             return 0

@@ -1,5 +1,6 @@
-// The whole kernel but MPI and METIS (add "nscdd/comm/mpi.hpp", "nscdd/partition/metis.hpp" for these). See README.md
-// for a first program.
+/// @file
+/// The whole kernel but MPI and METIS (add "nscdd/comm/mpi.hpp", "nscdd/partition/metis.hpp" for these). See README.md
+/// for a first program.
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"

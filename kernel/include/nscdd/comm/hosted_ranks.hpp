@@ -1,5 +1,3 @@
-// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
-// ranks.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +10,14 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
+/// ranks.
 class HostedRanks {
   public:
-    // `process`: number of this process, `processes`: how many there are. `size`: ranks in all; 0: one a process.
-    // Throws std::invalid_argument for fewer ranks than processes.
+    /// `process`: number of this process, `processes`: how many there are. `size`: ranks in all; 0: one a process.
+    /// Throws std::invalid_argument for fewer ranks than processes.
     HostedRanks(int process, int processes, int size)
         : process_(process), processes_(processes), size_(size == 0 ? processes : size) {
         if (size_ < processes_)
@@ -26,20 +26,20 @@ class HostedRanks {
         for (int rank = first(process_); rank < first(process_ + 1); ++rank) ranks_.push_back(rank);
     }
 
-    int process() const { return process_; }                  // number of this process, from 0
-    int processes() const { return processes_; }              // number of processes
-    int size() const { return size_; }                        // number of ranks in all
-    const std::vector<int>& ranks() const { return ranks_; }  // of this process, ascending, at least one
-    std::size_t count() const { return ranks_.size(); }       // ranks of this process
-    // The most ranks that a process has.
+    int process() const { return process_; }                  ///< number of this process, from 0
+    int processes() const { return processes_; }              ///< number of processes
+    int size() const { return size_; }                        ///< number of ranks in all
+    const std::vector<int>& ranks() const { return ranks_; }  ///< of this process, ascending, at least one
+    std::size_t count() const { return ranks_.size(); }       ///< ranks of this process
+    /// The most ranks that a process has.
     std::size_t most() const { return static_cast<std::size_t>((size_ + processes_ - 1) / processes_); }
 
-    // First rank of process p.
+    /// First rank of process p.
     int first(int p) const { return static_cast<int>(static_cast<long long>(p) * size_ / processes_); }
-    // The process that hosts this rank.
+    /// The process that hosts this rank.
     int process_of(int rank) const { return static_cast<int>(((rank + 1LL) * processes_ - 1) / size_); }
-    bool hosts(int rank) const { return process_of(rank) == process_; }  // whether this process does
-    // Place of a hosted rank in ranks().
+    bool hosts(int rank) const { return process_of(rank) == process_; }  ///< whether this process does
+    /// Place of a hosted rank in ranks().
     std::size_t index(int rank) const { return static_cast<std::size_t>(rank - ranks_[0]); }
 
   private:
@@ -49,17 +49,17 @@ class HostedRanks {
 
 namespace detail {
 
-// The places of a channel's messages in memory. A message between two processes has the doubles of all links between
-// their ranks, by source and target, so that both put them in the same order; and room for one more at its end.
+/// The places of a channel's messages in memory. A message between two processes has the doubles of all links between
+/// their ranks, by source and target, so that both put them in the same order; and room for one more at its end.
 class MessageLayout {
   public:
     struct Message {
         int process;
         std::span<double> doubles;
     };
-    std::vector<Message> incoming, outgoing;  // by process
+    std::vector<Message> incoming, outgoing;  ///< by process
 
-    // links[k] of the k-th hosted rank. Sets what Channel::send(k, l) and recv(k, l) are.
+    /// links[k] of the k-th hosted rank. Sets what Channel::send(k, l) and recv(k, l) are.
     MessageLayout(const HostedRanks& hosted, const std::vector<Links>& links,
                   std::vector<std::vector<std::span<double>>>& send,
                   std::vector<std::vector<std::span<double>>>& recv) {
@@ -85,7 +85,8 @@ class MessageLayout {
     MessageLayout& operator=(const MessageLayout&) = delete;
 
   private:
-    struct End {  // of one link
+    /// Of one link.
+    struct End {
         int process, source, target;
         std::span<double>* place;
         std::size_t doubles;
@@ -113,4 +114,4 @@ class MessageLayout {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

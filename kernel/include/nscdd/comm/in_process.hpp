@@ -1,5 +1,6 @@
-// All ranks in one process: the same supersteps and the same numbers as over MPI, on any number of threads, without
-// MPI.
+/// @file
+/// All ranks in one process: the same supersteps and the same numbers as over MPI, on any number of threads, without
+/// MPI.
 #pragma once
 
 #include <algorithm>
@@ -16,14 +17,14 @@
 #include "nscdd/comm/reduction_rounds.hpp"
 #include "nscdd/comm/team.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
-// sender and its receiver disagree on a size, or a link has no counterpart.
+/// Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
+/// sender and its receiver disagree on a size, or a link has no counterpart.
 class InProcess final : public Communicator {
   public:
-    // Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
-    // 1 <= threads <= size.
+    /// Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
+    /// 1 <= threads <= size.
     explicit InProcess(int size, int threads = 1) : team_(std::clamp(threads, 1, (std::max)(size, 1))) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
         if (threads < 1 || threads > size)
@@ -101,7 +102,7 @@ class InProcess final : public Communicator {
     double now() const override {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     }
-    // Throws std::out_of_range for a rank that is not hosted.
+    /// Throws std::out_of_range for a rank that is not hosted.
     void charge(int rank, Work kind, double count, double) override {
         work_.at(static_cast<std::size_t>(rank)) += contacts_swept(kind, count);
     }
@@ -110,7 +111,7 @@ class InProcess final : public Communicator {
     CommSeconds seconds() const override { return {}; }
 
   private:
-    // Copies at finish(), so that a rank may fill the next message while another has not yet read this one.
+    /// Copies at finish(), so that a rank may fill the next message while another has not yet read this one.
     class Messages final : public Channel {
       public:
         Messages(InProcess& comm, const std::vector<Links>& links) : comm_(comm) {
@@ -174,9 +175,9 @@ class InProcess final : public Communicator {
                                    std::to_string(ranks_.size()) + " ranks");
     }
 
-    static std::size_t at(int rank) { return static_cast<std::size_t>(rank); }  // its place in lists
+    static std::size_t at(int rank) { return static_cast<std::size_t>(rank); }  ///< its place in lists
 
-    // The end at `peer` of the link that `rank` has with it.
+    /// The end at `peer` of the link that `rank` has with it.
     static const Link& counterpart(const std::vector<Links>& links, int peer, int rank) {
         if (peer >= 0 && static_cast<std::size_t>(peer) < links.size()) {
             const Links& back = links[at(peer)];
@@ -196,4 +197,4 @@ class InProcess final : public Communicator {
     Traffic traffic_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// A channel over MPI. Includes mpi.h, as mpi.hpp does.
+/// @file
+/// A channel over MPI. Includes mpi.h, as mpi.hpp does.
 #pragma once
 
 #include <mpi.h>
@@ -13,13 +14,11 @@
 #include "nscdd/comm/mpi_node.hpp"
 #include "nscdd/comm/mpi_process.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// One message to each process that this one sends to, and one from each that it receives from. Every message ends
-// with a stamp, the time at which its sender called start(). Requests are not persistent: with Open MPI 4.1.4 calls
-// for a message of up to 256 bytes then take half the time, for others the same (reports/findings/two-cores.md).
+/// One message to each process that this one sends to, and one from each that it receives from. Every message ends
+/// with a stamp, the time at which its sender called start(). Requests are not persistent: with Open MPI 4.1.4 calls
+/// for a message of up to 256 bytes then take half the time, for others the same (reports/findings/two-cores.md).
 class MpiMessages final : public Channel {
   public:
     MpiMessages(MpiProcess& mpi, const std::vector<Links>& links)
@@ -56,7 +55,7 @@ class MpiMessages final : public Channel {
         mpi_.count(operation_, messages_, doubles_);
         mpi_.spent(operation_, entry, entry);
     }
-    // Messages of MPI first, since they go on while something of MPI waits.
+    /// Messages of MPI first, since they go on while something of MPI waits.
     void finish() override {
         const double entry = mpi_.now();
         // Waits for all requests even after an error: those under way still use our memory.
@@ -101,11 +100,9 @@ class MpiMessages final : public Channel {
     MessageLayout layout_;
     NodeMemory::Mailboxes mailboxes_;
     int tag_;
-    std::vector<MPI_Request> requests_;  // of incoming messages, then of outgoing ones; null for those with a mailbox
+    std::vector<MPI_Request> requests_;  ///< of incoming messages, then of outgoing ones; null for those with a mailbox
     std::vector<MPI_Status> statuses_;
-    std::size_t messages_ = 0, doubles_ = 0;  // of all links between different ranks
+    std::size_t messages_ = 0, doubles_ = 0;  ///< of all links between different ranks
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,4 +1,5 @@
-// Memory that the processes of a node share, and the mailboxes in it (mailbox.hpp). Includes mpi.h, as mpi.hpp does.
+/// @file
+/// Memory that the processes of a node share, and the mailboxes in it (mailbox.hpp). Includes mpi.h, as mpi.hpp does.
 #pragma once
 
 #include <fcntl.h>
@@ -20,18 +21,18 @@
 
 #include "nscdd/comm/mailbox.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// How messages of the iteration go from process to process within a node.
+/// How messages of the iteration go from process to process within a node.
 enum class WithinNode {
-    memory,    // through memory that the processes share, where the system gives it and they fit; others as below
-    messages,  // as messages of MPI
-    modelled   // as messages of MPI that are charged as if they went through memory: for simulated machines
+    memory,    ///< through memory that the processes share, where the system gives it and they fit; others as below
+    messages,  ///< as messages of MPI
+    modelled   ///< as messages of MPI that are charged as if they went through memory: for simulated machines
 };
 
 namespace detail {
 
-// Throws std::runtime_error with the text of MPI unless the call went well.
+/// Throws std::runtime_error with the text of MPI unless the call went well.
 inline void check_mpi(int code, const char* call) {
     if (code == MPI_SUCCESS) return;
     char text[MPI_MAX_ERROR_STRING];
@@ -40,21 +41,21 @@ inline void check_mpi(int code, const char* call) {
     throw std::runtime_error(std::string(call) + ": " + std::string(text, static_cast<std::size_t>(length)));
 }
 
-// Each process of a node has a segment of shared memory, in which the messages lie that it sends.
+/// Each process of a node has a segment of shared memory, in which the messages lie that it sends.
 class NodeMemory {
   public:
-    // A message between this process and another one of the communicator.
+    /// A message between this process and another one of the communicator.
     struct Message {
         int process;
-        std::size_t doubles;  // at most
+        std::size_t doubles;  ///< at most
     };
 
-    // Mailboxes for messages to and from processes; must not outlive the memory.
+    /// Mailboxes for messages to and from processes; must not outlive the memory.
     class Mailboxes {
       public:
-        // By place in the list that open() was given. An empty one: the message has to go as one of MPI.
+        /// By place in the list that open() was given. An empty one: the message has to go as one of MPI.
         std::vector<Mailbox> outgoing, incoming;
-        // By place in the lists: whether the message goes through memory, or is to be charged as if it did.
+        /// By place in the lists: whether the message goes through memory, or is to be charged as if it did.
         std::vector<char> outgoing_shared, incoming_shared;
 
         Mailboxes() = default;
@@ -78,7 +79,7 @@ class NodeMemory {
         std::size_t begin_ = 0;
     };
 
-    // For the processes of `comm` that share memory with this one, each with a segment of so many bytes. Collective.
+    /// For the processes of `comm` that share memory with this one, each with a segment of so many bytes. Collective.
     NodeMemory(MPI_Comm comm, WithinNode how, std::size_t bytes = std::size_t{1} << 20)
         : words_(how == WithinNode::messages ? 0 : bytes / sizeof(Mailbox::Word)) {
         if (how == WithinNode::messages) return;
@@ -106,12 +107,12 @@ class NodeMemory {
         if (!finalised && node_ != MPI_COMM_NULL) MPI_Comm_free(&node_);
     }
 
-    // Collective among the processes of the node. Messages of more than `longest` and those that do not fit into the
-    // segment get none. Throws std::logic_error where a message with a mailbox has another length for its receiver
-    // than for its sender.
-    //
-    // Every process has come here when one leaves, so all messages before are taken, and the memory of mailboxes that
-    // are gone can be used again.
+    /// Collective among the processes of the node. Messages of more than `longest` and those that do not fit into the
+    /// segment get none. Throws std::logic_error where a message with a mailbox has another length for its receiver
+    /// than for its sender.
+    ///
+    /// Every process has come here when one leaves, so all messages before are taken, and the memory of mailboxes that
+    /// are gone can be used again.
     Mailboxes open(std::span<const Message> outgoing, std::span<const Message> incoming) {
         ++opened_;
         std::size_t wanted = 0;
@@ -157,11 +158,12 @@ class NodeMemory {
     }
 
   private:
-    // Doubles of a message. With 77 kB, two for each neighbour, iterates of 64,000 spheres are driven out of the cache:
-    // 3 % of an accelerated iteration.
+    /// Doubles of a message. With 77 kB, two for each neighbour, iterates of 64,000 spheres are driven out of the
+    /// cache: 3 % of an accelerated iteration.
     static constexpr std::size_t longest = 4096;
     static constexpr Mailbox::Word none = ~Mailbox::Word{0};
-    struct Announcement {  // to the receiver of a message
+    /// To the receiver of a message.
+    struct Announcement {
         Mailbox::Word begins = none, doubles = 0;
     };
 
@@ -169,7 +171,7 @@ class NodeMemory {
         return open_ && message.doubles <= longest && members_.contains(message.process);
     }
 
-    // Where so many words are free, the first such place; words_ if there is none.
+    /// Where so many words are free, the first such place; words_ if there is none.
     std::size_t room_for(std::size_t wanted) const {
         std::size_t at = 0;
         for (const auto& [begin, end] : taken_) {
@@ -179,9 +181,9 @@ class NodeMemory {
         return words_ - at >= wanted ? at : words_;
     }
 
-    // Every process makes its segment and maps those of the others. All or none have it afterwards: where one fails,
-    // all go without. Not by MPI_Win_allocate_shared: with Open MPI 4.1.4 a process that fails leaves the others
-    // waiting for it, and freeing the window is collective, which a process that meets an error cannot take part in.
+    /// Every process makes its segment and maps those of the others. All or none have it afterwards: where one fails,
+    /// all go without. Not by MPI_Win_allocate_shared: with Open MPI 4.1.4 a process that fails leaves the others
+    /// waiting for it, and freeing the window is collective, which a process that meets an error cannot take part in.
     void allocate() {
         int own = 0;
         check_mpi(MPI_Comm_rank(node_, &own), "MPI_Comm_rank");
@@ -204,7 +206,7 @@ class NodeMemory {
         if (!shared_) release();
     }
 
-    // Maps a segment, made of zeros first if `make`. False if the system does not give it.
+    /// Maps a segment, made of zeros first if `make`. False if the system does not give it.
     bool map(const char* name, bool make, Mailbox::Word*& segment) const {
         const std::size_t bytes = words_ * sizeof(Mailbox::Word);
         rlimit largest{};  // of a file; beyond it the process would get a signal
@@ -229,18 +231,18 @@ class NodeMemory {
         }
     }
 
-    std::size_t words_;                            // of a segment
-    MPI_Comm node_ = MPI_COMM_NULL;                // processes that share memory
-    std::map<int, int> members_;                   // of them: process, and its number in node_
-    bool shared_ = false;                          // whether they have it
-    bool open_ = false;                            // whether they have it, or it is modelled
-    std::vector<Mailbox::Word*> segments_;         // by member
-    std::size_t own_ = 0;                          // member that this process is
-    std::map<std::size_t, std::size_t> taken_;     // words of the own segment: begin, end
-    std::vector<Announcement> announced_, known_;  // by member: of the message to it, from it
+    std::size_t words_;                            ///< of a segment
+    MPI_Comm node_ = MPI_COMM_NULL;                ///< processes that share memory
+    std::map<int, int> members_;                   ///< of them: process, and its number in node_
+    bool shared_ = false;                          ///< whether they have it
+    bool open_ = false;                            ///< whether they have it, or it is modelled
+    std::vector<Mailbox::Word*> segments_;         ///< by member
+    std::size_t own_ = 0;                          ///< member that this process is
+    std::map<std::size_t, std::size_t> taken_;     ///< words of the own segment: begin, end
+    std::vector<Announcement> announced_, known_;  ///< by member: of the message to it, from it
     std::uint32_t opened_ = 0;
 };
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

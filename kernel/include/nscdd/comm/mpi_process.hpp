@@ -1,5 +1,3 @@
-// What the parts of Mpi share: the communicator of MPI, the ranks of this process, the clock, and what is counted.
-// Includes mpi.h, as mpi.hpp does.
 #pragma once
 
 #include <mpi.h>
@@ -14,21 +12,21 @@
 #include "nscdd/comm/hosted_ranks.hpp"
 #include "nscdd/comm/mpi_node.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// MPI counts in int. Throws std::length_error for more.
+/// MPI counts in int. Throws std::length_error for more.
 inline int mpi_count(std::size_t n) {
     if (!std::in_range<int>(n)) throw std::length_error("Mpi: " + std::to_string(n) + " doubles in one message");
     return static_cast<int>(n);
 }
 
+/// What the parts of Mpi share: the communicator of MPI, the ranks of this process, the clock, and what is counted.
+/// Includes mpi.h, as mpi.hpp does.
 class MpiProcess {
   public:
     static constexpr int clock_tag = 0, route_tag = 1, reduce_tag = 3, barrier_tag = 4, first_channel_tag = 5;
 
-    // Arguments and errors: Mpi. Collective.
+    /// Arguments and errors: Mpi. Collective.
     MpiProcess(MPI_Comm comm, Charged charged, int size, WithinNode within)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
@@ -40,11 +38,11 @@ class MpiProcess {
     MPI_Comm comm() const { return comm_.handle; }
     const HostedRanks& hosted() const { return hosted_; }
     NodeMemory& node() { return node_; }
-    // The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
-    // opened one after the other may not be in use at once.
+    /// The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
+    /// opened one after the other may not be in use at once.
     int next_channel_tag() { return first_channel_tag + channels_++ % 30'000; }
 
-    // Communicator::now(), as well as this process knows the clock of rank 0.
+    /// Communicator::now(), as well as this process knows the clock of rank 0.
     double now() const { return MPI_Wtime() + offset_; }
 
     void count(Operation operation, std::size_t messages, std::size_t doubles) {  // in traffic()
@@ -53,11 +51,11 @@ class MpiProcess {
     void charge(Work kind, double count, double bytes) const {
         if (charged_) charged_(kind, count, bytes);
     }
-    // What sending or receiving takes for a message, on a simulated machine, which lets messages pass without it.
+    /// What sending or receiving takes for a message, on a simulated machine, which lets messages pass without it.
     void charge_call(std::size_t doubles, bool shared) const {
         charge(shared ? Work::shared_message : Work::message, 1, double(doubles * sizeof(double)));
     }
-    // A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
+    /// A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
     void spent(Operation operation, double entry, double latest) {
         const double elapsed = (std::max)(now() - entry, 0.0);
         const double wait = std::clamp(latest - entry, 0.0, elapsed);
@@ -67,7 +65,7 @@ class MpiProcess {
     CommSeconds seconds() const { return seconds_; }
 
   private:
-    // A duplicate of the caller's communicator, so that our messages never meet the caller's.
+    /// A duplicate of the caller's communicator, so that our messages never meet the caller's.
     struct Duplicate {
         MPI_Comm handle = MPI_COMM_NULL;
 
@@ -78,7 +76,7 @@ class MpiProcess {
             check_mpi(MPI_Comm_dup(comm, &handle), "MPI_Comm_dup");
             check_mpi(MPI_Comm_set_errhandler(handle, MPI_ERRORS_RETURN), "MPI_Comm_set_errhandler");
         }
-        // The number that MPI_Comm_rank or MPI_Comm_size gives.
+        /// The number that MPI_Comm_rank or MPI_Comm_size gives.
         int place(int (*ask)(MPI_Comm, int*)) const {
             int number = 0;
             check_mpi(ask(handle, &number), "MPI_Comm_rank or MPI_Comm_size");
@@ -93,8 +91,8 @@ class MpiProcess {
         }
     };
 
-    // Clocks of different processes may differ by anything: each process asks the first one for the time several times,
-    // and takes the answer that came back soonest. Good to half a round trip; later drift is not followed.
+    /// Clocks of different processes may differ by anything: each process asks the first one for the time several
+    /// times, and takes the answer that came back soonest. Good to half a round trip; later drift is not followed.
     void synchronise_clock() {
         int *global = nullptr, found = 0;
         check_mpi(MPI_Comm_get_attr(MPI_COMM_WORLD, MPI_WTIME_IS_GLOBAL, static_cast<void*>(&global), &found), "clock");
@@ -122,13 +120,11 @@ class MpiProcess {
     Duplicate comm_;
     HostedRanks hosted_;
     NodeMemory node_;
-    double offset_ = 0;  // to the clock of rank 0 [s]
+    double offset_ = 0;  ///< to the clock of rank 0 [s]
     int channels_ = 0;
     Charged charged_;
     Traffic traffic_;
     CommSeconds seconds_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,4 +1,5 @@
-// A reduction over MPI. Includes mpi.h, as mpi.hpp does.
+/// @file
+/// A reduction over MPI. Includes mpi.h, as mpi.hpp does.
 #pragma once
 
 #include <mpi.h>
@@ -13,9 +14,7 @@
 #include "nscdd/comm/mpi_process.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 // SimGrid's SMPI 3.32 keeps every message that MPI_Test has completed, and searches them all whenever another one ends.
 // There a message is seen to have come by its last number, a time, and is completed by MPI_Wait.
@@ -25,8 +24,8 @@ inline constexpr bool seen_by_stamp = true;
 inline constexpr bool seen_by_stamp = false;
 #endif
 
-// A reduction in rounds of messages (ReductionRounds). In the iteration: traffic() counts its messages, and they go
-// through memory where they can.
+/// A reduction in rounds of messages (ReductionRounds). In the iteration: traffic() counts its messages, and they go
+/// through memory where they can.
 class MpiReduction {
   public:
     MpiReduction(MpiProcess& mpi, int own_tag, bool in_iteration)
@@ -54,8 +53,8 @@ class MpiReduction {
         round_ = 0;
         start_round();
     }
-    // Continues the reduction: to its end if `wait`, else as far as possible without waiting. One message is asked
-    // for at a time, so that a call costs little: the first one that is not there ends it.
+    /// Continues the reduction: to its end if `wait`, else as far as possible without waiting. One message is asked
+    /// for at a time, so that a call costs little: the first one that is not there ends it.
     void go_on(bool wait) {
         for (; under_way(); finish_round())
             for (; received_ < awaited_.size(); ++received_)
@@ -63,7 +62,7 @@ class MpiReduction {
     }
 
   private:
-    static constexpr std::size_t longest = 64;  // doubles of a row that goes through memory
+    static constexpr std::size_t longest = 64;  ///< doubles of a row that goes through memory
 
     struct Awaited {
         MPI_Request request = MPI_REQUEST_NULL;
@@ -71,7 +70,7 @@ class MpiReduction {
         Buffer* rows = nullptr;
     };
 
-    // False if the message is not there and must not be waited for.
+    /// False if the message is not there and must not be waited for.
     static bool receive(Awaited& awaited, bool wait) {
         if (awaited.mailbox) {
             if (!wait && !awaited.mailbox->there()) return false;
@@ -116,7 +115,7 @@ class MpiReduction {
                 if (in_iteration_) mpi_.count(Operation::reduction, 1, row.size());
             });
     }
-    // Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
+    /// Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.
     void finish_round() {
         check_mpi(MPI_Waitall(mpi_count(sending_.size()), sending_.data(), MPI_STATUSES_IGNORE), "reduce");
         for (std::size_t m = 0; in_iteration_ && m < awaited_.size(); ++m)
@@ -126,25 +125,23 @@ class MpiReduction {
         start_round();
     }
 
-    // The m-th mailbox if it is one and these rows fit, else null.
+    /// The m-th mailbox if it is one and these rows fit, else null.
     static Mailbox* mailbox(std::vector<Mailbox>& mailboxes, std::size_t m, const Buffer& rows) {
         return mailboxes[m] && rows.size() <= mailboxes[m].doubles() ? &mailboxes[m] : nullptr;
     }
-    // Whether the m-th message goes through memory, or is to be charged as if it did.
+    /// Whether the m-th message goes through memory, or is to be charged as if it did.
     bool shared(const std::vector<char>& shared, std::size_t m) const {
         return shared[m] && rows_.row(0).size() < longest;
     }
 
     MpiProcess& mpi_;
     ReducedRows rows_;
-    std::vector<NodeMemory::Mailboxes> mailboxes_;  // by round
-    std::vector<Awaited> awaited_;                  // of the round under way
+    std::vector<NodeMemory::Mailboxes> mailboxes_;  ///< by round
+    std::vector<Awaited> awaited_;                  ///< of the round under way
     std::vector<MPI_Request> sending_;
     std::size_t received_ = 0, round_ = 0;
     int own_tag_;
     bool in_iteration_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

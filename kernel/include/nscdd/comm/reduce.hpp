@@ -1,11 +1,13 @@
-// Sums and largest values over all ranks, by the names of a struct's members instead of places in a buffer.
-//
-//   struct Survey {
-//       double grains = 0, speed = 0;
-//       auto summed() { return std::tie(grains); }
-//       auto largest() { return std::tie(speed); }
-//   };
-//   const Survey all = nscdd::reduce<Survey>(comm, [&](std::size_t k) { return of_subdomain(k); });
+/// @file
+/// Sums and largest values over all ranks, by the names of a struct's members instead of places in a buffer.
+/// ```
+/// struct Survey {
+///     double grains = 0, speed = 0;
+///     auto summed() { return std::tie(grains); }
+///     auto largest() { return std::tie(speed); }
+/// };
+/// const Survey all = nscdd::reduce<Survey>(comm, [&](std::size_t k) { return of_subdomain(k); });
+/// ```
 #pragma once
 
 #include <concepts>
@@ -13,9 +15,9 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Members are doubles, or Eigen objects of fixed size.
+/// Members are doubles, or Eigen objects of fixed size.
 template <class T>
 concept Reducible = requires(T t) {
     std::tuple_size<decltype(t.summed())>::value;
@@ -32,12 +34,12 @@ std::span<double> numbers_of(Eigen::PlainObjectBase<Derived>& x) {
 
 }  // namespace detail
 
-// visit(numbers) for each member of a std::tie, as a span of doubles.
+/// visit(numbers) for each member of a std::tie, as a span of doubles.
 inline void each_member(auto&& members, auto&& visit) {
     std::apply([&](auto&... member) { (visit(detail::numbers_of(member)), ...); }, members);
 }
 
-// All numbers of a Reducible, those that are summed first.
+/// All numbers of a Reducible, those that are summed first.
 template <Reducible T>
 Buffer numbers(T value) {
     Buffer out;
@@ -49,7 +51,7 @@ Buffer numbers(T value) {
     return out;
 }
 
-// task(k) of each hosted rank, combined over all ranks: the same bits on each. Collective.
+/// task(k) of each hosted rank, combined over all ranks: the same bits on each. Collective.
 template <Reducible T>
 T reduce(Communicator& comm, auto&& task) {
     const Turn::Hold hold(comm.turn(), "reduce");  // until the sums are read
@@ -66,4 +68,4 @@ T reduce(Communicator& comm, auto&& task) {
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// Who sends its row to whom in a reduction, so that every rank gets the bits of combine_in_tree() in few rounds.
+/// @file
+/// Who sends its row to whom in a reduction, so that every rank gets the bits of combine_in_tree() in few rounds.
 #pragma once
 
 #include <algorithm>
@@ -10,41 +11,42 @@
 
 #include "nscdd/comm/hosted_ranks.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Two levels of the tree a round: four ranks tell each other their rows, and each combines all of them. A rank beyond
-// the tree, r >= p = tree_size(ranks), counts as r - p does: in the first round both send their rows, and from then on
-// r, its double, is sent what r - p is sent. 48 ranks: 3 rounds instead of the 7 of messages to one partner at a time.
+/// Two levels of the tree a round: four ranks tell each other their rows, and each combines all of them. A rank beyond
+/// the tree, r >= p = tree_size(ranks), counts as r - p does: in the first round both send their rows, and from then on
+/// r, its double, is sent what r - p is sent. 48 ranks: 3 rounds instead of the 7 of messages to one partner at a time.
 class ReductionRounds {
   public:
-    static constexpr int group = 4;  // ranks that tell each other their rows in one round
-    // Places for rows of a group: those of its members first, then those of their doubles.
+    static constexpr int group = 4;  ///< ranks that tell each other their rows in one round
+    /// Places for rows of a group: those of its members first, then those of their doubles.
     static constexpr std::size_t slots = 2 * group;
 
-    // For so many ranks, at least 1.
+    /// For so many ranks, at least 1.
     explicit ReductionRounds(int ranks) : ranks_(ranks), p_(tree_size(ranks)) {}
 
-    // The step of a round is the distance of the ranks in a group: 1, group, group^2 ... True if a round has this step.
+    /// The step of a round is the distance of the ranks in a group: 1, group, group^2 ... True if a round has this
+    /// step.
     bool has(int step) const { return step < p_; }
-    // visit(source, slot) for each rank that sends a row to this one in the round of this step, ascending, without
-    // itself; the row belongs in that slot.
+    /// visit(source, slot) for each rank that sends a row to this one in the round of this step, ascending, without
+    /// itself; the row belongs in that slot.
     void visit_sources(int step, int rank, auto&& visit) const {
         visit_group(step, rank, [&](int other, std::size_t slot) {
             if (other != rank && (step == 1 || (other < p_ && other != origin(rank)))) visit(other, slot);
         });
     }
-    // visit(target) for each rank that this one sends its row to, ascending, without itself.
+    /// visit(target) for each rank that this one sends its row to, ascending, without itself.
     void visit_targets(int step, int rank, auto&& visit) const {
         if (step > 1 && rank >= p_) return;
         visit_group(step, rank, [&](int other, std::size_t) {
             if (other != rank && (step == 1 || origin(other) != rank)) visit(other);
         });
     }
-    // The slot of the rank's own row.
+    /// The slot of the rank's own row.
     std::size_t slot(int step, int rank) const {
         return static_cast<std::size_t>(origin(rank) / step % group + (step == 1 && rank >= p_ ? group : 0));
     }
-    // The rows of a round, one in each slot that is used, become one, in the first slot; `added` as in reduce().
+    /// The rows of a round, one in each slot that is used, become one, in the first slot; `added` as in reduce().
     void combine(int step, int rank, std::span<Buffer> rows, std::size_t added) const {
         if (step == 1)
             visit_group(step, rank, [&](int other, std::size_t slot) {
@@ -58,7 +60,7 @@ class ReductionRounds {
   private:
     int origin(int rank) const { return rank < p_ ? rank : rank - p_; }
 
-    // visit(rank, slot) of the members, then of their doubles.
+    /// visit(rank, slot) of the members, then of their doubles.
     void visit_group(int step, int rank, auto&& visit) const {
         const int members = (std::min)(group, p_ / step), first = origin(rank) - origin(rank) / step % group * step;
         for (int s = 0; s < members; ++s) visit(first + s * step, static_cast<std::size_t>(s));
@@ -69,17 +71,17 @@ class ReductionRounds {
     int ranks_, p_;
 };
 
-// The rows of one process's ranks during the rounds. Behind each row is a stamp; the largest stamp of all ranks
-// arrives. The caller carries the messages: it receives and sends what trade() says, then calls finish_round().
+/// The rows of one process's ranks during the rounds. Behind each row is a stamp; the largest stamp of all ranks
+/// arrives. The caller carries the messages: it receives and sends what trade() says, then calls finish_round().
 class ReducedRows {
   public:
-    // `hosted` must live as long as this.
+    /// `hosted` must live as long as this.
     explicit ReducedRows(const HostedRanks& hosted)
         : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
 
-    // Begins with mine[k] of the k-th hosted rank, empty where reduce() allows it, and one stamp for all of them, such
-    // as a time [s]; `added` as in reduce(). Throws std::logic_error when the hosted ranks' rows are not of one length,
-    // or shorter than `added`, or others are under way.
+    /// Begins with mine[k] of the k-th hosted rank, empty where reduce() allows it, and one stamp for all of them, such
+    /// as a time [s]; `added` as in reduce(). Throws std::logic_error when the hosted ranks' rows are not of one
+    /// length, or shorter than `added`, or others are under way.
     void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
         if (under_way()) throw std::logic_error("reduce: another reduction is under way");
         const std::size_t n = mine[0].size();
@@ -96,11 +98,11 @@ class ReducedRows {
         added_ = added;
         step_ = 1;
     }
-    bool under_way() const { return rounds_.has(step_); }      // whether a round is still to be done
-    const ReductionRounds& rounds() const { return rounds_; }  // who sends to whom
+    bool under_way() const { return rounds_.has(step_); }      ///< whether a round is still to be done
+    const ReductionRounds& rounds() const { return rounds_; }  ///< who sends to whom
 
-    // receives(process, rows) and sends(process, rows) for each other process, ascending, that rows come from or go to
-    // in the round of this step: how many.
+    /// receives(process, rows) and sends(process, rows) for each other process, ascending, that rows come from or go to
+    /// in the round of this step: how many.
     void visit_partners(int step, auto&& receives, auto&& sends) const {
         std::map<int, std::size_t> from, to;
         for (const int rank : hosted_.ranks()) {
@@ -113,9 +115,9 @@ class ReducedRows {
             if (process != hosted_.process()) sends(process, rows);
     }
 
-    // receive(process, rows) and send(process, rows) of the round, by process, at most one of each for another one:
-    // what its ranks and those of this process send each other, by source, then target. sent(row) for each row that is
-    // sent, also within this process.
+    /// receive(process, rows) and send(process, rows) of the round, by process, at most one of each for another one:
+    /// what its ranks and those of this process send each other, by source, then target. sent(row) for each row that is
+    /// sent, also within this process.
     void trade(auto&& receive, auto&& send, auto&& sent) {
         awaited_.clear();
         for (auto* messages : {&incoming_, &outgoing_})
@@ -146,7 +148,7 @@ class ReducedRows {
         for (auto& [process, rows] : outgoing_)
             if (!rows.empty()) send(process, rows);
     }
-    // Combines what has come in this round, and goes on to the next one.
+    /// Combines what has come in this round, and goes on to the next one.
     void finish_round() {
         for (std::size_t a = 0; a < awaited_.size();) {
             const int process = hosted_.process_of(awaited_[a].source);
@@ -166,24 +168,25 @@ class ReducedRows {
         step_ *= ReductionRounds::group;
     }
 
-    // Of the k-th hosted rank, without its stamp: the result, when no round is under way.
+    /// Of the k-th hosted rank, without its stamp: the result, when no round is under way.
     std::span<const double> row(std::size_t k) const { return std::span(rows_[k]).first(rows_[k].size() - 1); }
-    double stamp() const { return rows_[0].back(); }  // the largest so far
+    double stamp() const { return rows_[0].back(); }  ///< the largest so far
 
   private:
     const HostedRanks& hosted_;
     ReductionRounds rounds_;
-    std::vector<Buffer> rows_;                                        // of the hosted ranks
-    std::vector<std::array<Buffer, ReductionRounds::slots>> groups_;  // rows of their groups
-    struct Awaited {                                                  // a row from another process
+    std::vector<Buffer> rows_;                                        ///< of the hosted ranks
+    std::vector<std::array<Buffer, ReductionRounds::slots>> groups_;  ///< rows of their groups
+    /// A row from another process.
+    struct Awaited {
         int source;
-        std::size_t k;  // of the hosted rank that it is for
+        std::size_t k;  ///< of the hosted rank that it is for
         Buffer* row;
     };
-    std::vector<Awaited> awaited_;               // by source, then k
-    std::map<int, Buffer> incoming_, outgoing_;  // of the round, by process; what is empty is not sent
+    std::vector<Awaited> awaited_;               ///< by source, then k
+    std::map<int, Buffer> incoming_, outgoing_;  ///< of the round, by process; what is empty is not sent
     std::size_t added_ = 0;
-    int step_ = 1 << 30;  // beyond the last round: none is under way
+    int step_ = 1 << 30;  ///< beyond the last round: none is under way
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// An error that one rank finds, thrown on all: a rank that throws alone would leave the others waiting.
+/// @file
+/// An error that one rank finds, thrown on all: a rank that throws alone would leave the others waiting.
 #pragma once
 
 #include <stdexcept>
@@ -7,10 +8,10 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
-// that has one, on every process.
+/// Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
+/// that has one, on every process.
 inline void refuse_together(Communicator& comm, const std::vector<std::string>& complaints) {
     const Turn::Hold hold(comm.turn(), "refuse_together");
     std::vector<Buffer> lengths;
@@ -29,7 +30,7 @@ inline void refuse_together(Communicator& comm, const std::vector<std::string>& 
     throw std::invalid_argument(text);
 }
 
-// refuse_together() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
+/// refuse_together() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
 void refuse_together(Communicator& comm, auto&& task)
     requires std::invocable<decltype(task), std::size_t>
 {
@@ -42,4 +43,4 @@ void refuse_together(Communicator& comm, auto&& task)
     refuse_together(comm, complaints);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// Messages of many ranks to many others, in two hops.
+/// @file
+/// Messages of many ranks to many others, in two hops.
 #pragma once
 
 #include <cmath>
@@ -7,12 +8,12 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Returns what comm.route(out) does; for ranks that have something for most others. Collective. The ranks form a
-// square, row by row: a message goes along the row of its source to the column of its target, and down that column. A
-// rank sends about 2 sqrt(size) messages instead of size. The last row may be short: columns that it lacks are met one
-// row above, so that messages still arrive by source rank.
+/// Returns what comm.route(out) does; for ranks that have something for most others. Collective. The ranks form a
+/// square, row by row: a message goes along the row of its source to the column of its target, and down that column. A
+/// rank sends about 2 sqrt(size) messages instead of size. The last row may be short: columns that it lacks are met one
+/// row above, so that messages still arrive by source rank.
 inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector<Outbox>& out) {
     const int size = comm.size(), width = static_cast<int>(std::ceil(std::sqrt(size)));
     std::vector<Outbox> along(out.size()), down(out.size());
@@ -35,4 +36,4 @@ inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector
     return comm.route(down);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

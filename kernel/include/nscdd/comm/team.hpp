@@ -1,4 +1,5 @@
-// Threads that share loops: what InProcess deals its ranks to.
+/// @file
+/// Threads that share loops: what InProcess deals its ranks to.
 #pragma once
 
 #include <atomic>
@@ -10,12 +11,12 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The threads live as long as the team and wait between loops. The caller is one of them.
+/// The threads live as long as the team and wait between loops. The caller is one of them.
 class Team {
   public:
-    // Starts threads - 1 others; `threads`: at least 1.
+    /// Starts threads - 1 others; `threads`: at least 1.
     explicit Team(int threads)
         : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
           thrown_(static_cast<std::size_t>(threads)) {
@@ -26,13 +27,13 @@ class Team {
             throw;
         }
     }
-    // Ends the threads and waits for them.
+    /// Ends the threads and waits for them.
     ~Team() { end(); }
     Team(const Team&) = delete;
     Team& operator=(const Team&) = delete;
 
-    // task(k) once for k = 0 to count-1: each thread takes a fixed share of them, one after the other, so that
-    // their data stay in its cache. If tasks throw, throws what the first of them, by k, has thrown.
+    /// task(k) once for k = 0 to count-1: each thread takes a fixed share of them, one after the other, so that
+    /// their data stay in its cache. If tasks throw, throws what the first of them, by k, has thrown.
     void each(std::size_t count, const std::function<void(std::size_t)>& task) {
         count_ = count;
         task_ = &task;
@@ -54,9 +55,9 @@ class Team {
         begin();
         for (std::thread& other : others_) other.join();
     }
-    // Waits for another value: first by polling, since a loop follows the last one within microseconds and waking a
-    // thread takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
-    // Asleep at once where there are more threads than cores: the thread waited for may need this one's core.
+    /// Waits for another value: first by polling, since a loop follows the last one within microseconds and waking a
+    /// thread takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
+    /// Asleep at once where there are more threads than cores: the thread waited for may need this one's core.
     void await(const std::atomic<unsigned>& value, unsigned old) const {
         for (int look = 0; look < looks_; ++look)
             if (value.load(std::memory_order_acquire) != old) return;
@@ -84,11 +85,11 @@ class Team {
     }
 
     const int looks_;
-    std::atomic<unsigned> loop_{0}, busy_{0};  // loops begun; threads that have not ended the current one
+    std::atomic<unsigned> loop_{0}, busy_{0};  ///< loops begun; threads that have not ended the current one
     std::size_t count_ = 0;
     const std::function<void(std::size_t)>* task_ = nullptr;
     std::vector<std::exception_ptr> thrown_;
     std::vector<std::thread> others_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

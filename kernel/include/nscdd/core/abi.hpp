@@ -1,10 +1,11 @@
-// A namespace per instruction set, C++20, and no -ffast-math: what every header of the kernel begins with.
-//
-//   namespace nscdd::inline NSCDD_ABI {        // users write nscdd:: and see nothing of it
-//
-// The linker keeps one copy of each inline function and template. Were two units of a program, compiled with different
-// -march, to share that copy, then the one for the lesser processor would run instructions that it lacks, or read
-// batches of another width. So the name of the namespace says what the unit is compiled for.
+/// @file
+/// A namespace per instruction set, C++20, and no -ffast-math: what every header of the kernel begins with.
+/// ```
+/// namespace nscdd { inline namespace NSCDD_ABI {   // users write nscdd:: and see nothing of it
+/// ```
+/// The linker keeps one copy of each inline function and template. Were two units of a program, compiled with different
+/// -march, to share that copy, then the one for the lesser processor would run instructions that it lacks, or read
+/// batches of another width. So the name of the namespace says what the unit is compiled for.
 #pragma once
 
 #if __cplusplus < 202002L

@@ -1,10 +1,11 @@
-// What a contact law is, and the two that are shipped.
-//
-//   using Model = nscdd::Model<3, nscdd::Coulomb>;
-//
-// A law of your own is one class, see kernel/examples/cohesive_law.cpp. All solvers of scenes use it as they use
-// Coulomb's: NLGS, NSCDD, acceleration, the fast sweep. Newton's and gradient methods and problems in local form are
-// for the shipped laws alone (SolvedOnCone).
+/// @file
+/// What a contact law is, and the two that are shipped.
+/// ```
+/// using Model = nscdd::Model<3, nscdd::Coulomb>;
+/// ```
+/// A law of your own is one class, see kernel/examples/cohesive_law.cpp. All solvers of scenes use it as they use
+/// Coulomb's: NLGS, NSCDD, acceleration, the fast sweep. Newton's and gradient methods and problems in local form are
+/// for the shipped laws alone (SolvedOnCone).
 #pragma once
 
 #include <concepts>
@@ -13,74 +14,76 @@
 
 #include "nscdd/core/packet.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Coefficients of two materials, for the shipped laws.
+/// Coefficients of two materials, for the shipped laws.
 struct Pairing {
-    double friction = 0;     // Coulomb's mu, >= 0
-    double restitution = 0;  // Newton's e, 0 to 1
+    double friction = 0;     ///< Coulomb's mu, >= 0
+    double restitution = 0;  ///< Newton's e, 0 to 1
 
-    // Null, or what is wrong with mu; MaterialTable::set() checks e.
+    /// Null, or what is wrong with mu; MaterialTable::set() checks e.
     const char* fault() const {
         return friction >= 0 && friction <= (std::numeric_limits<double>::max)() ? nullptr
                                                                                  : "friction must be >= 0 and finite";
     }
 };
 
-// No tangential impulse, hence no rotation: 0 <= v_n + bias perp r_n >= 0.
+/// No tangential impulse, hence no rotation: 0 <= v_n + bias perp r_n >= 0.
 struct Frictionless {
-    static constexpr const char* name = "frictionless";        // in messages
-    static constexpr bool friction = false;                    // an impulse has one component, grains have no spin
-    struct Coefficients {                                      // none: a contact stores nothing for the law
-        bool operator==(const Coefficients&) const = default;  // always true
+    static constexpr const char* name = "frictionless";  ///< in messages
+    static constexpr bool friction = false;              ///< an impulse has one component, grains have no spin
+    /// None: a contact stores nothing for the law.
+    struct Coefficients {
+        bool operator==(const Coefficients&) const = default;  ///< always true
     };
-    using Pairing = nscdd::Pairing;  // only the restitution counts
+    using Pairing = nscdd::Pairing;  ///< only the restitution counts
 
-    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  // none
-    static const char* fault(const Coefficients&) { return nullptr; }                              // always null
-    // r_n = max(0, trial) [N s].
+    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  ///< none
+    static const char* fault(const Coefficients&) { return nullptr; }                              ///< always null
+    /// r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
-    // r_n itself [N s]: the least that a contact can have is 0.
+    /// r_n itself [N s]: the least that a contact can have is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
     }
 };
 
-// |r_t| <= mu r_n, and r_t opposed to the slip velocity where it slides.
+/// |r_t| <= mu r_n, and r_t opposed to the slip velocity where it slides.
 struct Coulomb {
-    static constexpr const char* name = "Coulomb";             // in messages
-    static constexpr bool friction = true;                     // an impulse has `dim` components, grains have spins
-    struct Coefficients {                                      // of one contact
-        double friction_coefficient = 0;                       // mu
-        bool operator==(const Coefficients&) const = default;  // whether mu is the same
+    static constexpr const char* name = "Coulomb";  ///< in messages
+    static constexpr bool friction = true;          ///< an impulse has `dim` components, grains have spins
+    /// Of one contact.
+    struct Coefficients {
+        double friction_coefficient = 0;                       ///< mu
+        bool operator==(const Coefficients&) const = default;  ///< whether mu is the same
     };
-    using Pairing = nscdd::Pairing;  // mu and restitution
+    using Pairing = nscdd::Pairing;  ///< mu and restitution
 
-    // mu of the pair of materials, whatever the gap [m] and the step h [s].
+    /// mu of the pair of materials, whatever the gap [m] and the step h [s].
     static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
         return {pairing.friction};
     }
-    // Null, or a text that says that mu is negative or not finite.
+    /// Null, or a text that says that mu is negative or not finite.
     static const char* fault(const Coefficients& k) {
         return k.friction_coefficient >= 0 && k.friction_coefficient <= (std::numeric_limits<double>::max)()
                    ? nullptr
                    : "the coefficient of friction is negative or not finite";
     }
-    // r_n = max(0, trial) [N s].
+    /// r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
-    // mu r_n [N s], the largest |r_t|.
+    /// mu r_n [N s], the largest |r_t|.
     template <class Real>
     static Real limit(Real normal, const Coefficients& k) {
         return Real(k.friction_coefficient) * normal;
     }
-    // r_n itself [N s]: the least that a contact can have is 0.
+    /// r_n itself [N s]: the least that a contact can have is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
@@ -120,39 +123,39 @@ concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real
 
 }  // namespace detail
 
-// A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3): the normal impulse first, then
-// the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double and
-// Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s. Both have Real(double), the
-// operators + - * / between two of them, larger(a, b) and smaller(a, b), lane by lane; no comparison, hence no branch,
-// and no unary minus.
-//
-//   bool friction       constexpr: contacts have a tangential impulse, and grains a spin
-//   Coefficients        of one contact, stored with it; equality tells which contacts may share a batch
-//   Pairing             of two materials: `restitution`, and fault(), null or what no pair can have
-//   coefficients(pairing, gap, h)
-//                       of a contact with this gap [m] in a step h [s]; gap <= 0: they touch
-//   fault(k)            null, or what is wrong with coefficients that a foreign code has filled in
-//   normal(trial, k)    r_n, for the impulse r_n - (v_n + bias)/W_n that would stop the approach: not decreasing,
-//                       changes by no more than the trial does, normal(0) = 0
-//   limit(normal, k)    the largest |r_t|, >= 0; only with friction
-//   excess(normal, k)   by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
-//                       the contact must not open, (v_n + bias) excess = 0 at an answer
-//
-// The kernel makes of them the scalar and the packet's solve, eta, velocity error and energies (law/residual.hpp), and
-// the warm start (last step's impulse, made admissible again: its own normal() and limit()).
+/// A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3): the normal impulse first,
+/// then the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double
+/// and Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s. Both have Real(double), the
+/// operators + - * / between two of them, larger(a, b) and smaller(a, b), lane by lane; no comparison, hence no branch,
+/// and no unary minus.
+/// ```
+/// bool friction       constexpr: contacts have a tangential impulse, and grains a spin
+/// Coefficients        of one contact, stored with it; equality tells which contacts may share a batch
+/// Pairing             of two materials: `restitution`, and fault(), null or what no pair can have
+/// coefficients(pairing, gap, h)
+///                     of a contact with this gap [m] in a step h [s]; gap <= 0: they touch
+/// fault(k)            null, or what is wrong with coefficients that a foreign code has filled in
+/// normal(trial, k)    r_n, for the impulse r_n - (v_n + bias)/W_n that would stop the approach: not decreasing,
+///                     changes by no more than the trial does, normal(0) = 0
+/// limit(normal, k)    the largest |r_t|, >= 0; only with friction
+/// excess(normal, k)   by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
+///                     the contact must not open, (v_n + bias) excess = 0 at an answer
+/// ```
+/// The kernel makes of them the scalar and the packet's solve, eta, velocity error and energies (law/residual.hpp), and
+/// the warm start (last step's impulse, made admissible again: its own normal() and limit()).
 template <class L>
 concept ContactLaw =
     detail::LawSaysFriction<L> && detail::LawHasCoefficients<L> && detail::LawHasPairing<L> &&
     detail::LawNamesFaults<L> && detail::LawSolvesNormal<L, double> && detail::LawSolvesNormal<L, Packet> &&
     detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet>;
 
-// A law whose impulses lie in Coulomb's cone about the normal.
+/// A law whose impulses lie in Coulomb's cone about the normal.
 template <class L>
 concept SolvedOnCone = std::same_as<L, Frictionless> || std::same_as<L, Coulomb>;
 
 namespace detail {
 
-// Number of the first thing that a law lacks, 0 for none: what follows is made of it, and would be missed in vain.
+/// Number of the first thing that a law lacks, 0 for none: what follows is made of it, and would be missed in vain.
 template <class L>
 consteval int first_lack() {
     return !LawSaysFriction<L>                                              ? 1
@@ -165,7 +168,7 @@ consteval int first_lack() {
                                                                             : 0;
 }
 
-// Stops the compiler with a line for the first thing that a law lacks.
+/// Stops the compiler with a line for the first thing that a law lacks.
 template <class L>
 consteval bool complete_law() {
     constexpr int lack = first_lack<L>();
@@ -186,4 +189,4 @@ consteval bool complete_law() {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

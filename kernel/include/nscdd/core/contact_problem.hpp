@@ -1,8 +1,3 @@
-// The contact problem (4) of one step on one subdomain, matrix-free: body velocities, contacts, impulses.
-//
-// Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
-// the velocities and impulses back; bodies, walls, contacts and the step are all that it must fill (validate.hpp).
-// Sizes: 64 bytes a body and 104 a contact in 3D with friction.
 #pragma once
 
 #include <algorithm>
@@ -10,93 +5,99 @@
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// What a body has only with friction.
+/// What a body has only with friction.
 template <bool friction>
 struct BodySpin {
-    double inv_inertia = 0;  // 1/inertia [1/(kg m^2)], split as inv_mass
+    double inv_inertia = 0;  ///< 1/inertia [1/(kg m^2)], split as inv_mass
 };
-// Without friction a body has no spin.
+/// Without friction a body has no spin.
 template <>
 struct BodySpin<false> {};
 
-// A grain as the sweep sees it: V and the split M^-1 of this copy (multiplicity / whole mass).
+/// A grain as the sweep sees it: V and the split M^-1 of this copy (multiplicity / whole mass).
 template <class M>
 struct Body : BodySpin<M::friction> {
-    typename M::Velocity v = M::Velocity::Zero();  // translations [m/s], then spins [rad/s]
-    double inv_mass = 0;                           // 1/mass [1/kg], split: multiplicity over the whole mass
+    typename M::Velocity v = M::Velocity::Zero();  ///< translations [m/s], then spins [rad/s]
+    double inv_mass = 0;                           ///< 1/mass [1/kg], split: multiplicity over the whole mass
 
-    auto linear() { return v.template head<M::dim>(); }        // translations, `dim` numbers [m/s]
-    auto linear() const { return v.template head<M::dim>(); }  // translations, `dim` numbers [m/s]
-    auto spin() { return v.template tail<M::spins>(); }        // spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
-    auto spin() const { return v.template tail<M::spins>(); }  // spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
+    auto linear() { return v.template head<M::dim>(); }        ///< translations, `dim` numbers [m/s]
+    auto linear() const { return v.template head<M::dim>(); }  ///< translations, `dim` numbers [m/s]
+    auto spin() { return v.template tail<M::spins>(); }        ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
+    auto spin() const { return v.template tail<M::spins>(); }  ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
 };
 
-// A wall as the sweep sees it. Its velocity is prescribed + speed * normal.
+/// A wall as the sweep sees it. Its velocity is prescribed + speed * normal.
 template <class M>
 struct WallBody {
-    typename M::Vec prescribed = M::Vec::Zero();  // velocity that is given, not solved for [m/s]
-    double speed = 0;     // along the wall's normal, on top of the prescribed velocity; 0 unless driven [m/s]
-    double inv_mass = 0;  // 1/mass [1/kg], split; 0 for a wall that is not driven
+    typename M::Vec prescribed = M::Vec::Zero();  ///< velocity that is given, not solved for [m/s]
+    double speed = 0;     ///< along the wall's normal, on top of the prescribed velocity; 0 unless driven [m/s]
+    double inv_mass = 0;  ///< 1/mass [1/kg], split; 0 for a wall that is not driven
 };
 
-// What a contact has only with friction.
+/// What a contact has only with friction.
 template <bool friction>
 struct ContactFriction {
-    double inv_wt = 0;   // omega/W_t of the split masses [kg], set by prepare_contacts() for the scalar sweep
-    double lever_i = 0;  // R_i + g/2 [m]: the middle of the gap, so that pairs make no angular momentum; at a wall R_i
-    double lever_j = 0;  // R_j + g/2 [m]; of a wall 0
+    double inv_wt = 0;  ///< omega/W_t of the split masses [kg], set by prepare_contacts() for the scalar sweep
+    /// R_i + g/2 [m]: the middle of the gap, so that pairs make no angular momentum; at a wall R_i.
+    double lever_i = 0;
+    double lever_j = 0;  ///< R_j + g/2 [m]; of a wall 0
 };
-// Without friction levers do not count, and W_t is not needed.
+/// Without friction levers do not count, and W_t is not needed.
 template <>
 struct ContactFriction<false> {};
 
-// One contact; the law's coefficients are a base, so that a law without any takes no memory.
+/// One contact; the law's coefficients are a base, so that a law without any takes no memory.
 template <class M>
 struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
-    int i = 0;               // number of the grain in ContactProblem::bodies
-    int j = 0;               // number of the other grain in bodies, or of the wall in walls
-    typename M::Vec normal;  // unit, from j to i
-    double bias = 0;         // v_n >= -bias: g+/h, or e v_n- under Newton's law of restitution [m/s]
-    double inv_wn = 0;       // omega/W_n of the split masses [kg], as inv_wt
-    typename M::Impulse r = M::Impulse::Zero();  // impulse on i [N s]; in: where a solver starts
+    int i = 0;               ///< number of the grain in ContactProblem::bodies
+    int j = 0;               ///< number of the other grain in bodies, or of the wall in walls
+    typename M::Vec normal;  ///< unit, from j to i
+    double bias = 0;         ///< v_n >= -bias: g+/h, or e v_n- under Newton's law of restitution [m/s]
+    double inv_wn = 0;       ///< omega/W_n of the split masses [kg], as inv_wt
+    typename M::Impulse r = M::Impulse::Zero();  ///< impulse on i [N s]; in: where a solver starts
 
-    const typename M::Law::Coefficients& coefficients() const { return *this; }  // for the law's functions
-    typename M::Law::Coefficients& coefficients() { return *this; }              // to be set
+    const typename M::Law::Coefficients& coefficients() const { return *this; }  ///< for the law's functions
+    typename M::Law::Coefficients& coefficients() { return *this; }              ///< to be set
 };
 
+/// The contact problem (4) of one step on one subdomain, matrix-free: body velocities, contacts, impulses.
+///
+/// Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
+/// the velocities and impulses back; bodies, walls, contacts and the step are all that it must fill (validate.hpp).
+/// Sizes: 64 bytes a body and 104 a contact in 3D with friction.
 template <class M>
 struct ContactProblem {
-    std::vector<Body<M>> bodies;            // in: V_free + M^-1 H r; out: the same with the new r
-    std::vector<WallBody<M>> walls;         // all walls of the scene
-    std::vector<Contact<M>> contacts;       // between grains, in spatial order
-    std::vector<Contact<M>> wall_contacts;  // j is a wall
-    std::vector<int> multiplicity;          // of each body; W of the residual takes whole masses
-    std::vector<int> wall_multiplicity;     // of each wall; an empty list of multiplicities stands for 1 everywhere
-    double h = 0;                           // step [s]
-    // Of the bodies, for the tests of a solved step (METHOD.md, section 5); empty where they are not known.
-    std::vector<typename M::Vec> centres;  // [m], how far a component of the scene reaches
-    std::vector<double> radii;             // [m], scale of the gap error of a contact
-    double least_radius = 0;  // of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
+    std::vector<Body<M>> bodies;            ///< in: V_free + M^-1 H r; out: the same with the new r
+    std::vector<WallBody<M>> walls;         ///< all walls of the scene
+    std::vector<Contact<M>> contacts;       ///< between grains, in spatial order
+    std::vector<Contact<M>> wall_contacts;  ///< j is a wall
+    std::vector<int> multiplicity;          ///< of each body; W of the residual takes whole masses
+    std::vector<int> wall_multiplicity;     ///< of each wall; an empty list of multiplicities stands for 1 everywhere
+    double h = 0;                           ///< step [s]
+    /// Of the bodies, for the tests of a solved step (METHOD.md, section 5); empty where they are not known.
+    std::vector<typename M::Vec> centres;  ///< [m], how far a component of the scene reaches
+    std::vector<double> radii;             ///< [m], scale of the gap error of a contact
+    double least_radius = 0;  ///< of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
 
-    // Whether any wall is driven, that is, pushed by a force. The same on every rank.
+    /// Whether any wall is driven, that is, pushed by a force. The same on every rank.
     bool driven_walls() const {
         return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
     }
 
-    // Contacts between grains and with walls.
+    /// Contacts between grains and with walls.
     std::size_t contact_count() const { return contacts.size() + wall_contacts.size(); }
-    // Multiplicity of a body, 1 where nothing is split.
+    /// Multiplicity of a body, 1 where nothing is split.
     int copies(std::size_t body) const { return multiplicity.empty() ? 1 : multiplicity[body]; }
-    // Multiplicity of a wall, 1 where nothing is split.
+    /// Multiplicity of a wall, 1 where nothing is split.
     int wall_copies(std::size_t wall) const { return wall_multiplicity.empty() ? 1 : wall_multiplicity[wall]; }
 
-    // Memory that a sweep reads and writes [bytes].
+    /// Memory that a sweep reads and writes [bytes].
     std::size_t bytes() const {
         return bodies.size() * sizeof(Body<M>) + walls.size() * sizeof(WallBody<M>) +
                contact_count() * sizeof(Contact<M>);
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,31 +1,31 @@
-// One disk or sphere: what is known of it between two steps.
 #pragma once
 
 #include <numbers>
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// One disk or sphere: what is known of it between two steps.
 template <class M>
 struct Grain {
-    int id = 0;                                           // the same in every copy, unique in the scene
-    int material = 0;                                     // row of Materials
-    double radius = 0;                                    // [m]
-    double mass = 0;                                      // of the whole grain, never split here [kg]
-    double inertia = 0;                                   // about the centre, never split here [kg m^2]
-    typename M::Vec position = M::Vec::Zero();            // of the centre [m]
-    typename M::Velocity velocity = M::Velocity::Zero();  // translations [m/s], then spins [rad/s]
-    typename M::Velocity load = M::Velocity::Zero();      // constant external force and torque [N, N m]
+    int id = 0;                                           ///< the same in every copy, unique in the scene
+    int material = 0;                                     ///< row of Materials
+    double radius = 0;                                    ///< [m]
+    double mass = 0;                                      ///< of the whole grain, never split here [kg]
+    double inertia = 0;                                   ///< about the centre, never split here [kg m^2]
+    typename M::Vec position = M::Vec::Zero();            ///< of the centre [m]
+    typename M::Velocity velocity = M::Velocity::Zero();  ///< translations [m/s], then spins [rad/s]
+    typename M::Velocity load = M::Velocity::Zero();      ///< constant external force and torque [N, N m]
 
-    // Energy of translation and spin [J].
+    /// Energy of translation and spin [J].
     double kinetic_energy() const {
         const double linear = mass * velocity.template head<M::dim>().squaredNorm();
         return 0.5 * (linear + inertia * velocity.template tail<M::spins>().squaredNorm());
     }
 };
 
-// A solid disk (density [kg/m^2]) or sphere (density [kg/m^3]) at rest; radius and position of the centre [m].
+/// A solid disk (density [kg/m^2]) or sphere (density [kg/m^3]) at rest; radius and position of the centre [m].
 template <class M>
 Grain<M> make_grain(int id, double radius, double density, const typename M::Vec& position, int material = 0) {
     Grain<M> grain;
@@ -39,4 +39,4 @@ Grain<M> make_grain(int id, double radius, double density, const typename M::Vec
     return grain;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// Coefficients per pair of materials, such as friction and restitution.
+/// @file
+/// Coefficients per pair of materials, such as friction and restitution.
 #pragma once
 
 #include <stdexcept>
@@ -7,23 +8,23 @@
 
 #include "nscdd/core/contact_law.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// A symmetric table with one P for each pair of materials; P is the law's Pairing (ContactLaw).
+/// A symmetric table with one P for each pair of materials; P is the law's Pairing (ContactLaw).
 template <class P>
 class MaterialTable {
   public:
-    static constexpr int most = 4096;  // materials that a table may have: then it takes 256 MB
+    static constexpr int most = 4096;  ///< materials that a table may have: then it takes 256 MB
 
-    // Of `count` materials, each pair with P's defaults. Throws std::invalid_argument unless 1 <= count <= most.
+    /// Of `count` materials, each pair with P's defaults. Throws std::invalid_argument unless 1 <= count <= most.
     explicit MaterialTable(int count = 1) : count_(count) {
         if (count < 1 || count > most)
             throw std::invalid_argument(std::to_string(count) + " materials: needs 1 to " + std::to_string(most));
         table_.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(count));
     }
 
-    // Sets what materials a and b have, in both orders. Throws std::invalid_argument for materials that there are not,
-    // and for what no pair can have.
+    /// Sets what materials a and b have, in both orders. Throws std::invalid_argument for materials that there are not,
+    /// and for what no pair can have.
     void set(int a, int b, P pairing) {
         for (const int material : {a, b})
             if (material < 0 || material >= count_)
@@ -34,8 +35,8 @@ class MaterialTable {
             throw std::invalid_argument("restitution must be within [0, 1]");
         table_[index(a, b)] = table_[index(b, a)] = pairing;
     }
-    const P& operator()(int a, int b) const { return table_[index(a, b)]; }  // of materials 0 to count()-1, unchecked
-    int count() const { return count_; }                                     // number of materials
+    const P& operator()(int a, int b) const { return table_[index(a, b)]; }  ///< of materials 0 to count()-1, unchecked
+    int count() const { return count_; }                                     ///< number of materials
 
   private:
     std::size_t index(int a, int b) const {
@@ -46,9 +47,9 @@ class MaterialTable {
     std::vector<P> table_;
 };
 
-using Materials = MaterialTable<Pairing>;  // of the shipped laws
-// The table that scenes of model M have.
+using Materials = MaterialTable<Pairing>;  ///< of the shipped laws
+/// The table that scenes of model M have.
 template <class M>
 using MaterialsOf = MaterialTable<typename M::Law::Pairing>;
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,34 +1,34 @@
-// What a scene has, decided at compile time: dimension and contact law (contact_law.hpp).
-//
-//   using Model = nscdd::Model<3, nscdd::Coulomb>;
-//   Model::Velocity v;                 // 3 translations, 3 spins
-//
-// Nothing that a model lacks is stored or computed: a frictionless grain has no spin, a frictionless contact
-// one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 #pragma once
 
 #include "nscdd/core/contact_law.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// What a scene has, decided at compile time: dimension and contact law (contact_law.hpp).
+/// ```
+/// using Model = nscdd::Model<3, nscdd::Coulomb>;
+/// Model::Velocity v;                 // 3 translations, 3 spins
+/// ```
+/// Nothing that a model lacks is stored or computed: a frictionless grain has no spin, a frictionless contact
+/// one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
 template <int Dimension, class ContactLaw>
 struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
     static_assert(detail::complete_law<ContactLaw>());
 
-    using Law = ContactLaw;                                          // contact law of all contacts
-    static constexpr int dim = Dimension;                            // 2: disks, 3: spheres
-    static constexpr bool friction = Law::friction;                  // whether impulses have a tangential part
-    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  // of one grain
-    static constexpr int dof = dim + spins;                          // degrees of freedom of one grain
+    using Law = ContactLaw;                                          ///< contact law of all contacts
+    static constexpr int dim = Dimension;                            ///< 2: disks, 3: spheres
+    static constexpr bool friction = Law::friction;                  ///< whether impulses have a tangential part
+    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  ///< of one grain
+    static constexpr int dof = dim + spins;                          ///< degrees of freedom of one grain
 
-    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;       // a place, a direction, a translation
-    using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;    // [rad/s]; of size 0 without friction
-    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;  // translations, then spins
-    using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  // world axes, or along n alone
+    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;       ///< a place, a direction, a translation
+    using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;    ///< [rad/s]; of size 0 without friction
+    using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;  ///< translations, then spins
+    using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  ///< world axes, or along n alone
 };
 
-// spin x arm, the velocity of a point at `arm` from the centre [m/s].
+/// spin x arm, the velocity of a point at `arm` from the centre [m/s].
 template <class M>
 typename M::Vec spin_cross(const auto& spin, const typename M::Vec& arm) {
     if constexpr (M::dim == 3)
@@ -38,7 +38,7 @@ typename M::Vec spin_cross(const auto& spin, const typename M::Vec& arm) {
         return {-spin[0] * arm[1], spin[0] * arm[0]};
 }
 
-// arm x impulse, the angular impulse about the centre [N m s]; one component in 2D.
+/// arm x impulse, the angular impulse about the centre [N m s]; one component in 2D.
 template <class M>
 typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& impulse) {
     if constexpr (M::dim == 3)
@@ -48,4 +48,4 @@ typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& im
         return typename M::Spin{arm[0] * impulse[1] - arm[1] * impulse[0]};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,8 +1,9 @@
-// What the fast sweep asks of the machine: packets of doubles, and rows of bodies loaded component by component.
-//
-// The bits are the same on every processor with fused products (IEEE 754), whatever the width of its vectors:
-// operations go lane by lane, each rounded once; sums over lanes have a fixed order; no instruction that two processors
-// round differently is used. GCC's vectors (Clang has them, too) are behind it.
+/// @file
+/// What the fast sweep asks of the machine: packets of doubles, and rows of bodies loaded component by component.
+///
+/// The bits are the same on every processor with fused products (IEEE 754), whatever the width of its vectors:
+/// operations go lane by lane, each rounded once; sums over lanes have a fixed order; no instruction that two
+/// processors round differently is used. GCC's vectors (Clang has them, too) are behind it.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
@@ -31,11 +32,11 @@
 #define NSCDD_MM(op) _mm_##op##_pd
 #endif
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-// `count` doubles or words of 64 bits in one register, or in several where the machine has none of this size.
+/// `count` doubles or words of 64 bits in one register, or in several where the machine has none of this size.
 template <class T, int count>
 struct Vector {
     typedef T type __attribute__((vector_size(count * sizeof(T))));
@@ -44,36 +45,38 @@ struct Vector {
 
 }  // namespace detail
 
-// Doubles that the machine computes with at once, one in each lane (abi.hpp). All operations go lane by lane.
+/// Doubles that the machine computes with at once, one in each lane (abi.hpp). All operations go lane by lane.
 struct Packet {
-    static constexpr int width = NSCDD_LANES;                 // lanes, doubles in a packet
-    using Native = detail::Vector<double, width>::type;       // the compiler's vector of `width` doubles
-    using Bits = detail::Vector<std::uint64_t, width>::type;  // and of as many words of 64 bits
+    static constexpr int width = NSCDD_LANES;                 ///< lanes, doubles in a packet
+    using Native = detail::Vector<double, width>::type;       ///< the compiler's vector of `width` doubles
+    using Bits = detail::Vector<std::uint64_t, width>::type;  ///< and of as many words of 64 bits
 
-    Native lanes;  // `width` doubles
+    Native lanes;  ///< `width` doubles
 
     Packet() = default;
-    explicit Packet(double x) : lanes(x - Native{}) {}  // in every lane
-    // A packet of these lanes.
+    explicit Packet(double x) : lanes(x - Native{}) {}  ///< in every lane
+    /// A packet of these lanes.
     static Packet of(Native lanes) {
         Packet packet;
         packet.lanes = lanes;
         return packet;
     }
 
-    // `width` doubles, from or to memory aligned to sizeof(Packet); the first is that of lane 0.
+    /// `width` doubles, from or to memory aligned to sizeof(Packet); the first is that of lane 0.
     static Packet load(const double* from) {
         return of(*reinterpret_cast<const detail::Vector<double, width>::in_memory*>(from));
     }
-    // See load().
+    /// See load().
     void store(double* to) const { *reinterpret_cast<detail::Vector<double, width>::in_memory*>(to) = lanes; }
 
-    // The operation in every lane.
+    ///@{
+    /// The operation in every lane.
     friend Packet operator+(Packet a, Packet b) { return of(a.lanes + b.lanes); }
     friend Packet operator-(Packet a, Packet b) { return of(a.lanes - b.lanes); }
     friend Packet operator*(Packet a, Packet b) { return of(a.lanes * b.lanes); }
     friend Packet operator/(Packet a, Packet b) { return of(a.lanes / b.lanes); }
-    // a b + c, rounded once where the machine can (fuses).
+    ///@}
+    /// a b + c, rounded once where the machine can (fuses).
     friend Packet madd(Packet a, Packet b, Packet c) {
 #if defined(NSCDD_MM) && defined(__FMA__)
         return of(NSCDD_MM(fmadd)(a.lanes, b.lanes, c.lanes));
@@ -89,15 +92,16 @@ struct Packet {
 #if defined(__FP_FAST_FMA) || defined(__FMA__)
     static constexpr bool fuses = true;
 #else
-    static constexpr bool fuses = false;  // counts of iterations and last digits are not those of other machines
+    static constexpr bool fuses = false;  ///< counts of iterations and last digits are not those of other machines
 #endif
-    // |a|
+    /// |a|
     friend Packet magnitude(Packet a) {
         return of(reinterpret_cast<Native>(reinterpret_cast<Bits>(a.lanes) & ~std::uint64_t{0} >> 1));
     }
 };
 
-// The larger of two, in every lane, and of two doubles: so a contact law has one formula for both.
+///@{
+/// The larger of two, in every lane, and of two doubles: so a contact law has one formula for both.
 inline double larger(double a, double b) { return a < b ? b : a; }
 inline Packet larger(Packet a, Packet b) {
 #if defined(NSCDD_MM)
@@ -106,7 +110,9 @@ inline Packet larger(Packet a, Packet b) {
     return Packet::of(a.lanes < b.lanes ? b.lanes : a.lanes);
 #endif
 }
-// The smaller of two, in every lane, and of two doubles.
+///@}
+///@{
+/// The smaller of two, in every lane, and of two doubles.
 inline double smaller(double a, double b) { return b < a ? b : a; }
 inline Packet smaller(Packet a, Packet b) {
 #if defined(NSCDD_MM)
@@ -115,10 +121,11 @@ inline Packet smaller(Packet a, Packet b) {
     return Packet::of(b.lanes < a.lanes ? b.lanes : a.lanes);
 #endif
 }
+///@}
 
-// a^-1/2 to the last bit or two, 1e-300 <= a <= 1e300. Not by the processor's estimate, which differs between makers:
-// half the exponent by a shift, with |h| < 0.07 in a y^2 = 1 - h; then (1 - h)^-1/2 by a quadratic that is off by 3e-5
-// at most over these h, and by its series to the third order.
+/// a^-1/2 to the last bit or two, 1e-300 <= a <= 1e300. Not by the processor's estimate, which differs between makers:
+/// half the exponent by a shift, with |h| < 0.07 in a y^2 = 1 - h; then (1 - h)^-1/2 by a quadratic that is off by 3e-5
+/// at most over these h, and by its series to the third order.
 inline Packet inverse_root(Packet a) {
     const auto miss = [a](Packet y) { return madd(Packet::of(-(a * y).lanes), y, Packet(1)); };
     Packet y = Packet::of(
@@ -132,8 +139,8 @@ inline Packet inverse_root(Packet a) {
 
 namespace detail {
 
-// Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one of
-// them would free what a unit for another has allocated in another way.
+/// Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one
+/// of them would free what a unit for another has allocated in another way.
 template <class T>
 struct PacketAllocator {
     using value_type = T;
@@ -153,8 +160,8 @@ struct PacketAllocator {
 
 using AlignedDoubles = std::vector<double, PacketAllocator<double>>;
 
-// One double for each contact of a batch. A batch has eight contacts on every machine, so that the order of a sweep is
-// the same; a machine with narrower packets takes it in parts, which share no body.
+/// One double for each contact of a batch. A batch has eight contacts on every machine, so that the order of a sweep is
+/// the same; a machine with narrower packets takes it in parts, which share no body.
 inline constexpr int batch_size = 8;
 using Batchful = std::array<Packet, batch_size / Packet::width>;
 
@@ -167,7 +174,7 @@ inline std::array<double, batch_size> doubles(const Batchful& a) {
     }
     return all;
 }
-// In the order of the contacts.
+/// In the order of the contacts.
 inline double sum(const Batchful& a) {
     double total = 0;
     for (const double x : doubles(a)) total += x;
@@ -186,8 +193,8 @@ inline bool none_negative(Packet a) {
     return none;
 }
 
-// Which lane of (a, b) comes to lane l. First stage: lanes of a and b in turn. Later stages: pairs of lanes, in each
-// group the even (or odd) ones of a, then those of b; whole 128-bit lanes, which move at a lower price.
+/// Which lane of (a, b) comes to lane l. First stage: lanes of a and b in turn. Later stages: pairs of lanes, in each
+/// group the even (or odd) ones of a, then those of b; whole 128-bit lanes, which move at a lower price.
 constexpr int interleaved(int l, int lanes, bool odd) { return (l & 1 ? lanes : 0) + (l & ~1) + odd; }
 constexpr int deinterleaved(int l, int group, int lanes, bool odd) {
     const int first = l / group * group, pair = (l - first) / 2, pairs = group / 2;
@@ -216,7 +223,7 @@ EIGEN_ALWAYS_INLINE void mix_stage(Packet* packets, std::integer_sequence<int, k
      ...);
 }
 
-// Transposes `count` packets in each group of `count` lanes, by count log2(count) shuffles (Eigen's 8 x 8 takes 40).
+/// Transposes `count` packets in each group of `count` lanes, by count log2(count) shuffles (Eigen's 8 x 8 takes 40).
 template <int count, int stage = 1>
 EIGEN_ALWAYS_INLINE void transpose(Packet* packets) {
     if constexpr (stage < count) {
@@ -225,15 +232,15 @@ EIGEN_ALWAYS_INLINE void transpose(Packet* packets) {
     }
 }
 
-// One row of `row` doubles per lane, seen by component. Always inlined: as calls they cost a sweep a fifth more, a
-// residual a third.
+/// One row of `row` doubles per lane, seen by component. Always inlined: as calls they cost a sweep a fifth more, a
+/// residual a third.
 template <int row>
 class Rows {
   public:
     static constexpr int lanes = Packet::width;
     static_assert(row % lanes == 0 || lanes == 2 * row);
 
-    // The row of lane k begins at base[offset[k]].
+    /// The row of lane k begins at base[offset[k]].
     EIGEN_ALWAYS_INLINE void load(const double* base, const int* offset) {
         const auto at = [&](int k) { return base + offset[k]; };
         if constexpr (row >= lanes) {
@@ -245,7 +252,7 @@ class Rows {
         }
         transpose();
     }
-    // Rows of one call are distinct, but for padding that is stored as it was loaded.
+    /// Rows of one call are distinct, but for padding that is stored as it was loaded.
     EIGEN_ALWAYS_INLINE void store(double* base, const int* offset) {
         const auto at = [&](int k) { return base + offset[k]; };
         transpose();
@@ -289,6 +296,6 @@ class Rows {
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI
 
 #undef NSCDD_MM

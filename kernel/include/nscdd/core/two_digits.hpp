@@ -1,4 +1,5 @@
-// Numbers in messages, with two significant digits.
+/// @file
+/// Numbers in messages, with two significant digits.
 #pragma once
 
 #include <cmath>
@@ -7,10 +8,10 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The number rounded by `round`, such as std::round or std::floor, to two significant digits: 203.4 is "200". For
-// numbers that are not finite or 0 what a stream prints.
+/// The number rounded by `round`, such as std::round or std::floor, to two significant digits: 203.4 is "200". For
+/// numbers that are not finite or 0 what a stream prints.
 inline std::string two_digits(double x, double (*round)(double) = std::round) {
     std::ostringstream text;
     if (x == 0 || !std::isfinite(x)) {
@@ -22,4 +23,4 @@ inline std::string two_digits(double x, double (*round)(double) = std::round) {
     return text.str();
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,10 +1,11 @@
-// What solvers take for granted of a problem, checked once before a solve: else they would write past their arrays, or
-// call an answer converged that is none.
-//
-//   nscdd::validate(problem);       // throws std::invalid_argument: "contact 3: it touches body 7, but there are 5"
-//
-// Numbers count from 0, as in the vectors. A first pass only asks whether anything is wrong; a second one then says
-// what.
+/// @file
+/// What solvers take for granted of a problem, checked once before a solve: else they would write past their arrays, or
+/// call an answer converged that is none.
+/// ```
+/// nscdd::validate(problem);       // throws std::invalid_argument: "contact 3: it touches body 7, but there are 5"
+/// ```
+/// Numbers count from 0, as in the vectors. A first pass only asks whether anything is wrong; a second one then says
+/// what.
 #pragma once
 
 #include <cmath>
@@ -15,14 +16,14 @@
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/core/delassus_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
 inline bool is_finite(double x) { return std::abs(x) <= (std::numeric_limits<double>::max)(); }
 inline bool is_mass(double inverse) { return inverse >= 0 && inverse <= (std::numeric_limits<double>::max)(); }
 
-// One contact of a problem. Without branches, as all contacts are checked.
+/// One contact of a problem. Without branches, as all contacts are checked.
 template <bool wall, class M>
 bool is_sound(const Contact<M>& c, std::size_t bodies, std::size_t others) {
     double sum = c.bias + c.r.sum();
@@ -39,7 +40,7 @@ bool is_sound(const Contact<M>& c, std::size_t bodies, std::size_t others) {
     return sound;
 }
 
-// What is wrong with a contact; empty: nothing. Indices are checked first, because the last lines use them.
+/// What is wrong with a contact; empty: nothing. Indices are checked first, because the last lines use them.
 template <bool wall, class M>
 std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
     const auto missing = [](const char* what, int index, std::size_t count) {
@@ -89,7 +90,7 @@ inline void require_multiplicities(const char* what, const std::vector<int>& of,
         if (of[k] < 1) demand(false, what, k, "the multiplicity is " + std::to_string(of[k]) + ", needs at least 1");
 }
 
-// Throws if there is a fault.
+/// Throws if there is a fault.
 template <class M>
 void name_fault(const ContactProblem<M>& problem) {
     demand(problem.h > 0 && is_finite(problem.h), "the step h", no_number, "it is not positive and finite");
@@ -121,9 +122,9 @@ void name_fault(const ContactProblem<M>& problem) {
 
 }  // namespace detail
 
-// Throws std::invalid_argument that names what is wrong. 3 to 5 ns a contact, less than half a sweep: 1 to 3 % of a
-// solve of ten iterations. nlgs(), newton_solve() and projected_gradient() ask by themselves, once; by_nlgs() and NSCDD
-// do not, for their problems are made by our own detection.
+/// Throws std::invalid_argument that names what is wrong. 3 to 5 ns a contact, less than half a sweep: 1 to 3 % of a
+/// solve of ten iterations. nlgs(), newton_solve() and projected_gradient() ask by themselves, once; by_nlgs() and
+/// NSCDD do not, for their problems are made by our own detection.
 template <class M>
 void validate(const ContactProblem<M>& problem) {
     bool sound = problem.h > 0 && detail::is_finite(problem.h) && detail::is_mass(problem.least_radius);
@@ -150,8 +151,8 @@ void validate(const ContactProblem<M>& problem) {
     if (!sound || !all_move) detail::name_fault(problem);
 }
 
-// Throws std::invalid_argument unless W has the shape that DelassusProblem says, all is finite, and r has one impulse
-// for each contact.
+/// Throws std::invalid_argument unless W has the shape that DelassusProblem says, all is finite, and r has one impulse
+/// for each contact.
 template <int dim>
 void validate(const DelassusProblem<dim>& problem, const std::vector<typename DelassusProblem<dim>::Vec>& r) {
     const std::size_t count = problem.contact_count(), stored = problem.blocks.size();
@@ -186,4 +187,4 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

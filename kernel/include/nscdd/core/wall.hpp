@@ -1,25 +1,25 @@
-// A plane that bounds the sample: at rest, moving as prescribed, or pushed by a force along its normal.
 #pragma once
 
 #include "nscdd/core/model.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// A plane that bounds the sample: at rest, moving as prescribed, or pushed by a force along its normal.
 template <class M>
 struct Wall {
-    int material = 0;                           // row of Materials
-    typename M::Vec normal = M::Vec::UnitX();   // unit, into the sample
-    double offset = 0;                          // normal . (any point of the plane) [m]
-    typename M::Vec velocity = M::Vec::Zero();  // prescribed [m/s]; of a driven wall the tangential part only
-    bool driven = false;                        // pushed by a force, else at rest or as prescribed
-    double force = 0;                           // driven: along the normal, positive pushes into the sample [N]
-    double mass = 0;                            // driven: > 0 [kg]
-    double speed = 0;                           // driven: along the normal [m/s], an unknown of each step
+    int material = 0;                           ///< row of Materials
+    typename M::Vec normal = M::Vec::UnitX();   ///< unit, into the sample
+    double offset = 0;                          ///< normal . (any point of the plane) [m]
+    typename M::Vec velocity = M::Vec::Zero();  ///< prescribed [m/s]; of a driven wall the tangential part only
+    bool driven = false;                        ///< pushed by a force, else at rest or as prescribed
+    double force = 0;                           ///< driven: along the normal, positive pushes into the sample [N]
+    double mass = 0;                            ///< driven: > 0 [kg]
+    double speed = 0;                           ///< driven: along the normal [m/s], an unknown of each step
 
-    // Distance of a point from the plane [m], positive on the side of the sample.
+    /// Distance of a point from the plane [m], positive on the side of the sample.
     double distance(const typename M::Vec& point) const { return normal.dot(point) - offset; }
-    // Velocity along the normal [m/s], positive into the sample.
+    /// Velocity along the normal [m/s], positive into the sample.
     double normal_speed() const { return velocity.dot(normal) + speed; }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

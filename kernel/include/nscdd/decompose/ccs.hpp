@@ -1,4 +1,3 @@
-// Centralised communication scheme: rank 0 gathers all copies, solves the interface problem, scatters (paper, 4.1).
 #pragma once
 
 #include <algorithm>
@@ -9,17 +8,18 @@
 
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Centralised communication scheme: rank 0 gathers all copies, solves the interface problem, scatters (paper, 4.1).
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
     static_assert(detail::complete_gluing<Gluing>());
 
   public:
-    static constexpr const char* name = "ccs";                   // as the program's --scheme
-    static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
+    static constexpr const char* name = "ccs";                   ///< as the program's --scheme
+    static constexpr const char* interface_name = Gluing::name;  ///< as the program's --interface
 
-    // Tells rank 0 which copies there are.
+    /// Tells rank 0 which copies there are.
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         std::vector<Outbox> out(parts.size());
         std::vector<Links> up(parts.size()), down(parts.size());
@@ -73,9 +73,9 @@ class Ccs final : public CommunicationScheme<M> {
     }
 
   private:
-    static constexpr std::size_t dof = M::dof, record = 4;  // id, rank, inverse mass and inertia of a copy
+    static constexpr std::size_t dof = M::dof, record = 4;  ///< id, rank, inverse mass and inertia of a copy
 
-    // Rank 0 has a link with each rank that has a copy; its link with itself is the first.
+    /// Rank 0 has a link with each rank that has a copy; its link with itself is the first.
     static void link_root(const Buffer& told, Links& up, Links& down) {
         for (std::size_t p = 0; p < told.size(); p += record) {
             const int rank = static_cast<int>(told[p + 1]);
@@ -111,11 +111,11 @@ class Ccs final : public CommunicationScheme<M> {
         gluing_.setup(copies_);
     }
 
-    std::vector<char> linked_;  // per hosted rank: 1 if it has a copy
-    bool root_ = false;         // true where rank 0 is hosted
+    std::vector<char> linked_;  ///< per hosted rank: 1 if it has a copy
+    bool root_ = false;         ///< true where rank 0 is hosted
     std::unique_ptr<Channel> up_, down_;
-    Copies copies_;  // on rank 0
+    Copies copies_;  ///< on rank 0
     Gluing gluing_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,8 +1,3 @@
-// Decentralised communication scheme: each rank trades copies with those it shares grains with, and solves its
-// elementary interface problem (10)-(11) itself (paper, 4.2).
-//
-// Every holder of a grain has all of its copies then, so the elementary answers already agree and the average (12)
-// over them needs no second exchange.
 #pragma once
 
 #include <algorithm>
@@ -11,15 +6,20 @@
 
 #include "nscdd/decompose/scheme.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Decentralised communication scheme: each rank trades copies with those it shares grains with, and solves its
+/// elementary interface problem (10)-(11) itself (paper, 4.2).
+///
+/// Every holder of a grain has all of its copies then, so the elementary answers already agree and the average (12)
+/// over them needs no second exchange.
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
     static_assert(detail::complete_gluing<Gluing>());
 
   public:
-    static constexpr const char* name = "dcs";                   // as the program's --scheme
-    static constexpr const char* interface_name = Gluing::name;  // as the program's --interface
+    static constexpr const char* name = "dcs";                   ///< as the program's --scheme
+    static constexpr const char* interface_name = Gluing::name;  ///< as the program's --interface
 
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         fronts_.resize(parts.size());
@@ -53,14 +53,15 @@ class Dcs final : public CommunicationScheme<M> {
 
   private:
     static constexpr std::size_t dof = M::dof;
-    struct Front {                                       // Gamma_E*: all copies of the grains on a subdomain's boundary
-        std::vector<std::vector<const double*>> traded;  // per link: rows of grains, by ascending id on both sides
-        std::vector<std::size_t> link_of;                // per peer with whom grains are traded
+    /// Gamma_E*: all copies of the grains on a subdomain's boundary.
+    struct Front {
+        std::vector<std::vector<const double*>> traded;  ///< per link: rows of grains, by ascending id on both sides
+        std::vector<std::size_t> link_of;                ///< per peer with whom grains are traded
         Copies copies;
         Gluing gluing;
     };
 
-    // Links of a subdomain, and the rows of grains that each carries: those of copies active in this step only.
+    /// Links of a subdomain, and the rows of grains that each carries: those of copies active in this step only.
     static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
         std::vector<std::vector<const double*>> by_peer(part.peers.size());
         for (const int g : part.interface)
@@ -79,7 +80,7 @@ class Dcs final : public CommunicationScheme<M> {
         }
     }
 
-    // Calls visit(peer) for each active copy of grain g, in the order of ranks; this rank's own is peers.size().
+    /// Calls visit(peer) for each active copy of grain g, in the order of ranks; this rank's own is peers.size().
     static void visit_active(const Subdomain<M>& part, int g, auto&& visit) {
         const auto grain = static_cast<std::size_t>(g);
         for (std::size_t at = part.first_sharer(grain); at < part.last_sharer(grain); ++at) {
@@ -90,8 +91,8 @@ class Dcs final : public CommunicationScheme<M> {
         }
     }
 
-    // Where the velocity of each copy is read: in the own row, or in the message of a peer, which has its copies in
-    // sequence.
+    /// Where the velocity of each copy is read: in the own row, or in the message of a peer, which has its copies in
+    /// sequence.
     void place_copies(Subdomain<M>& part, std::size_t k) {
         Front& front = fronts_[k];
         std::vector<std::size_t> taken(part.peers.size(), 0);  // doubles of each peer's message
@@ -116,4 +117,4 @@ class Dcs final : public CommunicationScheme<M> {
     std::unique_ptr<Channel> channel_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,6 +1,7 @@
-// Finds the ranks that hold a grain of which only the id is known: rank id % size knows them. Used once per simulation,
-// as its grains and impulses may come from any rank. Every rank may have something for every other one, so messages
-// travel in two hops.
+/// @file
+/// Finds the ranks that hold a grain of which only the id is known: rank id % size knows them. Used once per
+/// simulation, as its grains and impulses may come from any rank. Every rank may have something for every other one, so
+/// messages travel in two hops.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/decompose/wire.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -21,7 +22,7 @@ inline int desk(int id, int size) { return id % size; }
 
 }  // namespace detail
 
-// Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
+/// Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
 template <class M>
 void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     std::vector<Outbox> out(parts.size());
@@ -36,8 +37,8 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     });
 }
 
-// Sends impulses, which may come from any rank, to the candidates that they belong to; others are ignored. impulses[k]:
-// of the k-th hosted rank. Collective.
+/// Sends impulses, which may come from any rank, to the candidates that they belong to; others are ignored.
+/// impulses[k]: of the k-th hosted rank. Collective.
 template <class M>
 void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {
@@ -74,4 +75,4 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,7 +1,8 @@
-// The interface problem (7): from the velocities of all copies to velocities on which they agree.
-//
-// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it equals M_E (V_E before
-// - V_E after), so no F_Gamma can outlive the copies that it belonged to.
+/// @file
+/// The interface problem (7): from the velocities of all copies to velocities on which they agree.
+///
+/// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it equals M_E (V_E before
+/// - V_E after), so no F_Gamma can outlive the copies that it belonged to.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -18,19 +19,19 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
+/// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
 struct Copies {
-    int dof = 1;                       // degrees of freedom of a body
-    std::vector<int> begin{0};         // first copy of each body, then the number of copies; bodies + 1 entries
-    std::vector<double> inverse_mass;  // of the whole body, bodies x dof [1/kg]; of spins 1/inertia [1/(kg m^2)]
-    std::vector<const double*> from;   // where the velocity of each copy is, dof doubles
-    std::vector<double*> to;           // where to write the glued velocity, null: nowhere; may equal `from`
+    int dof = 1;                       ///< degrees of freedom of a body
+    std::vector<int> begin{0};         ///< first copy of each body, then the number of copies; bodies + 1 entries
+    std::vector<double> inverse_mass;  ///< of the whole body, bodies x dof [1/kg]; of spins 1/inertia [1/(kg m^2)]
+    std::vector<const double*> from;   ///< where the velocity of each copy is, dof doubles
+    std::vector<double*> to;           ///< where to write the glued velocity, null: nowhere; may equal `from`
 
-    int bodies() const { return static_cast<int>(begin.size()) - 1; }  // number of shared bodies
-    int count() const { return begin.back(); }                         // number of copies of all of them
-    // Removes all bodies; those added later have `degrees` degrees of freedom.
+    int bodies() const { return static_cast<int>(begin.size()) - 1; }  ///< number of shared bodies
+    int count() const { return begin.back(); }                         ///< number of copies of all of them
+    /// Removes all bodies; those added later have `degrees` degrees of freedom.
     void clear(int degrees) {
         dof = degrees;
         begin.assign(1, 0);
@@ -40,12 +41,13 @@ struct Copies {
     }
 };
 
-// What solves the interface problem for the copies that it is shown: ClosedForm, Factorised, or your own.
-//
-//   setup(copies)     once per step
-//   glue(copies)      reads the velocities at `from`, writes those on which the copies of a body agree at `to`; copies
-//                     as at setup()
-//   name, work        constexpr: a const char* for reports, and what a copy is charged as
+/// What solves the interface problem for the copies that it is shown: ClosedForm, Factorised, or your own.
+/// ```
+/// setup(copies)     once per step
+/// glue(copies)      reads the velocities at `from`, writes those on which the copies of a body agree at `to`; copies
+///                   as at setup()
+/// name, work        constexpr: a const char* for reports, and what a copy is charged as
+/// ```
 template <class G>
 concept GluesCopies =
     std::default_initializable<G> && std::move_constructible<G> && requires(G& glue, const Copies& copies) {
@@ -57,7 +59,7 @@ concept GluesCopies =
 
 namespace detail {
 
-// Stops the compiler with a line where G does not glue copies.
+/// Stops the compiler with a line where G does not glue copies.
 template <class G>
 consteval bool complete_gluing() {
     static_assert(
@@ -69,13 +71,13 @@ consteval bool complete_gluing() {
 
 }  // namespace detail
 
-// Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
+/// Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
 class ClosedForm {
   public:
-    static constexpr const char* name = "closed-form";  // as the program's --interface
-    static constexpr Work work = Work::glue;            // what a copy is charged as
+    static constexpr const char* name = "closed-form";  ///< as the program's --interface
+    static constexpr Work work = Work::glue;            ///< what a copy is charged as
 
-    // Once per step: which copies want the mean.
+    /// Once per step: which copies want the mean.
     void setup(const Copies& copies) {
         to_.clear();
         to_begin_.assign(1, 0);
@@ -86,9 +88,9 @@ class ClosedForm {
         }
     }
 
-    // Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). Each case knows its degrees of
-    // freedom at compile time, so that a copy is a few loads and stores: a quarter of the time. Throws
-    // std::invalid_argument unless they are 2, 3 or 6. A template: compiled by those who call it.
+    /// Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). Each case knows its degrees of
+    /// freedom at compile time, so that a copy is a few loads and stores: a quarter of the time. Throws
+    /// std::invalid_argument unless they are 2, 3 or 6. A template: compiled by those who call it.
     template <class = void>
     void operator()(const Copies& copies) {
         switch (copies.dof) {
@@ -127,12 +129,12 @@ class ClosedForm {
         }
     }
 
-    std::vector<double*> to_;  // where the mean of body b is wanted: to_begin_[b] <= t < to_begin_[b+1]
+    std::vector<double*> to_;  ///< where the mean of body b is wanted: to_begin_[b] <= t < to_begin_[b+1]
     std::vector<std::size_t> to_begin_{0};
-    std::array<double, 6> mean_{};  // on the stack GCC 12.2 misaligns it: a fault at -O2 with AVX-512
+    std::array<double, 6> mean_{};  ///< on the stack GCC 12.2 misaligns it: a fault at -O2 with AVX-512
 };
 
-// A_Gamma: one row per jump between consecutive copies and degree of freedom, +1 on the first and -1 on the second.
+/// A_Gamma: one row per jump between consecutive copies and degree of freedom, +1 on the first and -1 on the second.
 inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     std::vector<Eigen::Triplet<double>> entries;
     int row = 0;
@@ -148,7 +150,7 @@ inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     return a;
 }
 
-// Diagonal of M_E^-1 over all copies, copies x dof: multiplicity / whole mass or inertia.
+/// Diagonal of M_E^-1 over all copies, copies x dof: multiplicity / whole mass or inertia.
 inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     Eigen::VectorXd inverse(copies.count() * copies.dof);
     for (int b = 0; b < copies.bodies(); ++b) {
@@ -162,15 +164,15 @@ inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     return inverse;
 }
 
-// X = sum_E A M_E^-1 A^T assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's interface:
-// Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
+/// X = sum_E A M_E^-1 A^T assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's interface:
+/// Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
 template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
 class Factorised {
   public:
-    static constexpr const char* name = "factorised";  // as the program's --interface
-    static constexpr Work work = Work::factorised;     // what a copy is charged as
+    static constexpr const char* name = "factorised";  ///< as the program's --interface
+    static constexpr Work work = Work::factorised;     ///< what a copy is charged as
 
-    // Once per step: assembles X and factorises it. Throws std::runtime_error unless X is positive definite.
+    /// Once per step: assembles X and factorises it. Throws std::runtime_error unless X is positive definite.
     void setup(const Copies& copies) {
         velocity_.resize(copies.count() * copies.dof);
         jumps_ = jump_matrix(copies);
@@ -182,8 +184,8 @@ class Factorised {
             throw std::runtime_error("interface operator X is not positive definite");
     }
 
-    // Solves X Delta F_Gamma = sum_E A V_E for the velocities at `from`; writes those after it at `to`. Copies as at
-    // setup().
+    /// Solves X Delta F_Gamma = sum_E A V_E for the velocities at `from`; writes those after it at `to`. Copies as at
+    /// setup().
     void operator()(const Copies& copies) {
         if (jumps_.rows() == 0) return;
         const auto dof = static_cast<std::ptrdiff_t>(copies.dof);
@@ -195,12 +197,12 @@ class Factorised {
             if (copies.to[c]) std::copy_n(velocity_.data() + static_cast<std::ptrdiff_t>(c) * dof, dof, copies.to[c]);
     }
 
-    const Eigen::SparseMatrix<double>& x() const { return x_; }  // X [1/kg], a row per jump and degree of freedom
+    const Eigen::SparseMatrix<double>& x() const { return x_; }  ///< X [1/kg], a row per jump and degree of freedom
 
   private:
     Eigen::SparseMatrix<double> jumps_, correction_, x_;
-    Eigen::VectorXd velocity_;            // of all copies
-    std::unique_ptr<Cholesky> cholesky_;  // CHOLMOD's wrapper cannot be moved
+    Eigen::VectorXd velocity_;            ///< of all copies
+    std::unique_ptr<Cholesky> cholesky_;  ///< CHOLMOD's wrapper cannot be moved
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

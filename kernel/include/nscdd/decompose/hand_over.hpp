@@ -1,5 +1,6 @@
-// Components on which sweeps get nowhere, solved by Newton's method or by damped sweeps: impulses that grow along a
-// self-stress, or go round in a circle (METHOD.md, section 8.1).
+/// @file
+/// Components on which sweeps get nowhere, solved by Newton's method or by damped sweeps: impulses that grow along a
+/// self-stress, or go round in a circle (METHOD.md, section 8.1).
 #pragma once
 
 #include <exception>
@@ -9,15 +10,15 @@
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/reference/newton.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-// A component as one problem of whole masses, put together from what its subdomains send to one rank.
+/// A component as one problem of whole masses, put together from what its subdomains send to one rank.
 template <class M>
 class CollectedComponent {
   public:
-    // Appends what a subdomain has of a component, in V_free and without impulses.
+    /// Appends what a subdomain has of a component, in V_free and without impulses.
     static void put(const Subdomain<M>& part, const DistanceSums<M>& sums, const Components<M>& labels, int label,
                     Buffer& out) {
         const ContactProblem<M>& problem = part.problem;
@@ -54,7 +55,7 @@ class CollectedComponent {
         out.insert(out.end(), contacts.begin(), contacts.end());
     }
 
-    // Takes in what put() has written from `in` on, and moves it behind that.
+    /// Takes in what put() has written from `in` on, and moves it behind that.
     void take(const double*& in) {
         const double *bodies = in + 2, *contacts = bodies + static_cast<std::size_t>(in[0]);
         in = contacts + static_cast<std::size_t>(in[1]);
@@ -62,9 +63,9 @@ class CollectedComponent {
         for (; contacts != in; contacts += contact_size) take_contact(contacts);
     }
 
-    // Solves it, with walls as `of` has them; true if it has converged. Newton's method may fail where damped sweeps,
-    // with half of each correction, do not. Restitution with strong friction may leave no answer: rebounds are given
-    // up then.
+    /// Solves it, with walls as `of` has them; true if it has converged. Newton's method may fail where damped sweeps,
+    /// with half of each correction, do not. Restitution with strong friction may leave no answer: rebounds are given
+    /// up then.
     bool solve(const ContactProblem<M>& of, const FreeVelocities<M>& free, const NewtonOptions& options) {
         problem_.h = of.h;
         problem_.least_radius = of.least_radius;
@@ -90,12 +91,12 @@ class CollectedComponent {
             }
         return rebounds_given_up_ > 0 && attempt(newton(options));
     }
-    std::size_t rebounds_given_up() const { return rebounds_given_up_; }  // contacts
+    std::size_t rebounds_given_up() const { return rebounds_given_up_; }  ///< contacts
 
     std::size_t contacts() const { return problem_.contact_count(); }
 
-    // Writes impulses, velocities of copies, and speeds of the driven walls that it touches into the messages to their
-    // subdomains.
+    /// Writes impulses, velocities of copies, and speeds of the driven walls that it touches into the messages to their
+    /// subdomains.
     void answer(Outbox& out, int ranks) const {
         for (std::size_t b = 0; b < copies_.size(); ++b)
             for (const auto& [rank, place] : copies_[b]) {
@@ -117,7 +118,7 @@ class CollectedComponent {
                 for (int rank = 0; rank < ranks; ++rank)
                     out[rank].insert(out[rank].end(), {3, double(c.j), wall.speed});
     }
-    // Reads what answer() has written.
+    /// Reads what answer() has written.
     static void read(const Buffer& in, ContactProblem<M>& problem) {
         for (const double* at = in.data(); at != in.data() + in.size();) {
             const auto kind = static_cast<int>(*at++), place = static_cast<int>(*at++);
@@ -136,7 +137,7 @@ class CollectedComponent {
     }
 
   private:
-    // The problem stays as it is unless solve(problem) converges.
+    /// The problem stays as it is unless solve(problem) converges.
     bool attempt(auto&& solve) {
         ContactProblem<M> trial = problem_;
         try {
@@ -180,16 +181,16 @@ class CollectedComponent {
 
     std::size_t rebounds_given_up_ = 0;
     ContactProblem<M> problem_;
-    std::map<int, int> body_of_;               // place of a grain in the problem, by its id
-    std::vector<std::vector<Place>> copies_;   // of each body
-    std::vector<Place> places_, wall_places_;  // where each contact comes from
+    std::map<int, int> body_of_;               ///< place of a grain in the problem, by its id
+    std::vector<std::vector<Place>> copies_;   ///< of each body
+    std::vector<Place> places_, wall_places_;  ///< where each contact comes from
 };
 
 }  // namespace detail
 
-// Solves the components that are far from an answer (where none is, all) and have at most options.newton_contacts
-// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
-// rebounds that were given up. sums: added up; residual: of the scene. Collective.
+/// Solves the components that are far from an answer (where none is, all) and have at most options.newton_contacts
+/// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
+/// rebounds that were given up. sums: added up; residual: of the scene. Collective.
 template <class M>
 HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
                      std::type_identity_t<std::span<DistanceSums<M>>> sums, JoinedComponents<M>& joined,
@@ -231,4 +232,4 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
     return nscdd::reduce<HandedOver>(comm, [&solved](std::size_t k) { return solved[k]; });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

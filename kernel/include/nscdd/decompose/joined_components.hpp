@@ -1,4 +1,3 @@
-// Components that reach across subdomains: grains and driven walls with copies join what each subdomain sees of them.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +11,9 @@
 #include "nscdd/law/distance.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
+/// Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
 template <class M>
 void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums) {
     if (comm.size() == 1) return;
@@ -39,11 +38,12 @@ void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::spa
         }
 }
 
+/// Components that reach across subdomains: grains and driven walls with copies join what each subdomain sees of them.
 template <class M>
 class JoinedComponents {
   public:
-    // Of problems as they are solved. Collective: one message to each neighbour, a gathering of the pairs of components
-    // that meet, and a reduction of the shapes of those that do.
+    /// Of problems as they are solved. Collective: one message to each neighbour, a gathering of the pairs of
+    /// components that meet, and a reduction of the shapes of those that do.
     JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums)
         : joined_(parts.size()) {
         for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -56,7 +56,7 @@ class JoinedComponents {
         if (count_ > 0) reduce_shapes(comm);
     }
 
-    // Collective; the same bits on every rank. sums: added up.
+    /// Collective; the same bits on every rank. sums: added up.
     DistanceEstimate estimate(Communicator& comm, std::span<const DistanceSums<M>> sums,
                               const ResidualParts& residual) {
         // of each joined component, and of the scene; then what each rank has for itself
@@ -89,14 +89,14 @@ class JoinedComponents {
         return estimate;
     }
 
-    // Of the component with this label on the k-th hosted rank: its number among those that reach across subdomains,
-    // or -1; its whole shape; its last estimate.
+    /// Of the component with this label on the k-th hosted rank: its number among those that reach across subdomains,
+    /// or -1; its whole shape; its last estimate.
     int number(std::size_t k, std::size_t label) const { return joined_[k][label]; }
-    // Its whole shape.
+    /// Its whole shape.
     const ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? shapes_[k][label] : joined_shapes_[static_cast<std::size_t>(number(k, label))];
     }
-    // Its last estimate.
+    /// Its last estimate.
     const DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? estimates_[k][label]
                                     : joined_estimates_[static_cast<std::size_t>(number(k, label))];
@@ -104,10 +104,10 @@ class JoinedComponents {
 
   private:
     static void append(const Buffer& numbers, Buffer& out) { out.insert(out.end(), numbers.begin(), numbers.end()); }
-    // A component of a subdomain by one number, that is, 2^31 its rank and its label; walls have a rank of their own.
+    /// A component of a subdomain by one number, that is, 2^31 its rank and its label; walls have a rank of their own.
     static double name(int rank, int label) { return static_cast<double>(std::int64_t{rank} << 31 | label); }
 
-    // Pairs of names that are one component, of all ranks, one after the other.
+    /// Pairs of names that are one component, of all ranks, one after the other.
     static Buffer all_meetings(std::span<const Subdomain<M>> parts, Communicator& comm,
                                std::span<DistanceSums<M>> sums) {
         const auto channel = comm.open(links_between(parts, 1));
@@ -146,7 +146,7 @@ class JoinedComponents {
         return {all.begin(), all.end()};
     }
 
-    // Numbers the components that reach across, in the order of their least names.
+    /// Numbers the components that reach across, in the order of their least names.
     void number_joined(std::span<const Subdomain<M>> parts, const Buffer& meetings) {
         Buffer names;
         for (const double x : meetings)
@@ -169,7 +169,7 @@ class JoinedComponents {
                     joined_[k][c] = number[static_cast<std::size_t>(sets.find(at))];
     }
 
-    // As a reduction takes them: all that is summed, then all of which the largest counts.
+    /// As a reduction takes them: all that is summed, then all of which the largest counts.
     template <class T, class... Last>
     static Buffer rows_of(std::vector<T>& rows, Last&... last) {
         Buffer out;
@@ -203,12 +203,12 @@ class JoinedComponents {
         read_rows(all, joined_shapes_);
     }
 
-    std::vector<std::vector<ComponentShape<M>>> shapes_;    // by hosted rank and label
-    std::vector<std::vector<int>> joined_;                  // the same: number of the joined component, or -1
-    std::vector<std::vector<DistanceEstimate>> estimates_;  // the same, of those that are not joined
-    std::size_t count_ = 0;                                 // of joined components
-    std::vector<ComponentShape<M>> joined_shapes_;          // by number
-    std::vector<DistanceEstimate> joined_estimates_;        // by number
+    std::vector<std::vector<ComponentShape<M>>> shapes_;    ///< by hosted rank and label
+    std::vector<std::vector<int>> joined_;                  ///< the same: number of the joined component, or -1
+    std::vector<std::vector<DistanceEstimate>> estimates_;  ///< the same, of those that are not joined
+    std::size_t count_ = 0;                                 ///< of joined components
+    std::vector<ComponentShape<M>> joined_shapes_;          ///< by number
+    std::vector<DistanceEstimate> joined_estimates_;        ///< by number
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,8 +1,9 @@
-// Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
-//
-// By Multiplicity::minimal a copy counts only where the fine detection found a contact of it: the "future optimization"
-// of section 3.2. Other copies take no part in the iteration and are given the answer when it is over. By
-// Multiplicity::predicted, the paper's own, every copy that the rough detection foresaw counts.
+/// @file
+/// Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
+///
+/// By Multiplicity::minimal a copy counts only where the fine detection found a contact of it: the "future
+/// optimization" of section 3.2. Other copies take no part in the iteration and are given the answer when it is over.
+/// By Multiplicity::predicted, the paper's own, every copy that the rough detection foresaw counts.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +14,12 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-// Marks the active copies of a subdomain, and writes the marks into the messages of channel link l
-// of the k-th hosted rank.
+/// Marks the active copies of a subdomain, and writes the marks into the messages of channel link l
+/// of the k-th hosted rank.
 template <class M>
 void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Multiplicity which) {
     // Rough detection left here the grains with a candidate, and those that nobody else has.
@@ -35,8 +36,8 @@ void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Mult
                        [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
 }
 
-// Moves contacts of interface grains to the front of the lists, where a sweep begins: the velocities of these grains
-// are then exchanged while the other contacts, which do not touch them, are swept.
+/// Moves contacts of interface grains to the front of the lists, where a sweep begins: the velocities of these grains
+/// are then exchanged while the other contacts, which do not touch them, are swept.
 template <class M>
 void sweep_interface_first(Subdomain<M>& part) {
     std::vector<char> shared(part.grains.size(), 0);
@@ -92,7 +93,8 @@ int first_active(const Subdomain<M>& part, std::size_t grain) {
 
 }  // namespace detail
 
-// Every holder of a grain or driven wall learns which copies are active; puts the contacts into the order of the sweep.
+/// Every holder of a grain or driven wall learns which copies are active; puts the contacts into the order of the
+/// sweep.
 template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                              Multiplicity which) {
@@ -126,8 +128,8 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
         }
 }
 
-// Sets bodies and walls of each problem: V_free and split inverse masses. Mass, inertia and external impulse are all
-// divided by m, so V_free is that of the whole grain in every copy.
+/// Sets bodies and walls of each problem: V_free and split inverse masses. Mass, inertia and external impulse are all
+/// divided by m, so V_free is that of the whole grain in every copy.
 template <class M>
 void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> walls, const typename M::Vec& gravity,
                   double h) {
@@ -161,8 +163,8 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
     }
 }
 
-// Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
-// and after a factorised gluing copies agree to round-off only.
+/// Copies take their velocity from the first active holder: those without a contact had no part in the iteration,
+/// and after a factorised gluing copies agree to round-off only.
 template <class M>
 void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
     const auto channel = comm.open(links_between(parts, M::dof));
@@ -189,4 +191,4 @@ void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

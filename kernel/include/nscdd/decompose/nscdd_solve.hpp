@@ -1,4 +1,5 @@
-// Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
+/// @file
+/// Alg. 1 of the paper, one step: sweeps on every subdomain, then gluing, until the residual is small.
 #pragma once
 
 #include <optional>
@@ -8,15 +9,15 @@
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/sweep/nlgs.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-// Alg. 1: a sweep on every subdomain, interface contacts first; while the velocities of their grains are under way the
-// other contacts are swept. Interface contacts come last in two cases (METHOD.md, section 6.6). Before a test of
-// convergence, which otherwise sees a larger eta: 1 to 9 % more iterations. In accelerated iterations, because Anderson
-// needs every iteration in the same order (else 20 to 30 % more). The iteration waits for the sums of products anyway,
-// and the exchange runs during that wait.
+/// Alg. 1: a sweep on every subdomain, interface contacts first; while the velocities of their grains are under way the
+/// other contacts are swept. Interface contacts come last in two cases (METHOD.md, section 6.6). Before a test of
+/// convergence, which otherwise sees a larger eta: 1 to 9 % more iterations. In accelerated iterations, because
+/// Anderson needs every iteration in the same order (else 20 to 30 % more). The iteration waits for the sums of
+/// products anyway, and the exchange runs during that wait.
 template <class M>
 class SweptTogether {
   public:
@@ -63,7 +64,7 @@ class SweptTogether {
         return sums;
     }
 
-    // The same bits on every rank.
+    /// The same bits on every rank.
     ResidualParts residual() {
         const ResidualParts all = nscdd::reduce<ResidualParts>(comm_, [this](std::size_t k) {
             charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
@@ -73,7 +74,7 @@ class SweptTogether {
         return all;
     }
 
-    // The same bits on every rank.
+    /// The same bits on every rank.
     DistanceEstimate distance(const ResidualParts& residual) {
         add_up();
         const DistanceEstimate all = joined_->estimate(comm_, distance_, residual);
@@ -113,8 +114,8 @@ class SweptTogether {
     }
 
   private:
-    // Makes all sweeps of the iteration but the last, and begins that one. With `anderson` the first sweep is
-    // accelerated.
+    /// Makes all sweeps of the iteration but the last, and begins that one. With `anderson` the first sweep is
+    /// accelerated.
     void begin_sweep(std::size_t k, const Anderson* anderson) {
         ContactProblem<M>& problem = parts_[k].problem;
         Sweeper<M>& sweeper = parts_[k].sweeper;
@@ -148,8 +149,8 @@ class SweptTogether {
         charge(comm_, parts_[k], k, Work::driven, parts_[k].sweeper.driven_batches(which));
     }
 
-    // Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
-    // final and their reduction starts.
+    /// Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
+    /// final and their reduction starts.
     void sweep_rest() {
         comm_.each_rank([&](std::size_t k) { pass(k, SweepPass::rest_walls, nullptr); });
         start_sums(0);
@@ -163,7 +164,7 @@ class SweptTogether {
         watch_.lap(seconds_.sweep);
     }
 
-    // The sums that an estimate is made of, and the components when first asked for.
+    /// The sums that an estimate is made of, and the components when first asked for.
     void add_up() {
         comm_.each_rank([this](std::size_t k) {
             charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
@@ -179,7 +180,7 @@ class SweptTogether {
         return options_.sweeps == 1 ? anderson : nullptr;
     }
 
-    // The problems into the sweepers, with V_free + M_E^-1 H_E r_E, and gluing.
+    /// The problems into the sweepers, with V_free + M_E^-1 H_E r_E, and gluing.
     void load() {
         // Before gluing: load() computes V_free = V - M_E^-1 H r, true only while nothing but the impulses has changed
         // V.
@@ -202,8 +203,8 @@ class SweptTogether {
         watch_.lap(seconds_.interface);
     }
 
-    // Starts the sums of the products and of the speeds of driven walls: each wall takes the mean over the copies that
-    // touch it.
+    /// Starts the sums of the products and of the speeds of driven walls: each wall takes the mean over the copies that
+    /// touch it.
     void start_sums(std::size_t products) {
         if (products + walls_ == 0) return;
         for (std::size_t k = 0; k < parts_.size(); ++k) {
@@ -214,7 +215,7 @@ class SweptTogether {
         }
         comm_.start_reduce(sums_, products + walls_);
     }
-    // Sets the speeds of driven walls; returns the sums, products first.
+    /// Sets the speeds of driven walls; returns the sums, products first.
     const double* finish_sums(std::size_t products) {
         if (products + walls_ == 0) return nullptr;
         const std::span<const double> total = comm_.finish_reduce();
@@ -231,17 +232,17 @@ class SweptTogether {
     const SolveOptions& options_;
     PhaseSeconds& seconds_;
     Stopwatch watch_;
-    std::size_t walls_;  // 0 where none is driven
+    std::size_t walls_;  ///< 0 where none is driven
     std::vector<Buffer> sums_;
     std::vector<Anderson::Products> products_{sums_.size()};
-    std::vector<DistanceSums<M>> distance_{sums_.size()};  // by hosted rank
-    std::optional<JoinedComponents<M>> joined_;            // found when first asked for
+    std::vector<DistanceSums<M>> distance_{sums_.size()};  ///< by hosted rank
+    std::optional<JoinedComponents<M>> joined_;            ///< found when first asked for
 };
 
 }  // namespace detail
 
-// In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
-// all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
+/// In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
+/// all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
 template <class M>
 SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds) {
@@ -252,4 +253,4 @@ SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, Commu
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

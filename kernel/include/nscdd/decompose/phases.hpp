@@ -1,28 +1,32 @@
-// Where the time of a process goes, by phases of Alg. 1.
+/// @file
+/// Where the time of a process goes, by phases of algorithm 1.
 #pragma once
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// [s]: outside the communicator, and inside it as in CommSeconds.
+/// [s]: outside the communicator, and inside it as in CommSeconds.
 struct PhaseTime {
-    double own = 0, wait = 0, transfer = 0;  // own work; waiting for partners; sending and receiving [s]
+    double own = 0;       ///< own work [s]
+    double wait = 0;      ///< waiting for partners [s]
+    double transfer = 0;  ///< sending and receiving [s]
 };
 
-// Time of one process by phases, added up over the steps.
+/// Time of one process by phases, added up over the steps.
 struct PhaseSeconds {
-    PhaseTime detect;            // contact detection, new decomposition of the domain, multiplicities
-    PhaseTime sweep, interface;  // the iteration; with sweeps the test of convergence
-    PhaseTime advance;           // initial velocities and impulses, motion of the grains
+    PhaseTime detect;     ///< contact detection, new decomposition of the domain, multiplicities
+    PhaseTime sweep;      ///< of the iteration: sweeps, and the test of convergence
+    PhaseTime interface;  ///< the rest of the iteration
+    PhaseTime advance;    ///< initial velocities and impulses, motion of the grains
 };
 
-// Adds the time since the last lap to a phase.
+/// Adds the time since the last lap to a phase.
 class Stopwatch {
   public:
-    // Starts. `comm` must live as long as this, which reads its clock.
+    /// Starts. `comm` must live as long as this, which reads its clock.
     explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
-    // Adds the time since the last lap(), skip() or the start to `phase`.
+    /// Adds the time since the last lap(), skip() or the start to `phase`.
     void lap(PhaseTime& phase) {
         const PhaseTime now = reading();
         phase.own += now.own - last_.own;
@@ -30,7 +34,7 @@ class Stopwatch {
         phase.transfer += now.transfer - last_.transfer;
         last_ = now;
     }
-    void skip() { last_ = reading(); }  // the time since the last lap belongs to no phase
+    void skip() { last_ = reading(); }  ///< the time since the last lap belongs to no phase
 
   private:
     PhaseTime reading() const {
@@ -41,4 +45,4 @@ class Stopwatch {
     PhaseTime last_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

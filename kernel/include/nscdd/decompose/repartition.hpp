@@ -1,8 +1,9 @@
-// Rough detection and the new decomposition of the domain: grains migrate, candidates are found where their
-// midpoint lies, impulses follow their pair, and all holders of a grain agree on who they are.
-//
-// No rank sees the whole scene: a grain is sent to the subdomains that its contacts could fall into. Contacts are
-// dealt by the very point that impulses are forwarded by, so none is lost (warm start).
+/// @file
+/// Rough detection and the new decomposition of the domain: grains migrate, candidates are found where their
+/// midpoint lies, impulses follow their pair, and all holders of a grain agree on who they are.
+///
+/// No rank sees the whole scene: a grain is sent to the subdomains that its contacts could fall into. Contacts are
+/// dealt by the very point that impulses are forwarded by, so none is lost (warm start).
 #pragma once
 
 #include <algorithm>
@@ -22,9 +23,9 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Gives the impulses to the candidates that they belong to; others are ignored.
+/// Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
     detail::PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
@@ -35,7 +36,7 @@ void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) 
         if (Candidate<M>* found = by_ids[detail::pair_key(p.i, p.j)]) found->r = p.r;
 }
 
-// visit(candidate, PairImpulse) for all impulses that are not zero.
+/// visit(candidate, PairImpulse) for all impulses that are not zero.
 template <class M>
 void visit_impulses(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.pairs)
@@ -48,16 +49,16 @@ void visit_impulses(const Subdomain<M>& part, auto&& visit) {
 
 namespace detail {
 
-// A rank farther than this from a grain's centre has no candidate of the grain: the midpoint of a candidate is no
-// farther than half its length.
+/// A rank farther than this from a grain's centre has no candidate of the grain: the midpoint of a candidate is no
+/// farther than half its length.
 template <class M>
 double reach(const Grain<M>& grain, double skin, double largest_radius) {
     return 0.5 * (grain.radius + largest_radius + skin);
 }
 
-// What is wrong with a partition as a grain finds it, in one line; empty if nothing is. visited: by visit_owners() for
-// the centre and `reach`. Of all points within reach one is asked for, in a direction that goes by the id, so that
-// several grains find a neighbour that is not visited.
+/// What is wrong with a partition as a grain finds it, in one line; empty if nothing is. visited: by visit_owners() for
+/// the centre and `reach`. Of all points within reach one is asked for, in a direction that goes by the id, so that
+/// several grains find a neighbour that is not visited.
 template <class M>
 std::string partition_fault(const Partition<M>& partition, int ranks, const Grain<M>& grain, double reach,
                             const std::vector<int>& visited) {
@@ -82,11 +83,12 @@ std::string partition_fault(const Partition<M>& partition, int ranks, const Grai
     return {};
 }
 
-enum class Use : char { none, here, here_only };  // here_only: no other rank has the grain
+/// Here_only: no other rank has the grain.
+enum class Use : char { none, here, here_only };
 
-// Tells every holder of a grain who the others are; returns, per hosted rank, all holdings in order, of grains that
-// others may have. The rank where the centre lies keeps the list, and keeps the grain when nobody has a candidate for
-// it.
+/// Tells every holder of a grain who the others are; returns, per hosted rank, all holdings in order, of grains that
+/// others may have. The rank where the centre lies keeps the list, and keeps the grain when nobody has a candidate for
+/// it.
 template <class M>
 std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
                                                    const std::vector<std::vector<Use>>& uses, Communicator& comm,
@@ -128,7 +130,7 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
     return holdings;
 }
 
-// Drops grains that nobody here needs and sets sharers and peers.
+/// Drops grains that nobody here needs and sets sharers and peers.
 template <class M>
 void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::vector<Holding>& holdings) {
     std::vector<int> renamed(part.grains.size(), -1);
@@ -168,7 +170,7 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
     }
 }
 
-// Throws, the same on every rank, if a rank has refused; all: four numbers of each rank (TooManyPairs).
+/// Throws, the same on every rank, if a rank has refused; all: four numbers of each rank (TooManyPairs).
 inline void throw_if_refused(std::span<const double> all, double skin) {
     for (std::size_t p = 0; p < all.size(); p += 4) {
         if (all[p + 3] == 0) continue;
@@ -184,11 +186,11 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 
 }  // namespace detail
 
-// In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
-// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
-// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws,
-// the same on every rank, std::runtime_error when there are too many candidates (TooManyPairs), std::invalid_argument
-// with the id of a grain that the partition would lose or have twice.
+/// In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
+/// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
+/// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws,
+/// the same on every rank, std::runtime_error when there are too many candidates (TooManyPairs), std::invalid_argument
+/// with the id of a grain that the partition would lose or have twice.
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
@@ -282,4 +284,4 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,5 +1,6 @@
-// Makes the copies of shared grains agree between two sweeps: Ccs or Dcs. Behind an interface, so that Alg. 1 is
-// compiled once for all schemes: a virtual call costs nothing beside its messages.
+/// @file
+/// Makes the copies of shared grains agree between two sweeps: Ccs or Dcs. Behind an interface, so that Alg. 1 is
+/// compiled once for all schemes: a virtual call costs nothing beside its messages.
 #pragma once
 
 #include <concepts>
@@ -9,35 +10,35 @@
 #include "nscdd/decompose/gluing.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Velocities of interface grains are read from the rows of the subdomains' sweepers and written back there.
+/// Velocities of interface grains are read from the rows of the subdomains' sweepers and written back there.
 template <class M>
 class CommunicationScheme {
   public:
-    using Model = M;  // dimension and contact law of the scene
+    using Model = M;  ///< dimension and contact law of the scene
     virtual ~CommunicationScheme() = default;
 
-    // Once per step, after split_masses() and when the sweepers are loaded. Collective.
+    /// Once per step, after split_masses() and when the sweepers are loaded. Collective.
     virtual void setup(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
-    // Writes the velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not
-    // collective.
+    /// Writes the velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not
+    /// collective.
     virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
-    // Sends the messages. Until finish() contacts of interface grains must not be swept; others may be.
+    /// Sends the messages. Until finish() contacts of interface grains must not be swept; others may be.
     virtual void start() = 0;
-    // From velocities of all active copies, which differ, to velocities on which they agree. Collective.
+    /// From velocities of all active copies, which differ, to velocities on which they agree. Collective.
     virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
 
-// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from CommunicationScheme<M>, made without arguments
-// for each solve.
+/// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from `CommunicationScheme<M>`, made without arguments
+/// for each solve.
 template <class S>
 concept GluingScheme = requires { typename S::Model; } &&
                        std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;
 
 namespace detail {
 
-// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
+/// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
 template <class S>
 struct ModelOf {
     static constexpr bool derived = requires { requires std::derived_from<S, CommunicationScheme<typename S::Model>>; };
@@ -51,19 +52,19 @@ struct ModelOf {
 
 }  // namespace detail
 
-// Charges work on the data of the k-th hosted rank's sweeper.
+/// Charges work on the data of the k-th hosted rank's sweeper.
 template <class M>
 void charge(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work kind, std::size_t count) {
     comm.charge(static_cast<int>(k), kind, static_cast<double>(count), static_cast<double>(part.sweeper.bytes()));
 }
 
-// pack() of all hosted ranks.
+/// pack() of all hosted ranks.
 template <class M>
 void pack(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { charge(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
-// pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.
+/// pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.
 template <class M>
 void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     pack(scheme, parts, comm);
@@ -73,7 +74,7 @@ void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communi
 
 namespace detail {
 
-// Appends the inverse mass or inertia of the whole grain, for each of its degrees of freedom.
+/// Appends the inverse mass or inertia of the whole grain, for each of its degrees of freedom.
 template <class M>
 void add_inverse_masses(double inverse_mass, double inverse_inertia, Copies& copies) {
     for (int d = 0; d < M::dof; ++d) copies.inverse_mass.push_back(d < M::dim ? inverse_mass : inverse_inertia);
@@ -81,4 +82,4 @@ void add_inverse_masses(double inverse_mass, double inverse_inertia, Copies& cop
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

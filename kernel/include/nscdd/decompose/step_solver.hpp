@@ -1,4 +1,5 @@
-// What solves the contact problem of a step: by_nlgs(), by_nscdd(), or your own (kernel/examples/own_solver.cpp).
+/// @file
+/// What solves the contact problem of a step: by_nlgs(), by_nscdd(), or your own (kernel/examples/own_solver.cpp).
 #pragma once
 
 #include <concepts>
@@ -11,34 +12,34 @@
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// SolveReport solve(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds)
-//
-// Collective; parts[k] is the subdomain of rank comm.ranks()[k]. Called when the scene has a contact, perhaps several
-// times a step. In, of each subdomain's `problem`: contacts; bodies and driven walls with split masses (whole mass over
-// multiplicity) and V_free + M_E^-1 H_E r [m/s], r the impulses of the warm start [N s]. Out: impulses of the contacts,
-// and velocities that satisfy V = V_free + M^-1 H r, the same in all active copies of a body and of a driven wall on
-// all ranks. There are the contacts, bodies and walls of before, in their order. The report is the same on every rank.
-// Its time goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
+/// `SolveReport solve(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds)`
+///
+/// Collective; parts[k] is the subdomain of rank comm.ranks()[k]. Called when the scene has a contact, perhaps several
+/// times a step. In, of each subdomain's `problem`: contacts; bodies and driven walls with split masses (whole mass
+/// over multiplicity) and V_free + M_E^-1 H_E r [m/s], r the impulses of the warm start [N s]. Out: impulses of the
+/// contacts, and velocities that satisfy V = V_free + M^-1 H r, the same in all active copies of a body and of a driven
+/// wall on all ranks. There are the contacts, bodies and walls of before, in their order. The report is the same on
+/// every rank. Its time goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
 template <class S, class M>
 concept StepSolver = std::copy_constructible<S> &&
                      requires(S& solve, std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
                          { solve(std::move(parts), comm, seconds) } -> std::convertible_to<SolveReport>;
                      };
 
-// Any StepSolver.
+/// Any StepSolver.
 template <class M>
 using AnyStepSolver = std::function<SolveReport(std::span<Subdomain<M>>, Communicator&, PhaseSeconds&)>;
 
-// Charges a sweep's work for each iteration.
+/// Charges a sweep's work for each iteration.
 template <class M>
 void charge_iterations(Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
     comm.charge(0, Work::sweep, double(report.iterations) * double(part.problem.contact_count()), 0);
 }
 
-// A solver of one problem as a StepSolver, for scenes on one rank. solve(part) returns a SolveReport, charge(comm,
-// part, report) notes its work.
+/// A solver of one problem as a StepSolver, for scenes on one rank. solve(part) returns a SolveReport, charge(comm,
+/// part, report) notes its work.
 template <class M>
 AnyStepSolver<M> on_one_rank(const char* name, auto solve, auto charge) {
     return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
@@ -51,4 +52,4 @@ AnyStepSolver<M> on_one_rank(const char* name, auto solve, auto charge) {
     };
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// What travels between ranks as doubles, grains and impulses of pairs, and how a pair is found by its ids.
+/// @file
+/// What travels between ranks as doubles, grains and impulses of pairs, and how a pair is found by its ids.
 #pragma once
 
 #include <bit>
@@ -10,13 +11,14 @@
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
+/// Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
 template <class M>
 struct PairImpulse {
-    int i, j;               // ids of the grains, i the lower one
-    typename M::Impulse r;  // on i [N s]
+    int i;                  ///< id of the grain with the lower one
+    int j;                  ///< id of the other grain, or -1 - number of the wall
+    typename M::Impulse r;  ///< on i [N s]
 };
 
 namespace detail {
@@ -25,8 +27,8 @@ constexpr std::uint64_t pair_key(int i, int j) {
     return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(i)) << 32) | static_cast<std::uint32_t>(j);
 }
 
-// A hash table from pairs to pointers, null unless set; for as many pairs as it was made for, at most.
-// std::unordered_map allocates for each pair, which took a tenth of the detection's time.
+/// A hash table from pairs to pointers, null unless set; for as many pairs as it was made for, at most.
+/// std::unordered_map allocates for each pair, which took a tenth of the detection's time.
 template <class T>
 class PairTable {
   public:
@@ -43,7 +45,7 @@ class PairTable {
     std::vector<std::pair<std::uint64_t, T*>> slots_;
 };
 
-// Records as doubles.
+/// Records as doubles.
 template <class M>
 struct Wire {
     static constexpr std::size_t grain_size = 5 + M::dim + 2 * M::dof;
@@ -74,12 +76,12 @@ struct Wire {
     }
 };
 
-// A rank that has a copy of a grain.
+/// A rank that has a copy of a grain.
 struct Holding {
-    int grain, rank;  // the grain's id
+    int grain, rank;  ///< the grain's id
     auto operator<=>(const Holding&) const = default;
 };
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

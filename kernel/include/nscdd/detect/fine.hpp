@@ -1,5 +1,6 @@
-// Narrow phase (the paper's fine detection): contacts of this step out of the candidates of the broad phase, with gap,
-// normal, levers and bias.
+/// @file
+/// Narrow phase (the paper's fine detection): contacts of this step out of the candidates of the broad phase, with gap,
+/// normal, levers and bias.
 #pragma once
 
 #include <algorithm>
@@ -13,14 +14,15 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The deepest overlap among the candidates of a subdomain.
+/// The deepest overlap among the candidates of a subdomain.
 struct Overlap {
-    double ratio = 0;    // overlap over the smaller radius; 0: there is none
-    int i = -1, j = -1;  // ids; j < 0: wall -1-j
+    double ratio = 0;  ///< overlap over the smaller radius; 0: there is none
+    int i = -1;        ///< id
+    int j = -1;        ///< id; j < 0: wall -1-j
 
-    // Keeps the deeper one; of equal ones the first.
+    /// Keeps the deeper one; of equal ones the first.
     void note(const Overlap& other) {
         if (other.ratio > ratio) *this = other;
     }
@@ -28,7 +30,7 @@ struct Overlap {
 
 namespace detail {
 
-// Warm start: last step's impulse, made one that the law allows about the new normal.
+/// Warm start: last step's impulse, made one that the law allows about the new normal.
 template <class M>
 [[gnu::always_inline]] inline typename M::Impulse admissible(const typename M::Impulse& r,
                                                              const typename M::Vec& normal,
@@ -44,8 +46,8 @@ template <class M>
     }
 }
 
-// True if the candidate is a contact now; else its impulse becomes 0.
-// e = 0: gap <= alert and no passing by, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.5).
+/// True if the candidate is a contact now; else its impulse becomes 0.
+/// e = 0: gap <= alert and no passing by, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.5).
 template <class M>
 bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert, bool passes) {
     const bool impact = pairing.restitution > 0;
@@ -72,8 +74,8 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::P
 
 }  // namespace detail
 
-// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
-// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
+/// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
+/// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
 template <class M>
 Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                         double alert) {
@@ -128,4 +130,4 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     return worst;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,5 +1,6 @@
-// What a step's motion does to candidates between two detections: contacts that were left out, contacts of grains that
-// pass each other, and grains that pass through each other or through a wall unseen.
+/// @file
+/// What a step's motion does to candidates between two detections: contacts that were left out, contacts of grains that
+/// pass each other, and grains that pass through each other or through a wall unseen.
 #pragma once
 
 #include <algorithm>
@@ -14,23 +15,25 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
+/// Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
 struct Passage {
-    // Step that would do [s]: the pair is then detected while its overlap is allowed. 0: it overlaps more at the start.
+    /// Step that would do [s]: the pair is then detected while its overlap is allowed. 0: it overlaps more at the
+    /// start.
     double h = std::numeric_limits<double>::infinity();
-    int i = -1, j = -1;  // ids; j < 0: wall -1-j
+    int i = -1;  ///< id
+    int j = -1;  ///< id; j < 0: wall -1-j
 
-    bool found() const { return std::isfinite(h); }  // whether there is such a pair
-    // Keeps the one that needs the smaller step; of equal ones that of lower ids.
+    bool found() const { return std::isfinite(h); }  ///< whether there is such a pair
+    /// Keeps the one that needs the smaller step; of equal ones that of lower ids.
     void note(const Passage& other) {
         if (std::tie(other.h, other.i, other.j) < std::tie(h, i, j)) *this = other;
     }
 };
 
-// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s]. Overlaps
-// are allowed up to `largest_overlap` times the smaller radius.
+/// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s].
+/// Overlaps are allowed up to `largest_overlap` times the smaller radius.
 template <class M>
 Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
                            double h, double theta, double largest_overlap) {
@@ -61,10 +64,10 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
     return worst;
 }
 
-// The step at which each pair with restitution whose straight paths lead to more overlap than is allowed, however late,
-// is detected before [s]: the least allowed overlap over the speed at which it closes; infinity if there is no such
-// pair. The pair that a step is refused for is not always the one that needs the smallest step. velocity(g): of a local
-// grain [m/s]; speed(w): of a wall along its normal [m/s].
+/// The step at which each pair with restitution whose straight paths lead to more overlap than is allowed, however
+/// late, is detected before [s]: the least allowed overlap over the speed at which it closes; infinity if there is no
+/// such pair. The pair that a step is refused for is not always the one that needs the smallest step. velocity(g): of a
+/// local grain [m/s]; speed(w): of a wall along its normal [m/s].
 template <class M>
 double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
                           double largest_overlap, auto&& velocity, auto&& speed) {
@@ -91,15 +94,16 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
     return least;
 }
 
-// What find_unseen() finds in a subdomain.
+/// What find_unseen() finds in a subdomain.
 struct Unseen {
-    bool closes = false;  // candidates without restitution are to be contacts, see mark_missed(): solved again
-    Passage passage;      // of pairs with restitution, which act once they touch
+    bool closes = false;  ///< candidates without restitution are to be contacts, see mark_missed(): solved again
+    Passage passage;      ///< of pairs with restitution, which act once they touch
 };
 
-// Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own impulse.
-// Where others act too, one that takes little stays: solving again costs more than it is worth. What turns out to touch
-// without the contact is missed then, and stays a contact. True if there is one: the step is solved again.
+/// Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own
+/// impulse. Where others act too, one that takes little stays: solving again costs more than it is worth. What turns
+/// out to touch without the contact is missed then, and stays a contact. True if there is one: the step is solved
+/// again.
 template <class M>
 bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
@@ -126,10 +130,10 @@ bool mark_passing(Subdomain<M>& part, double h) {
     return found;
 }
 
-// Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion from
-// this detection to the next. Finds those without restitution that the step would close. Contacts without restitution
-// need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so all the way.
-// `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
+/// Checks the candidates that the law does not keep open, those left out and those with restitution, for the motion
+/// from this detection to the next. Finds those without restitution that the step would close. Contacts without
+/// restitution need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so
+/// all the way. `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
 Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                    double speed, double largest_overlap) {
@@ -173,12 +177,12 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
     return unseen;
 }
 
-// Candidates that find_unseen() has found to close become contacts in the next attempt. To be called only where no rank
-// has marked a contact as passing: its impulse may be what closes them.
+/// Candidates that find_unseen() has found to close become contacts in the next attempt. To be called only where no
+/// rank has marked a contact as passing: its impulse may be what closes them.
 template <class M>
 void mark_missed(Subdomain<M>& part) {
     for (auto* candidates : {&part.pairs, &part.wall_pairs})
         for (Candidate<M>& c : *candidates) c.missed |= c.closes;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

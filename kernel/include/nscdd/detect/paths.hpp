@@ -1,4 +1,6 @@
-// The straight paths of two bodies within a step: when they come nearer than so much, and whether they pass each other.
+/// @file
+/// The straight paths of two bodies within a step: when they come nearer than so much, and whether they pass each
+/// other.
 #pragma once
 
 #include <algorithm>
@@ -7,12 +9,10 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// Time at which two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity
-// if they do not within `time`, or separate.
+/// Time at which two spheres at `d` from each other, whose relative velocity is `w`, come nearer than `least`: infinity
+/// if they do not within `time`, or separate.
 template <class Vec>
 double when_nearer(const Vec& d, const Vec& w, double least, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();
@@ -25,7 +25,7 @@ double when_nearer(const Vec& d, const Vec& w, double least, double time) {
     return t < time ? t : never;
 }
 
-// Time at which the overlap of a grain and a plane exceeds `allowed`: infinity if it does not within `time`.
+/// Time at which the overlap of a grain and a plane exceeds `allowed`: infinity if it does not within `time`.
 inline double when_deeper(double gap, double closing, double allowed, double time) {
     constexpr double never = std::numeric_limits<double>::infinity();
     if (!(closing > 0)) return never;
@@ -33,9 +33,9 @@ inline double when_deeper(double gap, double closing, double allowed, double tim
     return t < time ? t : never;
 }
 
-// Whether a contact would deflect two spheres that pass each other: at `d` from each other, their relative velocity w
-// would close their gap by more than all of it along the normal, v_n < -bias, but does not take them within `least`,
-// the sum of their radii, in `time`. Only where the contact takes more than `negligible` [m] of their way.
+/// Whether a contact would deflect two spheres that pass each other: at `d` from each other, their relative velocity w
+/// would close their gap by more than all of it along the normal, v_n < -bias, but does not take them within `least`,
+/// the sum of their radii, in `time`. Only where the contact takes more than `negligible` [m] of their way.
 template <class Vec>
 bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, double least, double time,
              double negligible) {
@@ -43,10 +43,8 @@ bool pass_by(const Vec& d, const Vec& w, double normal_speed, double bias, doubl
     return taken > 0 && taken * time > negligible && !(when_nearer(d, w, least, time) < time);
 }
 
-// What a contact may take from the way of two grains that pass each other in a step (METHOD.md, section 2.4): a share
-// of the smaller radius; where other impulses act too, a share of the way.
+/// What a contact may take from the way of two grains that pass each other in a step (METHOD.md, section 2.4): a share
+/// of the smaller radius; where other impulses act too, a share of the way.
 constexpr double passing_way = 1e-5, passing_share = 0.01;
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,5 +1,6 @@
-// Broad phase (the paper's rough detection): all pairs closer than a skin, by sorted cells. Done every few steps
-// (paper, section 3).
+/// @file
+/// Broad phase (the paper's rough detection): all pairs closer than a skin, by sorted cells. Done every few steps
+/// (paper, section 3).
 #pragma once
 
 #include <algorithm>
@@ -12,19 +13,21 @@
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-struct GrainPair {  // two grains that are close to each other
-    int i, j;       // places in the list of grains; i has the lower id
+/// Two grains that are close to each other.
+struct GrainPair {
+    int i;  ///< place in the list of grains, of the one with the lower id
+    int j;  ///< place of the other one
 };
 
-// Cubic cells over the grains' centres, numbered along a Morton curve so that close in space is close in memory.
+/// Cubic cells over the grains' centres, numbered along a Morton curve so that close in space is close in memory.
 template <class M>
 class Cells {
   public:
-    using Coordinates = std::array<std::int64_t, M::dim>;  // of a cell, from 1 on along each axis
+    using Coordinates = std::array<std::int64_t, M::dim>;  ///< of a cell, from 1 on along each axis
 
-    // `size`: edge of a cell [m], at least the largest centre distance looked for.
+    /// `size`: edge of a cell [m], at least the largest centre distance looked for.
     Cells(std::span<const Grain<M>> grains, double size) {
         typename M::Vec high = M::Vec::Constant(-1e300);
         low_ = M::Vec::Constant(1e300);
@@ -33,14 +36,14 @@ class Cells {
         size_ = (std::max)(size, grains.empty() ? 1.0 : (high - low_).maxCoeff() / double(max_coordinate - 2));
     }
 
-    // Of the cell that the point is in; only for points within the box of the grains' centres.
+    /// Of the cell that the point is in; only for points within the box of the grains' centres.
     Coordinates coordinates(const typename M::Vec& x) const {
         Coordinates c;
         for (int d = 0; d < M::dim; ++d)
             c[static_cast<std::size_t>(d)] = static_cast<std::int64_t>((x[d] - low_[d]) / size_) + 1;
         return c;
     }
-    // Place of a cell on the Morton curve: the bits of its coordinates in turn.
+    /// Place of a cell on the Morton curve: the bits of its coordinates in turn.
     static std::uint64_t code(const Coordinates& c) {
         std::uint64_t code = 0;
         for (int d = 0; d < M::dim; ++d)
@@ -50,8 +53,8 @@ class Cells {
 
   private:
     static constexpr int bits = 63 / M::dim;
-    // The lower bits of x, `dim` places apart: first halves of the bits are moved to their places, then quarters, and
-    // so on.
+    /// The lower bits of x, `dim` places apart: first halves of the bits are moved to their places, then quarters, and
+    /// so on.
     static std::uint64_t spread(std::uint64_t x) {
         if constexpr (M::dim == 3) {
             x &= 0x1fffff;
@@ -75,7 +78,7 @@ class Cells {
     double size_;
 };
 
-// Sorts the grains along the cells' curve. Equal cells: by id, so that the order does not depend on history.
+/// Sorts the grains along the cells' curve. Equal cells: by id, so that the order does not depend on history.
 template <class M>
 void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
     std::vector<std::pair<std::uint64_t, int>> keys(grains.size());
@@ -91,16 +94,17 @@ void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
     grains.swap(sorted);
 }
 
-// More pairs than a list of candidates may hold; thrown by close_pairs().
+/// More pairs than a list of candidates may hold; thrown by close_pairs().
 struct TooManyPairs {
-    double overlap = 0;    // deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
-    int i = -1, j = -1;    // -1: none overlap by more than a radius
-    std::size_t most = 0;  // pairs that the list may hold
+    double overlap = 0;    ///< deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
+    int i = -1;            ///< -1: none overlap by more than a radius
+    int j = -1;            ///< likewise
+    std::size_t most = 0;  ///< pairs that the list may hold
 };
 
-// Called when a list is full, first at six pairs a grain. Throws if grains overlap by more than a radius, of which
-// there may be n^2 / 2 pairs, or if the list has its most. Fast grains have many neighbours within their skin: 250 a
-// grain is 1.7 radii a step in a dense packing of spheres.
+/// Called when a list is full, first at six pairs a grain. Throws if grains overlap by more than a radius, of which
+/// there may be n^2 / 2 pairs, or if the list has its most. Fast grains have many neighbours within their skin: 250 a
+/// grain is 1.7 radii a step in a dense packing of spheres.
 template <class M>
 void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPair> found) {
     TooManyPairs refused{.most = 250 * grains.size() + 1'000'000};
@@ -116,8 +120,8 @@ void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPai
     if (refused.i >= 0 || found.size() >= refused.most) throw refused;
 }
 
-// Pairs with a gap below `skin` [m] whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower
-// id. Throws TooManyPairs.
+/// Pairs with a gap below `skin` [m] whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower
+/// id. Throws TooManyPairs.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
     // Cells are numbered row by row, with an empty cell at both ends of a row. The neighbours of a cell are runs of
@@ -194,4 +198,4 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
     return pairs;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,47 +1,49 @@
-// The test of convergence of a solver that works on one problem as it stands: Newton's, gradients, one of your own.
-//
-//   nscdd::ConvergenceTest test(problem, options);   // at the start: velocities consistent with impulses
-//   do report.iterations += iterate(problem); while (!test(report));
 #pragma once
 
 #include "nscdd/iterate/iteration.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// The test of convergence of a solver that works on one problem as it stands: Newton's, gradients, one of your own.
+/// ```
+/// nscdd::ConvergenceTest test(problem, options);   // at the start: velocities consistent with impulses
+/// do report.iterations += iterate(problem); while (!test(report));
+/// ```
 template <class M>
 class ConvergenceTest {
   public:
+    /// At the start: velocities consistent with impulses.
     ConvergenceTest(const ContactProblem<M>& problem, const SolveOptions& options)
         : problem_(problem), options_(options), free_(free_velocities(problem)) {
         sums_.begin(problem, free_);
     }
-    // Writes what the iterate is like into the report, whose iterations the caller counts; true when it has converged
-    // or the cap of iterations is reached. Cost: about three sweeps.
+    /// Writes what the iterate is like into the report, whose iterations the caller counts; true when it has converged
+    /// or the cap of iterations is reached. Cost: about three sweeps.
     bool operator()(SolveReport& report) {
         const bool over = tested(*this, options_, true, residual_, report).over;
         if (!over && marks_.due(report.iterations)) mark();
         return over;
     }
-    // Writes the estimate of the iterate that was tested last, where the solver ends without convergence.
+    /// Writes the estimate of the iterate that was tested last, where the solver ends without convergence.
     void conclude(SolveReport& report) { report_distance(distance(residual_), options_, false, report); }
 
-    const FreeVelocities<M>& free() const { return free_; }  // V_free
-    // Gives the problem the velocities that its impulses make of V_free.
+    const FreeVelocities<M>& free() const { return free_; }  ///< V_free
+    /// Gives the problem the velocities that its impulses make of V_free.
     void set_velocities(ContactProblem<M>& problem) const { sums_.set_velocities(problem); }
-    // As Tested says.
+    /// As Tested says.
     ResidualParts residual() const { return residual_parts(problem_, free_); }
-    // The iterate becomes the mark.
+    /// The iterate becomes the mark.
     void mark() { sums_.mark(problem_); }
-    // To be called one iteration before a test, which then sees slow modes that the mark hides. Not a must.
+    /// To be called one iteration before a test, which then sees slow modes that the mark hides. Not a must.
     void keep() {
         kept_.emplace();
         kept_->take(problem_);
     }
-    // The estimate of the scene; residual: residual().
+    /// The estimate of the scene; residual: residual().
     DistanceEstimate distance(const ResidualParts& residual) {
         return estimate_distance(problem_, sums_, residual, kept_ ? &*kept_ : nullptr);
     }
-    // Of the scene [m].
+    /// Of the scene [m].
     double least_radius() const { return problem_.least_radius; }
 
   private:
@@ -54,4 +56,4 @@ class ConvergenceTest {
     ResidualParts residual_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

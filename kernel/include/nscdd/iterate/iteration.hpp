@@ -1,4 +1,5 @@
-// The outer loop that NLGS and NSCDD share: iterations, acceleration, and the test of convergence.
+/// @file
+/// The outer loop that NLGS and NSCDD share: iterations, acceleration, and the test of convergence.
 #pragma once
 
 #include <cmath>
@@ -8,13 +9,13 @@
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/iterate/options.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// What is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
-//   residual()             of the whole scene
-//   distance(residual)     the estimate of the whole scene, of its residual
-//   mark()                 the iterate becomes the mark of distance()
-//   least_radius()         of the scene [m], 0: unknown
+/// What is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
+///   residual()             of the whole scene
+///   distance(residual)     the estimate of the whole scene, of its residual
+///   mark()                 the iterate becomes the mark of distance()
+///   least_radius()         of the scene [m], 0: unknown
 template <class S>
 concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.residual() } -> std::same_as<ResidualParts>;
@@ -23,13 +24,13 @@ concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.least_radius() } -> std::convertible_to<double>;
 };
 
-// What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
-// (nscdd_solve.hpp). The iterate that it is made with is the first mark.
-//   keep()                 the iterate is kept, and distance() looks along the line from it to a later one as well
-//   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
-//                          returns the products that *a asks for, summed over all contacts
-//   restore_velocities()   V = V_free + M^-1 H r of the impulses held
-//   hand_over(residual)    Newton's method for the components that are far from an answer; what it has solved
+/// What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
+/// (nscdd_solve.hpp). The iterate that it is made with is the first mark.
+///   keep()                 the iterate is kept, and distance() looks along the line from it to a later one as well
+///   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
+///                          returns the products that *a asks for, summed over all contacts
+///   restore_velocities()   V = V_free + M^-1 H r of the impulses held
+///   hand_over(residual)    Newton's method for the components that are far from an answer; what it has solved
 template <class S>
 concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, const ResidualParts& residual) {
     system.keep();
@@ -38,11 +39,11 @@ concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, co
     { system.hand_over(residual) } -> std::same_as<HandedOver>;
 };
 
-// When the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ... iterations,
-// so that the line from mark to iterate spans half of all iterations and more.
+/// When the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ... iterations,
+/// so that the line from mark to iterate spans half of all iterations and more.
 class Marks {
   public:
-    // Whether the iterate after so many iterations is to be the mark from now on.
+    /// Whether the iterate after so many iterations is to be the mark from now on.
     bool due(int iterations) {
         if (iterations < 2 * last_) return false;
         last_ = iterations;
@@ -53,11 +54,11 @@ class Marks {
     int last_ = 0;
 };
 
-// Whether iterations get nowhere: twice as many have not halved the error. Asked at each mark.
+/// Whether iterations get nowhere: twice as many have not halved the error. Asked at each mark.
 class Stall {
   public:
-    static constexpr int earliest = 1000;  // iterations; before them Newton's method would cost more than it saves
-    // True if the error over its bounds has not halved since the last call.
+    static constexpr int earliest = 1000;  ///< iterations; before them Newton's method would cost more than it saves
+    /// True if the error over its bounds has not halved since the last call.
     bool seen(double error, int iterations) {
         const bool stalled = !(error <= 0.5 * last_) && iterations >= earliest;
         last_ = error;
@@ -68,14 +69,14 @@ class Stall {
     double last_ = std::numeric_limits<double>::infinity();
 };
 
-// What a test has found.
+/// What a test has found.
 struct TestResult {
-    bool over;        // the step has converged, or the cap is reached
-    double residual;  // over its bounds: residual_over_bounds()
+    bool over;        ///< the step has converged, or the cap is reached
+    double residual;  ///< over its bounds: residual_over_bounds()
 };
 
-// Tests the iterate. The estimate costs more than the residual, and is asked where that is small enough, or at the end.
-// may_pass: whether the step may have converged before the last test.
+/// Tests the iterate. The estimate costs more than the residual, and is asked where that is small enough, or at the
+/// end. may_pass: whether the step may have converged before the last test.
 template <Tested System>
 TestResult tested(System& system, const SolveOptions& options, bool may_pass, ResidualParts& residual,
                   SolveReport& report) {
@@ -87,7 +88,7 @@ TestResult tested(System& system, const SolveOptions& options, bool may_pass, Re
     return {report.converged || last, over_bounds};
 }
 
-// Iterates until the step has converged (SolveReport) or the cap is reached.
+/// Iterates until the step has converged (SolveReport) or the cap is reached.
 template <Iterated System>
 SolveReport iterate(System& system, const SolveOptions& options) {
     SolveReport report;
@@ -131,4 +132,4 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// When an iteration stops, and how it ended.
+/// @file
+/// When an iteration stops, and how it ended.
 #pragma once
 
 #include <algorithm>
@@ -9,27 +10,27 @@
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/law/distance.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// When NLGS or NSCDD stops, and how it iterates. The bounds: METHOD.md, section 5.6.
+/// When NLGS or NSCDD stops, and how it iterates. The bounds: METHOD.md, section 5.6.
 struct SolveOptions {
-    double tolerance = 1e-4;  // on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
-    // On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
+    double tolerance = 1e-4;  ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
+    /// On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
     double velocity_error = 0.1;
-    double energy_made = 1e-3;   // on ResidualParts::energy_made()
-    double penetration = 1e-3;   // on the penetration of the step over the least radius, where the problem has one
-    double gap_error = 1e-3;     // on DistanceEstimate::gap_error, where the problem has radii
-    double distance = 0.3;       // on DistanceEstimate::worst
-    int check_every = 10;        // iterations between two tests
-    int max_iterations = 20000;  // cap; one is made at least. A solve that it ends is reported as not converged
-    int sweeps = 1;              // n_GS of Alg. 1: sweeps between two gluings
-    double relaxation = 1;       // omega: a contact goes by 1/W times it; 0 to 2
-    // Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
-    // none
+    double energy_made = 1e-3;   ///< on ResidualParts::energy_made()
+    double penetration = 1e-3;   ///< on the penetration of the step over the least radius, where the problem has one
+    double gap_error = 1e-3;     ///< on DistanceEstimate::gap_error, where the problem has radii
+    double distance = 0.3;       ///< on DistanceEstimate::worst
+    int check_every = 10;        ///< iterations between two tests
+    int max_iterations = 20000;  ///< cap; one is made at least. A solve that it ends is reported as not converged
+    int sweeps = 1;              ///< n_GS of Alg. 1: sweeps between two gluings
+    double relaxation = 1;       ///< omega: a contact goes by 1/W times it; 0 to 2
+    /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
+    /// none
     int newton_contacts = 0;
-    int window = 0;  // of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
+    int window = 0;  ///< of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
 
-    // These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
+    /// These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
@@ -37,32 +38,32 @@ struct SolveOptions {
     }
 };
 
-// Converged: every bound of the options is kept. Without a least radius the penetration is not tested but only
-// reported, for the caller to judge; without radii there is no gap error.
+/// Converged: every bound of the options is kept. Without a least radius the penetration is not tested but only
+/// reported, for the caller to judge; without radii there is no gap error.
 struct SolveReport {
-    int iterations = 0;               // made, each of SolveOptions::sweeps sweeps
-    double residual = 0;              // eta
-    double velocity_error = 0;        // ResidualParts::velocity_error()
-    double energy_made = 0;           // of the scene, or of the component where it is larger
-    double velocity_change_norm = 0;  // |V - V_free|_M, what the contacts changed [J^1/2]
-    double penetration = 0;           // deepest that the step would close a contact [m]
-    double gap_error = 0;             // DistanceEstimate::gap_error
-    double distance = 0;              // DistanceEstimate::worst, of the worst component
-    double scene_distance = 0;        // DistanceEstimate::scene, of all components together
-    double newton_contacts = 0;       // contacts in components that Newton's method solved, as sweeps got nowhere
-    double rebounds_given_up = 0;     // of them those without a rebound, as none was found with it
-    bool converged = true;            // all tests are passed
+    int iterations = 0;               ///< made, each of SolveOptions::sweeps sweeps
+    double residual = 0;              ///< eta
+    double velocity_error = 0;        ///< ResidualParts::velocity_error()
+    double energy_made = 0;           ///< of the scene, or of the component where it is larger
+    double velocity_change_norm = 0;  ///< |V - V_free|_M, what the contacts changed [J^1/2]
+    double penetration = 0;           ///< deepest that the step would close a contact [m]
+    double gap_error = 0;             ///< DistanceEstimate::gap_error
+    double distance = 0;              ///< DistanceEstimate::worst, of the worst component
+    double scene_distance = 0;        ///< DistanceEstimate::scene, of all components together
+    double newton_contacts = 0;       ///< contacts in components that Newton's method solved, as sweeps got nowhere
+    double rebounds_given_up = 0;     ///< of them those without a rebound, as none was found with it
+    bool converged = true;            ///< all tests are passed
 };
 
-// What an iteration has handed over to Newton's method.
+/// What an iteration has handed over to Newton's method.
 struct HandedOver {
-    double contacts = 0;           // in components that it has solved
-    double rebounds_given_up = 0;  // of them those without a rebound, as no answer was found with it
-    auto summed() { return std::tie(contacts, rebounds_given_up); }  // what reduce() adds up
-    auto largest() { return std::tie(); }                            // reduce() takes the largest of no member
+    double contacts = 0;           ///< in components that it has solved
+    double rebounds_given_up = 0;  ///< of them those without a rebound, as no answer was found with it
+    auto summed() { return std::tie(contacts, rebounds_given_up); }  ///< what reduce() adds up
+    auto largest() { return std::tie(); }                            ///< reduce() takes the largest of no member
 };
 
-// Throws std::invalid_argument unless the bounds of SolveOptions, or of NewtonOptions, are numbers and not negative.
+/// Throws std::invalid_argument unless the bounds of SolveOptions, or of NewtonOptions, are numbers and not negative.
 inline void check_bounds(const auto& options) {
     for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
                                options.gap_error, options.distance})
@@ -72,7 +73,7 @@ inline void check_bounds(const auto& options) {
                 "negative");
 }
 
-// Throws std::invalid_argument for options with which no solver ends.
+/// Throws std::invalid_argument for options with which no solver ends.
 inline void check_options(const SolveOptions& options) {
     const double omega = options.relaxation;
     check_bounds(options);
@@ -85,14 +86,14 @@ inline void check_options(const SolveOptions& options) {
         throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
 }
 
-// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
+/// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
 template <class Options>
 int until_test(const Options& options, const SolveReport& report) {
     return (std::max)(1, (std::min)(options.check_every, options.max_iterations - report.iterations));
 }
 
-// Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
-// Throws std::runtime_error when the measure is not finite.
+/// Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
+/// Throws std::runtime_error when the measure is not finite.
 template <class Options>
 SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure) {
     SolveReport report;
@@ -107,18 +108,18 @@ SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure
     return report;
 }
 
-// True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
-// do not pay for the set-up, measured to cost about 360 solved contacts.
+/// True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
+/// do not pay for the set-up, measured to cost about 360 solved contacts.
 inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
     return options.window > 0 && report.iterations > 0 && (std::max)(report.iterations, 10) * contacts >= 360;
 }
 
-// Whether the step would close a contact farther than the options allow. Never without a least radius.
+/// Whether the step would close a contact farther than the options allow. Never without a least radius.
 inline bool too_deep(const SolveReport& report, const SolveOptions& options, double least_radius) {
     return least_radius > 0 && report.penetration > options.penetration * least_radius;
 }
 
-// The largest figure of the residual over its bound; 1 or less where all bounds of it are kept.
+/// The largest figure of the residual over its bound; 1 or less where all bounds of it are kept.
 inline double residual_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
     double worst = (std::max)({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
                                report.energy_made / options.energy_made});
@@ -126,16 +127,16 @@ inline double residual_over_bounds(const SolveReport& report, const SolveOptions
     return worst;
 }
 
-// How far the iterate is from being converged: as residual_over_bounds(), and of the estimate where it was asked for.
+/// How far the iterate is from being converged: as residual_over_bounds(), and of the estimate where it was asked for.
 inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
     const double worst = residual_over_bounds(report, options, least_radius);
     return worst > 1 ? worst
                      : (std::max)({worst, report.gap_error / options.gap_error, report.distance / options.distance});
 }
 
-// Writes the residual into the report; true when its bounds are kept, and those of the estimate are left to ask
-// (report_distance()). least_radius: of the scene [m], 0 where it is not known. Throws std::runtime_error when eta is
-// not finite.
+/// Writes the residual into the report; true when its bounds are kept, and those of the estimate are left to ask
+/// (report_distance()). least_radius: of the scene [m], 0 where it is not known. Throws std::runtime_error when eta is
+/// not finite.
 inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
                             SolveReport& report) {
     report.residual = parts.eta();
@@ -151,7 +152,7 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
            !too_deep(report, options, least_radius);
 }
 
-// Writes the estimate into the report. near: report_residual() was true.
+/// Writes the estimate into the report. near: report_residual() was true.
 inline void report_distance(const DistanceEstimate& estimate, const SolveOptions& options, bool near,
                             SolveReport& report) {
     report.energy_made = (std::max)(report.energy_made, estimate.energy_made);
@@ -162,4 +163,4 @@ inline void report_distance(const DistanceEstimate& estimate, const SolveOptions
                        report.distance <= options.distance;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

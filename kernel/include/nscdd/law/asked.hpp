@@ -1,4 +1,3 @@
-// What its contacts ask of a body whose neighbours stay as they are (METHOD.md, section 5.5).
 #pragma once
 
 #include <tuple>
@@ -7,23 +6,24 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// What its contacts ask of a body whose neighbours stay as they are (METHOD.md, section 5.5).
 template <class M>
 struct Asked {
-    using Matrix = Eigen::Matrix<double, M::dim, M::dim>;             // of A
-    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;  // that copies of a body send each other
-    Matrix held = Matrix::Zero();                   // A: sum of the projections on what its contacts hold
-    typename M::Vec miss = M::Vec::Zero();          // b: sum of what they miss in it [m/s]
-    auto summed() { return std::tie(held, miss); }  // what copies of the body add up
+    using Matrix = Eigen::Matrix<double, M::dim, M::dim>;             ///< of A
+    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;  ///< that copies of a body send each other
+    Matrix held = Matrix::Zero();                   ///< A: sum of the projections on what its contacts hold
+    typename M::Vec miss = M::Vec::Zero();          ///< b: sum of what they miss in it [m/s]
+    auto summed() { return std::tie(held, miss); }  ///< what copies of the body add up
 
-    // sign: 1 of the first body of a contact, -1 of the second.
+    /// sign: 1 of the first body of a contact, -1 of the second.
     void add(const Matrix& contact_holds, const typename M::Vec& contact_misses, double sign) {
         held += contact_holds;
         miss += sign * contact_misses;
     }
-    // Square of the least change of velocity u that gives them what they ask, in the mean: |A^+ b|^2 [m^2/s^2]. Of the
-    // rank that A has but for round-off; by the theorem of Cayley and Hamilton where that is accurate.
+    /// Square of the least change of velocity u that gives them what they ask, in the mean: |A^+ b|^2 [m^2/s^2]. Of the
+    /// rank that A has but for round-off; by the theorem of Cayley and Hamilton where that is accurate.
     double square() const {
         const double b = miss.squaredNorm();
         if (b == 0) return 0;
@@ -40,7 +40,7 @@ struct Asked {
     }
 
   private:
-    // The same, axis by axis.
+    /// The same, axis by axis.
     double square_by_axes(double least) const {
         const Eigen::SelfAdjointEigenSolver<Matrix> axes(held);
         double sum = 0;
@@ -52,4 +52,4 @@ struct Asked {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

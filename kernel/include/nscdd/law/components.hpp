@@ -1,4 +1,5 @@
-// The components of a scene: bodies that contacts join. What happens in one of them does not reach another.
+/// @file
+/// The components of a scene: bodies that contacts join. What happens in one of them does not reach another.
 #pragma once
 
 #include <algorithm>
@@ -11,18 +12,19 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Sets that are joined two by two.
+/// Sets that are joined two by two.
 class UnionFind {
   public:
+    /// `count` sets of one member.
     explicit UnionFind(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-    // The member that stands for the set of k.
+    /// The member that stands for the set of k.
     int find(int k) {
         while (parent(k) != k) k = parent(k) = parent(parent(k));
         return k;
     }
-    // Makes one set of those of a and b.
+    /// Makes one set of those of a and b.
     void join(int a, int b) {
         a = find(a), b = find(b);
         parent((std::max)(a, b)) = (std::min)(a, b);
@@ -33,27 +35,28 @@ class UnionFind {
     std::vector<int> parent_;
 };
 
-// Size and shape of a component. Copies of a body count for their share of it, so that parts add up.
+/// Size and shape of a component. Copies of a body count for their share of it, so that parts add up.
 template <class M>
 struct ComponentShape {
-    double mass = 0;                                        // of bodies and driven walls [kg]
-    double bodies = 0;                                      // grains
-    double contacts = 0;                                    // all of them
-    double pairs = 0;                                       // those between grains
-    double closeness = 0;                                   // sum over them of the inverse distance of centres [1/m]
-    typename M::Vec minus_low = lowest(), high = lowest();  // box round the centres [m]
-    auto summed() { return std::tie(mass, bodies, contacts, pairs, closeness); }  // what reduce() adds up
-    auto largest() { return std::tie(minus_low, high); }                          // what reduce() takes the largest of
+    double mass = 0;                       ///< of bodies and driven walls [kg]
+    double bodies = 0;                     ///< grains
+    double contacts = 0;                   ///< all of them
+    double pairs = 0;                      ///< those between grains
+    double closeness = 0;                  ///< sum over them of the inverse distance of centres [1/m]
+    typename M::Vec minus_low = lowest();  ///< box round the centres: minus its lower corner [m]
+    typename M::Vec high = lowest();       ///< and its upper one [m]
+    auto summed() { return std::tie(mass, bodies, contacts, pairs, closeness); }  ///< what reduce() adds up
+    auto largest() { return std::tie(minus_low, high); }  ///< what reduce() takes the largest of
 
-    // Takes in another part of the component.
+    /// Takes in another part of the component.
     void merge(const ComponentShape& part) {
         mass += part.mass, bodies += part.bodies, contacts += part.contacts, pairs += part.pairs;
         closeness += part.closeness;
         minus_low = minus_low.cwiseMax(part.minus_low), high = high.cwiseMax(part.high);
     }
-    // Number of grains from one end to the other: the longest edge of the box over the harmonic mean distance of
-    // neighbours, in which small grains count. Of a chain, which a box may hold folded, all its grains; without known
-    // centres as many as a cube has along an edge.
+    /// Number of grains from one end to the other: the longest edge of the box over the harmonic mean distance of
+    /// neighbours, in which small grains count. Of a chain, which a box may hold folded, all its grains; without known
+    /// centres as many as a cube has along an edge.
     double length() const {
         if (pairs == 0) return 1;
         if (pairs < 1.1 * bodies) return bodies;
@@ -65,11 +68,12 @@ struct ComponentShape {
     static typename M::Vec lowest() { return M::Vec::Constant(std::numeric_limits<double>::lowest()); }
 };
 
-// Labels of the components of one problem. Grains and driven walls join what touches them; fixed walls, those with
-// prescribed motion and bodies without inverse mass do not.
+/// Labels of the components of one problem. Grains and driven walls join what touches them; fixed walls, those with
+/// prescribed motion and bodies without inverse mass do not.
 template <class M>
 class Components {
   public:
+    /// Of the problem as it stands.
     explicit Components(const ContactProblem<M>& problem)
         : of_body_(problem.bodies.size(), -1), of_wall_(problem.walls.size(), -1) {
         const auto bodies = static_cast<int>(of_body_.size());
@@ -96,17 +100,17 @@ class Components {
         }
     }
 
-    std::size_t count() const { return index(count_); }             // number of components
-    int of_body(std::size_t body) const { return of_body_[body]; }  // -1: no contact
-    int of_wall(std::size_t wall) const { return of_wall_[wall]; }  // -1: not driven, or no contact
-    // Label of a contact between grains.
+    std::size_t count() const { return index(count_); }             ///< number of components
+    int of_body(std::size_t body) const { return of_body_[body]; }  ///< -1: no contact
+    int of_wall(std::size_t wall) const { return of_wall_[wall]; }  ///< -1: not driven, or no contact
+    /// Label of a contact between grains.
     int of(const Contact<M>& c) const {
         return (std::max)(of_body(index(c.i)), of_body(index(c.j)));
     }  // between grains
-    // Label of a contact with a wall.
+    /// Label of a contact with a wall.
     int of_wall_contact(const Contact<M>& c) const { return (std::max)(of_body(index(c.i)), of_wall(index(c.j))); }
 
-    // By label.
+    /// By label.
     std::vector<ComponentShape<M>> shapes(const ContactProblem<M>& problem) const {
         std::vector<ComponentShape<M>> shapes(count());
         for (std::size_t b = 0; b < of_body_.size(); ++b) {
@@ -139,4 +143,4 @@ class Components {
     int count_ = 0;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

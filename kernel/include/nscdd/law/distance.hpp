@@ -1,5 +1,6 @@
-// How far the velocities are from an answer, component by component, and by how much gaps would have to differ for the
-// iterate to be one (METHOD.md, sections 5.4 and 5.5).
+/// @file
+/// How far the velocities are from an answer, component by component, and by how much gaps would have to differ for the
+/// iterate to be one (METHOD.md, sections 5.4 and 5.5).
 #pragma once
 
 #include <optional>
@@ -10,32 +11,33 @@
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate; r_1, V_1:
-// one iteration ago.
+/// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate; r_1, V_1:
+/// one iteration ago.
 struct ComponentSums {
-    double work = 0;                         // as ResidualParts::work [J]
-    double made = 0;                         // as ResidualParts::made [J]
-    double slope = 0;                        // sum of (r - r_0).law_miss() [J]
-    double moved = 0;                        // |V - V_0|_M^2 [J]
-    double last_slope = 0;                   // sum of (r - r_1).law_miss() [J]
-    double last_moved = 0;                   // |V - V_1|_M^2 [J]
-    double both_moved = 0;                   // (V - V_0).M (V - V_1) [J]
-    double change = 0;                       // |V - V_free|_M^2 [J]
-    double quartic = 0;                      // as VelocityChange::quartic
-    double alone = 0;                        // sum of m Asked::square() over its grains [J]
-    double closing = 0, closing_square = 0;  // of acting contacts, sums of |w_n| [m/s] and of -w_n |w_n| [m^2/s^2]
-    double gap_error = 0;                    // largest change of a gap that its contact asks for, over its radius
-    double miss = 0;                         // as ResidualParts::miss [m/s]
-    // What reduce() adds up.
+    double work = 0;            ///< as ResidualParts::work [J]
+    double made = 0;            ///< as ResidualParts::made [J]
+    double slope = 0;           ///< sum of (r - r_0).law_miss() [J]
+    double moved = 0;           ///< |V - V_0|_M^2 [J]
+    double last_slope = 0;      ///< sum of (r - r_1).law_miss() [J]
+    double last_moved = 0;      ///< |V - V_1|_M^2 [J]
+    double both_moved = 0;      ///< (V - V_0).M (V - V_1) [J]
+    double change = 0;          ///< |V - V_free|_M^2 [J]
+    double quartic = 0;         ///< as VelocityChange::quartic
+    double alone = 0;           ///< sum of m Asked::square() over its grains [J]
+    double closing = 0;         ///< of acting contacts, sum of |w_n| [m/s]
+    double closing_square = 0;  ///< of acting contacts, sum of -w_n |w_n| [m^2/s^2]
+    double gap_error = 0;       ///< largest change of a gap that its contact asks for, over its radius
+    double miss = 0;            ///< as ResidualParts::miss [m/s]
+    /// What reduce() adds up.
     auto summed() {
         return std::tie(work, made, slope, moved, last_slope, last_moved, both_moved, change, quartic, alone, closing,
                         closing_square);
     }
-    auto largest() { return std::tie(gap_error, miss); }  // what it takes the largest of
+    auto largest() { return std::tie(gap_error, miss); }  ///< what it takes the largest of
 
-    // Takes in another part of the component.
+    /// Takes in another part of the component.
     ComponentSums& operator+=(const ComponentSums& other) {
         work += other.work, made += other.made, change += other.change, quartic += other.quartic;
         slope += other.slope, moved += other.moved;
@@ -46,16 +48,17 @@ struct ComponentSums {
     }
 };
 
-// What is said of a whole scene.
+/// What is said of a whole scene.
 struct DistanceEstimate {
-    double worst = 0;        // estimate of |V - V*|_M / |V* - V_free|_M, of the component where it is largest
-    double scene = 0;        // the same of all components together
-    double energy_made = 0;  // of the component where it is largest, over its own |V - V_free|_M^2
-    double gap_error = 0;  // largest change of a gap that would make the iterate exact, over the contact's least radius
-    auto summed() { return std::tie(); }                                // reduce() adds up no member
-    auto largest() { return std::tie(worst, energy_made, gap_error); }  // what reduce() takes the largest of
+    double worst = 0;        ///< estimate of |V - V*|_M / |V* - V_free|_M, of the component where it is largest
+    double scene = 0;        ///< the same of all components together
+    double energy_made = 0;  ///< of the component where it is largest, over its own |V - V_free|_M^2
+    /// Largest change of a gap that would make the iterate exact, over the contact's least radius.
+    double gap_error = 0;
+    auto summed() { return std::tie(); }                                ///< reduce() adds up no member
+    auto largest() { return std::tie(worst, energy_made, gap_error); }  ///< what reduce() takes the largest of
 
-    // Takes in one component. residual: of the scene.
+    /// Takes in one component. residual: of the scene.
     void note(const ComponentSums& sums, double mass, double length, const ResidualParts& residual) {
         take(gap_error, sums.gap_error);
         if (residual.eta() == 0) return;
@@ -74,11 +77,11 @@ struct DistanceEstimate {
         if (sums.miss > 0) take(worst, 3 * sums.miss / (std::max)(own, 1e-4 * mean));
         take(energy_made, sums.made > 0 ? sums.made / scale : 0);
     }
-    // Takes in the estimate of one component.
+    /// Takes in the estimate of one component.
     void note(const DistanceEstimate& other) {
         take(worst, other.worst), take(energy_made, other.energy_made), take(gap_error, other.gap_error);
     }
-    // Takes in the sums over all components.
+    /// Takes in the sums over all components.
     void note_scene(const ComponentSums& sums, const ResidualParts& residual) {
         scene = residual.eta() == 0 ? 0 : from_lines(sums, residual.scale());
     }
@@ -87,8 +90,8 @@ struct DistanceEstimate {
     static void take(double& most, double value) {  // the larger one, NaN if one is
         if (value > most || std::isnan(value)) most = std::isnan(most) ? most : value;
     }
-    // The larger of two relative distances: the root of A, the work that the law forbids, and sigma, the distance to the
-    // best point in the plane of the lines through the mark and through the last iterate.
+    /// The larger of two relative distances: the root of A, the work that the law forbids, and sigma, the distance to
+    /// the best point in the plane of the lines through the mark and through the last iterate.
     static double from_lines(const ComponentSums& sums, double scale) {
         if (sums.work == 0 && sums.slope == 0 && sums.last_slope == 0) return 0;
         // what round-off moves by itself: a line so short leads anywhere
@@ -106,9 +109,9 @@ struct DistanceEstimate {
     }
 };
 
-// The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
-// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep. An impulse that changes
-// w_n by less than 1e-12 of it is none: solvers that only halve it never end at 0. wn: W_n [1/kg].
+/// The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
+/// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep. An impulse that changes
+/// w_n by less than 1e-12 of it is none: solvers that only halve it never end at 0. wn: W_n [1/kg].
 template <class M>
 typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, double wn) {
     const auto none = [wn](double opening, double excess) { return wn * excess <= 1e-12 * std::abs(opening); };
@@ -129,7 +132,7 @@ typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, 
     }
 }
 
-// By how much one contact alone misses its law, |W_cc (r' - r)| [m/s]; w: of whole masses.
+/// By how much one contact alone misses its law, |W_cc (r' - r)| [m/s]; w: of whole masses.
 template <class M>
 double contact_miss(const Contact<M>& c, const typename M::Impulse& v, const DelassusDiagonal& w) {
     if constexpr (M::friction) {
@@ -141,40 +144,40 @@ double contact_miss(const Contact<M>& c, const typename M::Impulse& v, const Del
     }
 }
 
-// The sums of one problem whose velocities are glued. Its components are found when first asked for.
+/// The sums of one problem whose velocities are glued. Its components are found when first asked for.
 template <class M>
 class DistanceSums {
   public:
-    std::vector<ComponentSums> components;  // by label
-    std::vector<Asked<M>> asked;            // of each body, by this problem's contacts
+    std::vector<ComponentSums> components;  ///< by label
+    std::vector<Asked<M>> asked;            ///< of each body, by this problem's contacts
 
-    // Before the first iteration: velocities are V_free + M^-1 H r of the warm start.
+    /// Before the first iteration: velocities are V_free + M^-1 H r of the warm start.
     void begin(const ContactProblem<M>& problem, FreeVelocities<M> free) {
         free_ = std::move(free);
         labels_.reset();
         mark(problem);
     }
-    // Velocities of these impulses: V_free + M^-1 H r, with the inverse masses as they stand.
+    /// Velocities of these impulses: V_free + M^-1 H r, with the inverse masses as they stand.
     void set_velocities(ContactProblem<M>& problem) const {
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) problem.bodies[b].v = free_.bodies[b];
         for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free_.walls[w];
         for (const auto& c : problem.contacts) apply_impulse(problem, c, c.r, BetweenGrains{});
         for (const auto& c : problem.wall_contacts) apply_impulse(problem, c, c.r, WithWall{});
     }
-    // The iterate as it is becomes the mark.
+    /// The iterate as it is becomes the mark.
     void mark(const ContactProblem<M>& problem) { mark_.take(problem); }
-    const FreeVelocities<M>& free() const { return free_; }  // of begin()
-    // The components, found when first asked for.
+    const FreeVelocities<M>& free() const { return free_; }  ///< of begin()
+    /// The components, found when first asked for.
     const Components<M>& labels(const ContactProblem<M>& problem) {
         if (!labels_) labels_.emplace(problem);
         return *labels_;
     }
-    // Sums over the components of the iterate as it is. last: the one before it; may be null.
+    /// Sums over the components of the iterate as it is. last: the one before it; may be null.
     void add_up(const ContactProblem<M>& problem, const Iterate<M>* last) {
         add_contacts(problem, last);
         add_bodies(problem);
     }
-    // The first part of add_up(). After it copies of a body add up what is asked of it.
+    /// The first part of add_up(). After it copies of a body add up what is asked of it.
     void add_contacts(const ContactProblem<M>& problem, const Iterate<M>* last) {
         last_ = last ? last : &mark_;
         const Components<M>& labels = this->labels(problem);
@@ -188,7 +191,7 @@ class DistanceSums {
         for (const Contact<M>& c : problem.wall_contacts) add_contact(c, WithWall{}, labels.of_wall_contact(c));
         for (const Contact<M>& c : problem.contacts) add_contact(c, BetweenGrains{}, labels.of(c));
     }
-    // The second part of add_up().
+    /// The second part of add_up().
     void add_bodies(const ContactProblem<M>& problem) {
         const Components<M>& labels = this->labels(problem);
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
@@ -221,7 +224,7 @@ class DistanceSums {
         sums.change += energy;
         sums.quartic += energy * energy * inverse_mass;
     }
-    // u.M v [J].
+    /// u.M v [J].
     static double product(const Body<M>& body, const typename M::Velocity& u, const typename M::Velocity& v) {
         double sum = u.template head<M::dim>().dot(v.template head<M::dim>()) / body.inv_mass;
         if constexpr (M::friction)
@@ -229,7 +232,7 @@ class DistanceSums {
                 sum += u.template tail<M::spins>().dot(v.template tail<M::spins>()) / body.inv_inertia;
         return sum;
     }
-    // since_mark, since_last: changes of its impulse.
+    /// since_mark, since_last: changes of its impulse.
     void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& since_mark,
              const typename M::Impulse& since_last, ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
@@ -259,7 +262,7 @@ class DistanceSums {
         sums.gap_error = (std::max)(sums.gap_error, problem.h * miss.norm() / radius);
     }
 
-    // What an acting contact asks of its bodies. It holds its normal, and all directions where friction holds it.
+    /// What an acting contact asks of its bodies. It holds its normal, and all directions where friction holds it.
     void ask(const Contact<M>& c, const typename M::Impulse& miss, auto kind) {
         typename Asked<M>::Matrix holds = c.normal * c.normal.transpose();
         typename M::Vec misses;
@@ -278,10 +281,10 @@ class DistanceSums {
     FreeVelocities<M> free_;
     std::optional<Components<M>> labels_;
     Iterate<M> mark_;
-    const Iterate<M>* last_ = nullptr;  // between add_contacts() and add_bodies()
+    const Iterate<M>* last_ = nullptr;  ///< between add_contacts() and add_bodies()
 };
 
-// The estimate of a whole scene in one problem. last: the iterate before this one; may be null.
+/// The estimate of a whole scene in one problem. last: the iterate before this one; may be null.
 template <class M>
 DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSums<M>& sums,
                                    const ResidualParts& residual, const Iterate<M>* last) {
@@ -297,4 +300,4 @@ DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSum
     return estimate;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,6 +1,8 @@
-// How wrong the impulses of a problem in local form are, by the measures that contact codes publish and by ours.
-//
-//   nscdd::ErrorMeasures e = nscdd::error_measures(problem, r);
+/// @file
+/// How wrong the impulses of a problem in local form are, by the measures that contact codes publish and by ours.
+/// ```
+/// nscdd::ErrorMeasures e = nscdd::error_measures(problem, r);
+/// ```
 #pragma once
 
 #include <algorithm>
@@ -11,25 +13,25 @@
 #include "nscdd/law/eta.hpp"
 #include "nscdd/law/one_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Dimensionless, 0 for an exact answer; velocities are u = W r + q always. Norms are Euclidean over all components,
-// "largest" is the largest absolute component: of r, or of u and q together.
+/// Dimensionless, 0 for an exact answer; velocities are u = W r + q always. Norms are Euclidean over all components,
+/// "largest" is the largest absolute component: of r, or of u and q together.
 struct ErrorMeasures {
-    double natural_map = 0;            // |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
-    double natural_map_velocity = 0;   // F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
-    double natural_map_impulse = 0;    // the same F over |r|
-    double eta = 0;                    // energy residual (METHOD.md, section 5.1)
-    double least_normal_impulse = 0;   // least r_n over the largest impulse: negative where a contact pulls
-    double cone_excess = 0;            // most that |r_t| exceeds mu r_n, over the largest impulse
-    double least_normal_velocity = 0;  // least u_n over the largest velocity: negative where a contact closes
-    double complementarity = 0;        // largest |u_n r_n| over largest velocity times largest impulse
-    double dissipation = 0;  // largest |mu r_n |u_t| + r_t . u_t|, what friction fails to dissipate, over the same
-    std::size_t worst_contact = 0;  // where F with rho = 1 is largest
-    double worst = 0;               // and how large it is there, over the same as natural_map
+    double natural_map = 0;            ///< |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
+    double natural_map_velocity = 0;   ///< F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
+    double natural_map_impulse = 0;    ///< the same F over |r|
+    double eta = 0;                    ///< energy residual (METHOD.md, section 5.1)
+    double least_normal_impulse = 0;   ///< least r_n over the largest impulse: negative where a contact pulls
+    double cone_excess = 0;            ///< most that |r_t| exceeds mu r_n, over the largest impulse
+    double least_normal_velocity = 0;  ///< least u_n over the largest velocity: negative where a contact closes
+    double complementarity = 0;        ///< largest |u_n r_n| over largest velocity times largest impulse
+    double dissipation = 0;  ///< largest |mu r_n |u_t| + r_t . u_t|, what friction fails to dissipate, over the same
+    std::size_t worst_contact = 0;  ///< where F with rho = 1 is largest
+    double worst = 0;               ///< and how large it is there, over the same as natural_map
 };
 
-// The point of the cone |y_t| <= mu y_n nearest to y. Not Newton's project_cone(), whose answers these measures judge.
+/// The point of the cone |y_t| <= mu y_n nearest to y. Not Newton's project_cone(), whose answers these measures judge.
 template <class Vec>
 Vec project_on_cone(const Vec& y, double mu) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
@@ -43,7 +45,7 @@ Vec project_on_cone(const Vec& y, double mu) {
     return p;
 }
 
-// F of one contact: r - P_K(r - rho (u + mu |u_t| n)), zero where the law holds, whatever rho > 0 [Acary18].
+/// F of one contact: r - P_K(r - rho (u + mu |u_t| n)), zero where the law holds, whatever rho > 0 [Acary18].
 template <class Vec>
 Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
@@ -54,14 +56,14 @@ Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
 
 namespace detail {
 
-// A norm over its scale, or the norm itself where the scale is 0 to round-off.
+/// A norm over its scale, or the norm itself where the scale is 0 to round-off.
 inline double relative(double value, double scale) {
     return scale > std::numeric_limits<double>::epsilon() ? value / scale : value;
 }
 
 }  // namespace detail
 
-// ErrorMeasures::natural_map alone, the stopping test of solvers. Cost: one product with W.
+/// ErrorMeasures::natural_map alone, the stopping test of solvers. Cost: one product with W.
 template <int dim>
 double natural_map_error(const DelassusProblem<dim>& problem,
                          const std::vector<typename DelassusProblem<dim>::Vec>& r) {
@@ -76,7 +78,7 @@ double natural_map_error(const DelassusProblem<dim>& problem,
     return detail::relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
 
-// All measures. r: one impulse per contact, in the order and axes of the problem.
+/// All measures. r: one impulse per contact, in the order and axes of the problem.
 template <int dim>
 ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
                              const std::vector<typename DelassusProblem<dim>::Vec>& r) {
@@ -136,4 +138,4 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
     return e;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,19 +1,20 @@
-// Velocities and impulses of a problem at one moment of its iteration.
 #pragma once
 
 #include <vector>
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Velocities and impulses of a problem at one moment of its iteration.
 template <class M>
 struct Iterate {
-    std::vector<typename M::Velocity> velocities;  // of ContactProblem::bodies: translations [m/s], then spins [rad/s]
-    std::vector<double> speeds;                    // of ContactProblem::walls: WallBody::speed [m/s]
-    std::vector<typename M::Impulse> impulses;     // of contacts, in the order of each_contact() [N s]
+    /// Of ContactProblem::bodies: translations [m/s], then spins [rad/s].
+    std::vector<typename M::Velocity> velocities;
+    std::vector<double> speeds;                 ///< of ContactProblem::walls: WallBody::speed [m/s]
+    std::vector<typename M::Impulse> impulses;  ///< of contacts, in the order of each_contact() [N s]
 
-    // Those of the problem as it is.
+    /// Those of the problem as it is.
     void take(const ContactProblem<M>& problem) {
         velocities.clear(), speeds.clear(), impulses.clear();
         for (const auto& body : problem.bodies) velocities.push_back(body.v);
@@ -22,4 +23,4 @@ struct Iterate {
     }
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

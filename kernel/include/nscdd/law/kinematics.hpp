@@ -1,23 +1,25 @@
-// H^T V and M^-1 H dr of one contact, without H: v at the contact point, and what an impulse does to the bodies.
+/// @file
+/// H^T V and M^-1 H dr of one contact, without H: v at the contact point, and what an impulse does to the bodies.
 #pragma once
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-struct BetweenGrains {};  // kind of contact that a function is compiled for: `j` is a grain
-struct WithWall {};       // kind of contact that a function is compiled for: `j` is a wall
+struct BetweenGrains {};  ///< kind of contact that a function is compiled for: `j` is a grain
+struct WithWall {};       ///< kind of contact that a function is compiled for: `j` is a wall
 
-// Calls visit(contact, kind) for every contact, those with walls first: the order of a sweep, which needs 1 % fewer
-// iterations so, and of all vectors over contacts. Loops that only add up, as apply_impulses(), go the other way round:
-// it would change the last bits of velocities, and by them the accepted numbers of iterations, for nothing.
+/// Calls visit(contact, kind) for every contact, those with walls first: the order of a sweep, which needs 1 % fewer
+/// iterations so, and of all vectors over contacts. Loops that only add up, as apply_impulses(), go the other way
+/// round: it would change the last bits of velocities, and by them the accepted numbers of iterations, for nothing.
 template <class Problem>
 void each_contact(Problem& problem, auto&& visit) {
     for (auto& c : problem.wall_contacts) visit(c, WithWall{});
     for (auto& c : problem.contacts) visit(c, BetweenGrains{});
 }
 
-// Velocity of i relative to j at the contact point [m/s]; the normal component alone in a frictionless scene.
+///@{
+/// Velocity of i relative to j at the contact point [m/s]; the normal component alone in a frictionless scene.
 template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -43,8 +45,9 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
         return typename M::Impulse{v.dot(c.normal)};
     }
 }
+///@}
 
-// The impulse as a vector in world axes [N s].
+/// The impulse as a vector in world axes [N s].
 template <class M>
 typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::Vec& normal) {
     if constexpr (M::friction)
@@ -53,7 +56,8 @@ typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::V
         return r[0] * normal;
 }
 
-// V += M^-1 H dr: an impulse dr on i and -dr on j [N s], with the inverse masses as they stand.
+///@{
+/// V += M^-1 H dr: an impulse dr on i and -dr on j [N s], with the inverse masses as they stand.
 template <class M>
 void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, BetweenGrains) {
     Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -78,9 +82,10 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
     WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
     wall.speed -= wall.inv_mass * impulse.dot(c.normal);
 }
+///@}
 
-// Gives each contact c the impulse next(c) [N s], in the order of each_contact(), and bodies and driven walls the
-// velocities that go with it.
+/// Gives each contact c the impulse next(c) [N s], in the order of each_contact(), and bodies and driven walls the
+/// velocities that go with it.
 template <class M>
 void replace_impulses(ContactProblem<M>& problem, auto&& next) {
     each_contact(problem, [&](Contact<M>& c, auto kind) {
@@ -90,13 +95,14 @@ void replace_impulses(ContactProblem<M>& problem, auto&& next) {
     });
 }
 
-// The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
+/// The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
 struct DelassusDiagonal {
-    double normal;      // W_n [1/kg]
-    double tangential;  // W_t [1/kg]; 0 in a frictionless scene
+    double normal;      ///< W_n [1/kg]
+    double tangential;  ///< W_t [1/kg]; 0 in a frictionless scene
 };
 
-// W_n and W_t of one contact. `split`: with this copy's masses (the sweep), else with whole masses (the residual).
+///@{
+/// W_n and W_t of one contact. `split`: with this copy's masses (the sweep), else with whole masses (the residual).
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
@@ -121,5 +127,6 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     w.normal += sw * problem.walls[j].inv_mass;
     return w;
 }
+///@}
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,6 +1,7 @@
-// The exact answer of one contact whose block of W is full: one scalar equation, solved inside a bracket.
-//
-// For disks and spheres the block is diagonal and solve_contact() has the answer in closed form.
+/// @file
+/// The exact answer of one contact whose block of W is full: one scalar equation, solved inside a bracket.
+///
+/// For disks and spheres the block is diagonal and solve_contact() has the answer in closed form.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -13,17 +14,17 @@
 
 #include "nscdd/core/delassus_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// r with 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n and u_t opposed to r_t where it slides, u = W r + q.
-//   w   (dim, dim) positive definite, symmetric or not; the tangents may be without mobility, the normal may not
-//   q   (dim) velocity that this contact has without its own impulse
-//
-// With u_n = 0 eliminated, an impulse that sticks or slides is r_t = -(S + a)^-1 s for some a >= 0, the ratio
-// |u_t|/|r_t|, with S = W_tt - W_tn W_nt/W_nn and s = q_t - W_tn q_n/W_nn [Bonnefon11]. Sticking is a = 0. If that
-// leaves the cone, mu r_n - |r_t| is negative at a = 0 and positive above a bound known beforehand: there is an answer
-// in between, whatever the block, and Newton with bisection cannot miss it. The quartic polynomial in a is never
-// formed. If q_n >= 0 the contact opens, also where friction would allow another answer.
+/// r with 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n and u_t opposed to r_t where it slides, u = W r + q.
+///   w   (dim, dim) positive definite, symmetric or not; the tangents may be without mobility, the normal may not
+///   q   (dim) velocity that this contact has without its own impulse
+///
+/// With u_n = 0 eliminated, an impulse that sticks or slides is r_t = -(S + a)^-1 s for some a >= 0, the ratio
+/// |u_t|/|r_t|, with S = W_tt - W_tn W_nt/W_nn and s = q_t - W_tn q_n/W_nn [Bonnefon11]. Sticking is a = 0. If that
+/// leaves the cone, mu r_n - |r_t| is negative at a = 0 and positive above a bound known beforehand: there is an answer
+/// in between, whatever the block, and Newton with bisection cannot miss it. The quartic polynomial in a is never
+/// formed. If q_n >= 0 the contact opens, also where friction would allow another answer.
 template <int dim>
 typename DelassusProblem<dim>::Vec one_contact(const typename DelassusProblem<dim>::Block& w,
                                                const typename DelassusProblem<dim>::Vec& q, double mu) {
@@ -83,4 +84,4 @@ typename DelassusProblem<dim>::Vec one_contact(const typename DelassusProblem<di
     return r;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

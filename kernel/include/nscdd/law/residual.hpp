@@ -1,5 +1,6 @@
-// How wrong an answer is, whatever the partition: eta, the velocity error, the energy made, and the deepest penetration
-// of the step.
+/// @file
+/// How wrong an answer is, whatever the partition: eta, the velocity error, the energy made, and the deepest
+/// penetration of the step.
 #pragma once
 
 #include <cmath>
@@ -10,27 +11,27 @@
 #include "nscdd/law/free_velocities.hpp"
 #include "nscdd/law/solve_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Sums over the contacts and bodies of one subdomain, or of all.
+/// Sums over the contacts and bodies of one subdomain, or of all.
 struct ResidualParts {
-    double change = 0;       // sum of (r'-r)^T W (r'-r) [J]
-    double energy = 0;       // sum of r^T W r [J]
-    double next_energy = 0;  // sum of r'^T W r' [J]
-    double round_off = 0;    // sum of |v|^2 / W_n [J], whose round-off squared no change can be below
-    double contacts = 0;     // number of contacts
-    // sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
-    // and limit are, r_n and mu r_n in Coulomb's law
+    double change = 0;       ///< sum of (r'-r)^T W (r'-r) [J]
+    double energy = 0;       ///< sum of r^T W r [J]
+    double next_energy = 0;  ///< sum of r'^T W r' [J]
+    double round_off = 0;    ///< sum of |v|^2 / W_n [J], whose round-off squared no change can be below
+    double contacts = 0;     ///< number of contacts
+    /// sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
+    /// and limit are, r_n and mu r_n in Coulomb's law
     double work = 0;
-    double made = 0;                 // sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
-    VelocityChange velocity_change;  // of the bodies, by the contacts
-    double penetration = 0;          // h max(-v_n - bias), how far the step would drive a contact in [m]
-    double miss = 0;                 // max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
+    double made = 0;                 ///< sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
+    VelocityChange velocity_change;  ///< of the bodies, by the contacts
+    double penetration = 0;          ///< h max(-v_n - bias), how far the step would drive a contact in [m]
+    double miss = 0;                 ///< max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
-    double eta() const { return energy_residual(change, energy, next_energy, round_off); }  // METHOD.md, section 5.1
+    double eta() const { return energy_residual(change, energy, next_energy, round_off); }  ///< METHOD.md, section 5.1
 
-    // Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
-    // V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
+    /// Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
+    /// V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
     double velocity_error() const {
         if (eta() == 0) return 0;
         if (velocity_change.energy == 0) return std::numeric_limits<double>::infinity();
@@ -38,27 +39,27 @@ struct ResidualParts {
         return forbidden > worst || std::isnan(forbidden) ? forbidden : worst;
     }
 
-    // Energy that the contacts make out of nothing, over |V - V_free|_M^2 (METHOD.md, section 5.3).
+    /// Energy that the contacts make out of nothing, over |V - V_free|_M^2 (METHOD.md, section 5.3).
     double energy_made() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
 
-    // Members that reduce() adds up over subdomains.
+    /// Members that reduce() adds up over subdomains.
     auto summed() {
         return std::tie(change, energy, next_energy, round_off, contacts, work, made, velocity_change.energy,
                         velocity_change.quartic);
     }
-    auto largest() { return std::tie(penetration, miss); }  // members of which reduce() takes the largest
+    auto largest() { return std::tie(penetration, miss); }  ///< members of which reduce() takes the largest
 
-    // Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
-    // being asked to be more exact than that.
+    /// Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
+    /// being asked to be more exact than that.
     double scale() const { return (std::max)(velocity_change.energy, 1e-16 * round_off); }
-    // Mean change of a velocity by the contacts, raised as scale() is [m/s].
+    /// Mean change of a velocity by the contacts, raised as scale() is [m/s].
     double mean_change() const {
         if (velocity_change.energy == 0) return 0;
         return std::sqrt(velocity_change.mean_square() * scale() / velocity_change.energy);
     }
 };
 
-// Adds these contacts, all of one kind, to the sums; `velocity_change` is left as it is.
+/// Adds these contacts, all of one kind, to the sums; `velocity_change` is left as it is.
 template <class M>
 void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, auto kind,
                   ResidualParts& parts) {
@@ -95,8 +96,9 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
     parts.contacts += static_cast<double>(contacts.size());
 }
 
-// Of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless given.
-// Cost: about one sweep.
+///@{
+/// Of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless given.
+/// Cost: about one sweep.
 template <class M>
 ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     ResidualParts parts;
@@ -110,5 +112,6 @@ template <class M>
 ResidualParts residual_parts(const ContactProblem<M>& problem) {
     return residual_parts(problem, free_velocities(problem));
 }
+///@}
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

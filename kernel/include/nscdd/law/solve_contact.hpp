@@ -1,16 +1,17 @@
-// The exact answer of one contact: the normal impulse, then the tangential one, in closed form.
+/// @file
+/// The exact answer of one contact: the normal impulse, then the tangential one, in closed form.
 #pragma once
 
 #include <cmath>
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The impulse r' that satisfies the law at this contact while all others keep theirs.
-//   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
-//   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
-//               disk |r_t| <= limit(r_n') (two stages, not the projection on the cone: METHOD.md, section 3)
+/// The impulse r' that satisfies the law at this contact while all others keep theirs.
+///   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
+///   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
+///               disk |r_t| <= limit(r_n') (two stages, not the projection on the cone: METHOD.md, section 3)
 template <class M>
 typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
     using Law = typename M::Law;
@@ -29,4 +30,4 @@ typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse
     }
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

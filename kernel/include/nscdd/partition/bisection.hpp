@@ -1,5 +1,3 @@
-// Recursive coordinate bisection: space is cut across its longest side so that both halves have their share of the
-// candidates, then each half again, until there is one piece for each rank.
 #pragma once
 
 #include <algorithm>
@@ -14,20 +12,22 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/partition/weights.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Recursive coordinate bisection: space is cut across its longest side so that both halves have their share of the
+/// candidates, then each half again, until there is one piece for each rank.
 template <class M>
 class Bisection {
   public:
     using Vec = typename M::Vec;
-    // Points with x[axis] < at are on the first side, which has half of the ranks, rounded down.
+    /// Points with x[axis] < at are on the first side, which has half of the ranks, rounded down.
     struct Cut {
-        int axis = 0;   // 0 to dim-1
-        double at = 0;  // place of the cut on the axis [m]
+        int axis = 0;   ///< 0 to dim-1
+        double at = 0;  ///< place of the cut on the axis [m]
     };
 
-    // Cuts of the tree, each before those of its first side, these before those of the other: one fewer than ranks.
-    // Throws std::invalid_argument for another number of them, an axis that is none, or a place that is not finite.
+    /// Cuts of the tree, each before those of its first side, these before those of the other: one fewer than ranks.
+    /// Throws std::invalid_argument for another number of them, an axis that is none, or a place that is not finite.
     Bisection(std::vector<Cut> cuts, int ranks) : cuts_(std::move(cuts)), ranks_(ranks) {
         if (ranks < 1 || cuts_.size() + 1 != static_cast<std::size_t>(ranks))
             throw std::invalid_argument("a bisection has one cut fewer than ranks (" + std::to_string(ranks) + ")");
@@ -36,7 +36,7 @@ class Bisection {
                 throw std::invalid_argument("a cut of a bisection is not valid");
     }
 
-    // Rank whose piece the point is in.
+    /// Rank whose piece the point is in.
     int owner(const Vec& point) const {
         int first = 0;
         std::size_t node = 0;
@@ -51,13 +51,13 @@ class Bisection {
         return first;
     }
 
-    // visit(rank) once for each rank whose piece comes within `reach` [m] (per axis) of the point, ascending.
+    /// visit(rank) once for each rank whose piece comes within `reach` [m] (per axis) of the point, ascending.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         visit_below(0, 0, ranks_, point, reach, visit);
     }
 
-    std::string name() const { return "bisection into " + std::to_string(ranks_); }  // with the number of ranks
-    // Axis and place [m] of each cut, for Partitioner::restore.
+    std::string name() const { return "bisection into " + std::to_string(ranks_); }  ///< with the number of ranks
+    /// Axis and place [m] of each cut, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out;
         for (const Cut& cut : cuts_) out.insert(out.end(), {double(cut.axis), cut.at});
@@ -80,9 +80,9 @@ class Bisection {
 
 namespace detail {
 
-// Cuts all pieces of a level together. A process has its own points alone, and counts those of all its ranks as one: so
-// memory grows with the pieces, not with pieces times ranks. One reduction counts the points of all processes in each
-// slice of a piece.
+/// Cuts all pieces of a level together. A process has its own points alone, and counts those of all its ranks as one:
+/// so memory grows with the pieces, not with pieces times ranks. One reduction counts the points of all processes in
+/// each slice of a piece.
 template <class M>
 class Bisector {
   public:
@@ -113,18 +113,18 @@ class Bisector {
     }
 
   private:
-    static constexpr int slices = 16, rounds = 4;  // a cut is good to 16^-4 of its piece
+    static constexpr int slices = 16, rounds = 4;  ///< a cut is good to 16^-4 of its piece
 
     struct Point {
         Vec x;
-        int piece;  // number of the piece that it is in; -1: it has its rank
+        int piece;  ///< number of the piece that it is in; -1: it has its rank
     };
     struct Piece {
-        std::size_t node;  // of its cut
-        int count;         // ranks
+        std::size_t node;  ///< of its cut
+        int count;         ///< ranks
         Vec low, high;
         int axis = 0;
-        double from = 0, to = 0;  // the cut is between them
+        double from = 0, to = 0;  ///< the cut is between them
 
         double place(int border) const { return border < slices ? from + (to - from) * border / slices : to; }
         int slice(double x) const {  // of from <= x < to
@@ -137,8 +137,8 @@ class Bisector {
         }
     };
 
-    // Shrinks each piece to the box of its points, along whose longest side it is cut. Pieces without points keep their
-    // box.
+    /// Shrinks each piece to the box of its points, along whose longest side it is cut. Pieces without points keep
+    /// their box.
     void shrink_to_points() {
         constexpr double none = -std::numeric_limits<double>::infinity();
         constexpr std::size_t size = 2 * M::dim;
@@ -167,8 +167,8 @@ class Bisector {
         }
     }
 
-    // Narrows from and to to the slice at which the first side has its share; `last`: to the better border of that
-    // slice.
+    /// Narrows from and to to the slice at which the first side has its share; `last`: to the better border of that
+    /// slice.
     void narrow(bool last) {
         constexpr std::size_t size = slices + 2;  // points below, in each slice, above
         std::vector<Buffer> mine(points_.size());
@@ -225,7 +225,7 @@ class Bisector {
         pieces_.swap(halves);
     }
 
-    // Calls visit(piece, point) for the points in pieces still to be cut.
+    /// Calls visit(piece, point) for the points in pieces still to be cut.
     void visit_points(auto&& visit) const {
         for (const auto& points : points_)
             for (const Point& point : points)
@@ -233,14 +233,14 @@ class Bisector {
     }
 
     Communicator& comm_;
-    std::vector<std::vector<Point>> points_;  // per hosted rank
-    std::vector<Piece> pieces_;               // of this level
+    std::vector<std::vector<Point>> points_;  ///< per hosted rank
+    std::vector<Piece> pieces_;               ///< of this level
     std::vector<typename Bisection<M>::Cut> cuts_;
 };
 
 }  // namespace detail
 
-// Deals out the candidates of the last rough detection, or the grains before the first one. `imbalance`: Partitioner.
+/// Deals out the candidates of the last rough detection, or the grains before the first one. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_bisection(double imbalance = 1.1) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };
@@ -256,4 +256,4 @@ Partitioner<M> by_bisection(double imbalance = 1.1) {
     return {.kind = "bisection", .make = make, .restore = restore, .imbalance = imbalance};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

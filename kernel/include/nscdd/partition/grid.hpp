@@ -1,4 +1,3 @@
-// The regular grid that deals points to subdomains (paper, section 3.1).
 #pragma once
 
 #include <algorithm>
@@ -10,15 +9,16 @@
 
 #include "nscdd/partition/partition.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Number of cells along each axis.
+/// Number of cells along each axis.
 template <int dim>
 using GridCells = std::array<int, static_cast<std::size_t>(dim)>;
 
-// The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
-// 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
-// of the box [m]; axes along which it is next to nothing are not cut. Throws std::invalid_argument for a count below 1.
+/// The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
+/// 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
+/// of the box [m]; axes along which it is next to nothing are not cut. Throws std::invalid_argument for a count
+/// below 1.
 template <class M>
 GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     if (count < 1) throw std::invalid_argument("a scene has at least one subdomain");
@@ -48,7 +48,7 @@ GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     return best;
 }
 
-// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
+/// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
 inline bool one_cell_each(std::span<const int> cells, int ranks) {
     for (const int count : cells) {
         if (count < 1 || ranks % count != 0) return false;
@@ -57,7 +57,7 @@ inline bool one_cell_each(std::span<const int> cells, int ranks) {
     return ranks == 1;
 }
 
-// Throws std::invalid_argument unless there is at least one cell along each axis, and as many in all as ranks.
+/// Throws std::invalid_argument unless there is at least one cell along each axis, and as many in all as ranks.
 template <int dim>
 void check_cells(const GridCells<dim>& cells, int ranks) {
     if (!one_cell_each(cells, ranks))
@@ -65,11 +65,12 @@ void check_cells(const GridCells<dim>& cells, int ranks) {
                                     std::to_string(ranks) + ")");
 }
 
+/// The regular grid that deals points to subdomains (paper, section 3.1).
 template <class M>
 class Grid {
   public:
-    // Equal cells over the box [low, high]; points outside belong to the nearest cell. Throws std::invalid_argument for
-    // a grid without cells, or a box that is not finite.
+    /// Equal cells over the box [low, high]; points outside belong to the nearest cell. Throws std::invalid_argument
+    /// for a grid without cells, or a box that is not finite.
     Grid(const GridCells<M::dim>& cells, const typename M::Vec& low, const typename M::Vec& high)
         : cells_(cells), low_(low), high_(high), size_(high - low) {
         if (*std::min_element(cells.begin(), cells.end()) < 1)
@@ -77,14 +78,14 @@ class Grid {
         if (!low.allFinite() || !size_.allFinite()) throw std::invalid_argument("the box of a grid must be finite");
     }
 
-    // Rank of the cell that the point is in, the first axis fastest.
+    /// Rank of the cell that the point is in, the first axis fastest.
     int owner(const typename M::Vec& point) const {
         int rank = 0;
         for (int d = M::dim - 1; d >= 0; --d) rank = rank * cells(d) + cell(point[d], d);
         return rank;
     }
 
-    // Calls visit(rank) for every subdomain whose cell comes within `reach` [m] (per axis) of the point.
+    /// Calls visit(rank) for every subdomain whose cell comes within `reach` [m] (per axis) of the point.
     void visit_owners(const typename M::Vec& point, double reach, auto&& visit) const {
         std::array<int, 3> first{0, 0, 0}, last{0, 0, 0};
         for (int d = 0; d < M::dim; ++d) {
@@ -97,7 +98,7 @@ class Grid {
                 for (int x = first[0]; x <= last[0]; ++x) visit(x + nx * (y + ny * z));
     }
 
-    // Such as "grid 2x2x1".
+    /// Such as "grid 2x2x1".
     std::string name() const {
         std::string text = "grid ";
         for (int d = 0; d < M::dim; ++d) {
@@ -106,7 +107,7 @@ class Grid {
         }
         return text;
     }
-    // Cells per axis, low corner, high corner [m], for Partitioner::restore.
+    /// Cells per axis, low corner, high corner [m], for Partitioner::restore.
     Buffer numbers() const {
         Buffer out(cells_.begin(), cells_.end());
         out.insert(out.end(), low_.data(), low_.data() + M::dim);
@@ -127,8 +128,8 @@ class Grid {
     typename M::Vec low_, high_, size_;
 };
 
-// A grid over the box of the grains, anew at every rough detection. Cells: one for each rank; zeros: chosen when the
-// first is made. Making one throws std::invalid_argument for cells that are not one for each rank.
+/// A grid over the box of the grains, anew at every rough detection. Cells: one for each rank; zeros: chosen when the
+/// first is made. Making one throws std::invalid_argument for cells that are not one for each rank.
 template <class M>
 Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
     const auto make = [wanted](const PartitionInput<M>& scene) {
@@ -154,4 +155,4 @@ Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
     return {.kind = "grid", .make = make, .restore = restore};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,5 +1,6 @@
-// Partition by METIS, which asks for the fewest grains shared and equal numbers of contacts. The only header that
-// includes metis.h; nothing else includes this one. Link METIS (libmetis).
+/// @file
+/// Partition by METIS, which asks for the fewest grains shared and equal numbers of contacts. The only header that
+/// includes metis.h; nothing else includes this one. Link METIS (libmetis).
 #pragma once
 
 #include <metis.h>
@@ -20,18 +21,18 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/partition/weights.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Small equal cells over a box, each of which has a rank. Points outside belong to the nearest cell. Parts need not be
-// connected.
+/// Small equal cells over a box, each of which has a rank. Points outside belong to the nearest cell. Parts need not be
+/// connected.
 template <class M>
 class CellTable {
   public:
     using Vec = typename M::Vec;
 
-    // `low`: corner of the box [m]; `edge`: of a cell, per axis [m]; `owner`: of each cell, the first axis fastest.
-    // Throws std::invalid_argument for a number of cells below 1, another number of owners, an owner that is no rank,
-    // and a box that is not finite.
+    /// `low`: corner of the box [m]; `edge`: of a cell, per axis [m]; `owner`: of each cell, the first axis fastest.
+    /// Throws std::invalid_argument for a number of cells below 1, another number of owners, an owner that is no rank,
+    /// and a box that is not finite.
     CellTable(const std::array<int, M::dim>& cells, const Vec& low, const Vec& edge, std::vector<int> owner, int ranks)
         : cells_(cells), low_(low), edge_(edge), owner_(std::move(owner)), ranks_(ranks) {
         double count = 1;
@@ -44,14 +45,14 @@ class CellTable {
             throw std::invalid_argument("the cells of a table must have a finite place and size");
     }
 
-    // Rank of the cell that the point is in.
+    /// Rank of the cell that the point is in.
     int owner(const Vec& point) const {
         std::size_t at = 0;
         for (int d = M::dim - 1; d >= 0; --d) at = at * static_cast<std::size_t>(along(d)) + cell(point[d], d);
         return owner_[at];
     }
 
-    // visit(rank) once for each rank that has a cell within `reach` [m] (per axis) of the point.
+    /// visit(rank) once for each rank that has a cell within `reach` [m] (per axis) of the point.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         std::array<std::size_t, 3> first{}, last{};
         for (int d = 0; d < M::dim; ++d) {
@@ -69,8 +70,8 @@ class CellTable {
         for (const int rank : seen) visit(rank);
     }
 
-    std::string name() const { return "METIS into " + std::to_string(ranks_); }  // with the number of ranks
-    // Ranks, cells per axis, low corner [m], edges [m], owners, for Partitioner::restore.
+    std::string name() const { return "METIS into " + std::to_string(ranks_); }  ///< with the number of ranks
+    /// Ranks, cells per axis, low corner [m], edges [m], owners, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out{static_cast<double>(ranks_)};
         out.insert(out.end(), cells_.begin(), cells_.end());
@@ -95,19 +96,19 @@ class CellTable {
 
 namespace detail {
 
-// Contacts and grains counted by cells. A contact adds one to the weight of its midpoint's cell, and joins that cell
-// with the cells of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for the
-// fewest grains sent, over the cells that hold any.
+/// Contacts and grains counted by cells. A contact adds one to the weight of its midpoint's cell, and joins that cell
+/// with the cells of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for
+/// the fewest grains sent, over the cells that hold any.
 class CellGraph {
   public:
-    std::vector<idx_t> contacts, grains;  // numbers by cell: of midpoints of contacts, of centres of grains
-    std::map<std::pair<std::int64_t, std::int64_t>, idx_t> joined;  // contacts that join two cells, lower cell first
+    std::vector<idx_t> contacts, grains;  ///< numbers by cell: of midpoints of contacts, of centres of grains
+    std::map<std::pair<std::int64_t, std::int64_t>, idx_t> joined;  ///< contacts that join two cells, lower cell first
 
-    static constexpr std::size_t few = 8;  // cells a rank; with fewer METIS fails, and prints that it does
+    static constexpr std::size_t few = 8;  ///< cells a rank; with fewer METIS fails, and prints that it does
 
-    // Where no contacts are known: joins each cell with the next one along each axis that has grains, as if by one
-    // contact for each grain of the cell that has fewer. Without this METIS would deal cells from all over the box to a
-    // rank.
+    /// Where no contacts are known: joins each cell with the next one along each axis that has grains, as if by one
+    /// contact for each grain of the cell that has fewer. Without this METIS would deal cells from all over the box to
+    /// a rank.
     template <std::size_t dim>
     void join_neighbours(const std::array<int, dim>& cells) {
         for (std::size_t cell = 0; cell < contacts.size(); ++cell) {
@@ -124,7 +125,7 @@ class CellGraph {
         }
     }
 
-    // Rank of each cell; -1 for cells without contacts, which METIS need not know. Empty if METIS fails.
+    /// Rank of each cell; -1 for cells without contacts, which METIS need not know. Empty if METIS fails.
     std::vector<int> part(int ranks) const {
         std::vector<int> owner(contacts.size(), -1);
         std::vector<idx_t> vertex(contacts.size(), -1), weight, sizes, begin{0}, to, shared;
@@ -165,8 +166,8 @@ class CellGraph {
     }
 
   private:
-    // Gives a rank one cell after the other, until it has its share. The last cells may have no contact, only a grain
-    // of one.
+    /// Gives a rank one cell after the other, until it has its share. The last cells may have no contact, only a grain
+    /// of one.
     static void deal_in_turn(const std::vector<idx_t>& weight, int ranks, std::vector<idx_t>& found) {
         const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
         double before = 0;
@@ -193,7 +194,7 @@ class CellGraph {
     }
 };
 
-// Gives cells without an owner that of the nearest cell with one, by steps along the axes.
+/// Gives cells without an owner that of the nearest cell with one, by steps along the axes.
 template <std::size_t dim>
 void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
     std::vector<std::size_t> front;
@@ -218,8 +219,8 @@ void fill_owners(const std::array<int, dim>& cells, std::vector<int>& owner) {
     }
 }
 
-// The edge of equal cells of a box, `wanted` in all: an axis shorter than the edge has one cell, so that a layer of
-// grains has no more cells than a heap.
+/// The edge of equal cells of a box, `wanted` in all: an axis shorter than the edge has one cell, so that a layer of
+/// grains has no more cells than a heap.
 template <class M>
 double edge_of_cells(typename M::Vec extent, double wanted) {
     std::sort(extent.data(), extent.data() + M::dim, std::greater<>());
@@ -231,7 +232,7 @@ double edge_of_cells(typename M::Vec extent, double wanted) {
     return edge;
 }
 
-// Number of grains and sums of their places [m], measured from the middle of a box, and of their squares.
+/// Number of grains and sums of their places [m], measured from the middle of a box, and of their squares.
 template <class M>
 struct Cloud {
     double grains = 0;
@@ -240,9 +241,9 @@ struct Cloud {
     auto largest() { return std::tie(); }
 };
 
-// The box to divide into cells: that of all grains, without the few that lie far from the others, lest these others
-// have few cells. An axis is cut 4 standard deviations from the mean where at most half of it is left by that. Mean and
-// deviation are then those of the grains left, and so on.
+/// The box to divide into cells: that of all grains, without the few that lie far from the others, lest these others
+/// have few cells. An axis is cut 4 standard deviations from the mean where at most half of it is left by that. Mean
+/// and deviation are then those of the grains left, and so on.
 template <class M>
 Box<M> box_of_most(const PartitionInput<M>& scene, auto&& own_grains) {
     using Vec = typename M::Vec;
@@ -352,8 +353,8 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 
 }  // namespace detail
 
-// Deals out the candidates of the last rough detection, or the grains before the first one. The graph is that of a few
-// hundred cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
+/// Deals out the candidates of the last rough detection, or the grains before the first one. The graph is that of a few
+/// hundred cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_metis(double imbalance = 1.1) {
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
@@ -375,4 +376,4 @@ Partitioner<M> by_metis(double imbalance = 1.1) {
     return {.kind = "metis", .make = detail::part_by_metis<M>, .restore = restore, .imbalance = imbalance};
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

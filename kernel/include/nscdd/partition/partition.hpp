@@ -1,5 +1,6 @@
-// What deals the points of space, and with them contacts, to ranks. Anything that can be asked the three questions
-// below is a partition; a new one is one file (grid.hpp, bisection.hpp and metis.hpp are examples).
+/// @file
+/// What deals the points of space, and with them contacts, to ranks. Anything that can be asked the three questions
+/// below is a partition; a new one is one file (grid.hpp, bisection.hpp and metis.hpp are examples).
 #pragma once
 
 #include <concepts>
@@ -14,7 +15,7 @@
 #include "nscdd/core/model.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
@@ -37,21 +38,21 @@ concept HasNumbers = requires(const P& partition) {
 
 }  // namespace detail
 
-// int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
-// visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
-// along each axis; now and then it may call visit() for other ranks as well.
-// name(): what reports say.
+/// int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
+/// visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
+/// along each axis; now and then it may call visit() for other ranks as well.
+/// name(): what reports say.
 template <class P, class M>
 concept PartitionOf =
     detail::KnowsOwner<P, typename M::Vec> && detail::VisitsOwners<P, typename M::Vec> && detail::HasName<P>;
 
-// Holds any partition. Copies share it.
+/// Holds any partition. Copies share it.
 template <class M>
 class Partition {
   public:
     using Vec = typename M::Vec;
 
-    // Of any class that is a PartitionOf<M>; the compiler says what another one lacks.
+    /// Of any class that is a `PartitionOf<M>`; the compiler says what another one lacks.
     template <class P>
         requires(!std::same_as<P, Partition>)
     Partition(P partition) {
@@ -65,13 +66,13 @@ class Partition {
         if constexpr (PartitionOf<P, M>) held_ = std::make_shared<const Held<P>>(std::move(partition));
     }
 
-    int owner(const Vec& point) const { return held_->owner(point); }  // rank, 0 to size-1
-    // visit(rank) for each rank that owns a point at most `reach` [m] away along each axis (PartitionOf).
+    int owner(const Vec& point) const { return held_->owner(point); }  ///< rank, 0 to size-1
+    /// visit(rank) for each rank that owns a point at most `reach` [m] away along each axis (PartitionOf).
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         held_->visit_owners(point, reach, std::ref(visit));
     }
-    std::string name() const { return held_->name(); }  // what reports say
-    // Numbers from which this partition can be made again, for a stored simulation that goes on; empty if it has none.
+    std::string name() const { return held_->name(); }  ///< what reports say
+    /// Numbers from which this partition can be made again, for a stored simulation that goes on; empty if it has none.
     Buffer numbers() const { return held_->numbers(); }
 
   private:
@@ -102,35 +103,36 @@ class Partition {
     std::shared_ptr<const Any> held_;
 };
 
-// The least box around all grains' centres.
+/// The least box around all grains' centres.
 template <class M>
 struct Box {
-    typename M::Vec low, high;  // corners [m]
+    typename M::Vec low;   ///< lower corner [m]
+    typename M::Vec high;  ///< upper corner [m]
 };
 
-// What a partition may be made from.
+/// What a partition may be made from.
 template <class M>
 struct PartitionInput {
-    // Subdomains of the last rough detection, with its candidates. Before the first one there are no candidates, and
-    // the grains may lie on any rank.
+    /// Subdomains of the last rough detection, with its candidates. Before the first one there are no candidates, and
+    /// the grains may lie on any rank.
     const std::vector<Subdomain<M>>& parts;
-    Communicator& comm;  // parts[k] is that of its k-th hosted rank
-    Box<M> box;          // of all grains of the scene
-    Buffer numbers;      // of the partition until now; empty if there is none
+    Communicator& comm;  ///< parts[k] is that of its k-th hosted rank
+    Box<M> box;          ///< of all grains of the scene
+    Buffer numbers;      ///< of the partition until now; empty if there is none
 };
 
-// Makes the partition of a simulation.
+/// Makes the partition of a simulation.
 template <class M>
 struct Partitioner {
-    std::string kind;  // kind of partition, the same for all that restore() can make
-    // Collective; the same partition on every process.
+    std::string kind;  ///< kind of partition, the same for all that restore() can make
+    /// Collective; the same partition on every process.
     std::function<Partition<M>(const PartitionInput<M>&)> make;
-    // The partition that has these numbers, for `ranks` ranks; empty if they are no partition of this kind. Without
-    // this function the partition is made anew where a stored simulation goes on.
+    /// The partition that has these numbers, for `ranks` ranks; empty if they are no partition of this kind. Without
+    /// this function the partition is made anew where a stored simulation goes on.
     std::function<std::optional<Partition<M>>(std::span<const double> numbers, int ranks)> restore = {};
-    // A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
-    // has a tenth more than when the partition was made. 1: it is made anew at every rough detection.
+    /// A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
+    /// has a tenth more than when the partition was made. 1: it is made anew at every rough detection.
     double imbalance = 1;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

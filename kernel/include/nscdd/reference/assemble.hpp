@@ -1,8 +1,9 @@
-// A scene's contact problem in local form, W = H^T M^-1 H stored by blocks, and its impulses there and back.
-//
-// Order: each_contact(). Axes: contact_frame(). The bias (g+/h, or e v_n-) is
-// part of q_n. A frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses
-// are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
+/// @file
+/// A scene's contact problem in local form, W = H^T M^-1 H stored by blocks, and its impulses there and back.
+///
+/// Order: each_contact(). Axes: contact_frame(). The bias (g+/h, or e v_n-) is
+/// part of q_n. A frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses
+/// are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -12,13 +13,13 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/reference/body_map.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Axes of one contact, unit vectors in world axes: rows N, T(, S).
+/// Axes of one contact, unit vectors in world axes: rows N, T(, S).
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
 
-// Rows N, T(, S): the normal and tangents that depend on nothing else, right-handed.
+/// Rows N, T(, S): the normal and tangents that depend on nothing else, right-handed.
 template <class M>
 ContactFrame<M> contact_frame(const typename M::Vec& normal) {
     ContactFrame<M> frame;
@@ -33,7 +34,7 @@ ContactFrame<M> contact_frame(const typename M::Vec& normal) {
     return frame;
 }
 
-// The impulses in the axes of each contact [N s], in the order of each_contact().
+/// The impulses in the axes of each contact [N s], in the order of each_contact().
 template <class M>
 std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactProblem<M>& problem) {
     std::vector<typename DelassusProblem<M::dim>::Vec> r;
@@ -46,7 +47,7 @@ std::vector<typename DelassusProblem<M::dim>::Vec> local_impulses(const ContactP
     return r;
 }
 
-// Gives the contacts these impulses, and the bodies and driven walls the velocities that go with them.
+/// Gives the contacts these impulses, and the bodies and driven walls the velocities that go with them.
 template <class M>
 void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename DelassusProblem<M::dim>::Vec>& r) {
     replace_impulses(problem, [&r, k = std::size_t{0}](const Contact<M>& c) mutable -> typename M::Impulse {
@@ -57,7 +58,7 @@ void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename D
     });
 }
 
-// W [1/kg], q [m/s] and mu of a problem. In: velocities consistent with the impulses, as before or after nlgs().
+/// W [1/kg], q [m/s] and mu of a problem. In: velocities consistent with the impulses, as before or after nlgs().
 template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");
@@ -112,4 +113,4 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     return local;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

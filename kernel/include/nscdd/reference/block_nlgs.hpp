@@ -1,23 +1,25 @@
-// Nonlinear Gauss-Seidel on a problem in local form, with full blocks: for problems of other codes, and as an oracle.
-//
-//   std::vector<nscdd::DelassusProblem<3>::Vec> r(problem.contact_count(), Vec::Zero());   // or a warm start
-//   nscdd::SolveReport report = nscdd::block_nlgs(problem, r, {.tolerance = 1e-8});
+/// @file
+/// Nonlinear Gauss-Seidel on a problem in local form, with full blocks: for problems of other codes, and as an oracle.
+/// ```
+/// std::vector<nscdd::DelassusProblem<3>::Vec> r(problem.contact_count(), Vec::Zero());   // or a warm start
+/// nscdd::SolveReport report = nscdd::block_nlgs(problem, r, {.tolerance = 1e-8});
+/// ```
 #pragma once
 
 #include "nscdd/core/validate.hpp"
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/law/error_measures.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// When block_nlgs() stops.
+/// When block_nlgs() stops.
 struct BlockOptions {
-    double tolerance = 1e-8;      // on the natural map, ErrorMeasures::natural_map
-    int check_every = 10;         // sweeps between two tests; a test costs about one sweep
-    int max_iterations = 200000;  // sweeps; reported when hit, never silent
+    double tolerance = 1e-8;      ///< on the natural map, ErrorMeasures::natural_map
+    int check_every = 10;         ///< sweeps between two tests; a test costs about one sweep
+    int max_iterations = 200000;  ///< sweeps; reported when hit, never silent
 };
 
-// One pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
+/// One pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
 template <int dim>
 void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r) {
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
@@ -27,9 +29,9 @@ void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename Delas
     }
 }
 
-// Sweeps until the natural map is small enough; the report's residual is the natural map. r: start and answer, one
-// impulse per contact. Throws std::invalid_argument for what is no problem and for options without an end,
-// std::runtime_error when the impulses are no longer finite.
+/// Sweeps until the natural map is small enough; the report's residual is the natural map. r: start and answer, one
+/// impulse per contact. Throws std::invalid_argument for what is no problem and for options without an end,
+/// std::runtime_error when the impulses are no longer finite.
 template <int dim>
 SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                        const BlockOptions& options = {}) {
@@ -41,4 +43,4 @@ SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename
         options, [&] { block_sweep(problem, r); }, [&] { return natural_map_error(problem, r); });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,14 +1,13 @@
-// H^T of one contact, written out: what solvers that store matrices are assembled from.
+/// @file
+/// H^T of one contact, written out: what solvers that store matrices are assembled from.
 #pragma once
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of
-// unit vectors in which that is wanted.
+/// From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of
+/// unit vectors in which that is wanted.
 template <class M>
 auto body_map(const auto& axes, const Contact<M>& c, double sign) {
     constexpr int rows = std::decay_t<decltype(axes)>::RowsAtCompileTime;
@@ -22,7 +21,7 @@ auto body_map(const auto& axes, const Contact<M>& c, double sign) {
     return map;
 }
 
-// The diagonal of M^-1 of one body, 1/mass for translations, then 1/inertia for spins.
+/// The diagonal of M^-1 of one body, 1/mass for translations, then 1/inertia for spins.
 template <class M>
 typename M::Velocity inverse_mass(const Body<M>& body) {
     typename M::Velocity diagonal = M::Velocity::Constant(body.inv_mass);
@@ -30,6 +29,4 @@ typename M::Velocity inverse_mass(const Body<M>& body) {
     return diagonal;
 }
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

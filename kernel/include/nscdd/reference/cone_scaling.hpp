@@ -1,5 +1,6 @@
-// The friction cone for interior-point methods: Jordan algebra of the second-order cone, written with the normal n
-// instead of a first axis, and Nesterov and Todd's scaling of one contact [NesterovTodd97].
+/// @file
+/// The friction cone for interior-point methods: Jordan algebra of the second-order cone, written with the normal n
+/// instead of a first axis, and Nesterov and Todd's scaling of one contact [NesterovTodd97].
 #pragma once
 
 #include "nscdd/core/abi.hpp"
@@ -9,22 +10,20 @@
 #include <limits>
 #include <utility>
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
+/// Vectors of `size` components in the axes of n; with size 1 the cone is the half-line. a_n = a . n, a_t the rest.
 template <int size>
 struct Cone {
     using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
     using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;
 
-    Vec n;  // unit
+    Vec n;  ///< unit
 
     Vec tangent(const Vec& a) const { return a - a.dot(n) * n; }
     Vec mirrored(const Vec& a) const { return 2 * a.dot(n) * n - a; }
 
-    // a_n^2 - |a_t|^2: positive inside.
+    /// a_n^2 - |a_t|^2: positive inside.
     double determinant(const Vec& a) const {
         const double t = tangent(a).norm();
         return (a.dot(n) - t) * (a.dot(n) + t);
@@ -34,14 +33,14 @@ struct Cone {
         return a.dot(b) * n + a.dot(n) * tangent(b) + b.dot(n) * tangent(a);
     }
 
-    // x with product(a, x) = b, a inside.
+    /// x with product(a, x) = b, a inside.
     Vec quotient(const Vec& a, const Vec& b) const {
         const double x = (a.dot(n) * b.dot(n) - tangent(a).dot(tangent(b))) / determinant(a);
         return x * n + (tangent(b) - x * tangent(a)) / a.dot(n);
     }
 
-    // The r and w inside the cone with r - w = y and product(r, w) = gap n: smoothed parts of y inside it and outside
-    // [Fukushima02].
+    /// The r and w inside the cone with r - w = y and product(r, w) = gap n: smoothed parts of y inside it and outside
+    /// [Fukushima02].
     std::pair<Vec, Vec> split(const Vec& y, double gap) const {
         const Vec t = tangent(y);
         const double length = t.norm();
@@ -55,7 +54,7 @@ struct Cone {
         return {vector(positive(high), positive(low)), vector(positive(-high), positive(-low))};
     }
 
-    // The longest t for which a + t da is inside, a being inside; at most `most`.
+    /// The longest t for which a + t da is inside, a being inside; at most `most`.
     double step_limit(const Vec& a, const Vec& da, double most) const {
         const double slope = da.dot(n), tangential = tangent(da).norm();
         const double square = (slope - tangential) * (slope + tangential);
@@ -70,14 +69,14 @@ struct Cone {
     }
 };
 
-// The symmetric positive W with W z = W^-1 s, for s and z inside the cone.
+/// The symmetric positive W with W z = W^-1 s, for s and z inside the cone.
 template <int size>
 struct ConeScaling {
     using Vec = typename Cone<size>::Vec;
     using Block = typename Cone<size>::Block;
 
     Block w, inverse;
-    Vec point;  // W z
+    Vec point;  ///< W z
 
     bool compute(const Cone<size>& cone, const Vec& s, const Vec& z) {
         const double ds = cone.determinant(s), dz = cone.determinant(z);
@@ -100,6 +99,4 @@ struct ConeScaling {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,25 +1,26 @@
-// The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P, for Newton methods.
+/// @file
+/// The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P, for Newton methods.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
 
 #include <cmath>
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// P at one point, of one contact. `size`: components of an impulse; 1 is the normal one alone, without friction.
+/// P at one point, of one contact. `size`: components of an impulse; 1 is the normal one alone, without friction.
 template <int size>
 struct ProjectedImpulse {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;       // of an impulse, or of a normal
-    using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;  // from impulse to impulse
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;       ///< of an impulse, or of a normal
+    using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;  ///< from impulse to impulse
 
-    Vec value = Vec::Zero();           // P(z) [N s]
-    Block derivative = Block::Zero();  // dP/dz, an element of the generalised Jacobian [1]
-    bool open = true;                  // whether the contact opens: both are zero
+    Vec value = Vec::Zero();           ///< P(z) [N s]
+    Block derivative = Block::Zero();  ///< dP/dz, an element of the generalised Jacobian [1]
+    bool open = true;                  ///< whether the contact opens: both are zero
 };
 
-// Coulomb's law: z_n cut at 0, then z_t back to the disk of radius mu z_n [AlartCurnier91]. n: unit, in the axes of z.
-// The derivative is not symmetric where the contact slides: r_t follows r_n, not the other way round.
+/// Coulomb's law: z_n cut at 0, then z_t back to the disk of radius mu z_n [AlartCurnier91]. n: unit, in the axes of z.
+/// The derivative is not symmetric where the contact slides: r_t follows r_n, not the other way round.
 template <int size>
 ProjectedImpulse<size> project_coulomb(const typename ProjectedImpulse<size>::Vec& z,
                                        const typename ProjectedImpulse<size>::Vec& n, double mu) {
@@ -42,8 +43,8 @@ ProjectedImpulse<size> project_coulomb(const typename ProjectedImpulse<size>::Ve
     return p;
 }
 
-// The Euclidean projection on the cone |r_t| <= mu r_n: the law of u + mu |u_t| n [DeSaxce98]. With |u_t| frozen the
-// problem is convex, and the derivative symmetric and positive.
+/// The Euclidean projection on the cone |r_t| <= mu r_n: the law of u + mu |u_t| n [DeSaxce98]. With |u_t| frozen the
+/// problem is convex, and the derivative symmetric and positive.
 template <int size>
 ProjectedImpulse<size> project_cone(const typename ProjectedImpulse<size>::Vec& z,
                                     const typename ProjectedImpulse<size>::Vec& n, double mu) {
@@ -67,4 +68,4 @@ ProjectedImpulse<size> project_cone(const typename ProjectedImpulse<size>::Vec& 
     return p;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

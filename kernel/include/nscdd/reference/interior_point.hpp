@@ -1,9 +1,3 @@
-// An interior-point method on Coulomb's law as it is, in De Saxce's form [DeSaxce98], from an estimate, or none, until
-// the status of every contact is known,
-//     x = B r,   w = u_free + L x + mu |w_t| n,   r in K,  w in K*,  r . w = 0       (LinearContacts for L, B)
-// It works on hyperstatic packings too: of all impulses that are answers it heads for the centre. The Jacobian is I + B
-// Q L with one block of Q for each contact. The velocity mu |w_t| n is differentiated like the rest, so Q is not
-// symmetric; [Acary11] freezes it, and iterates on it.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -16,18 +10,24 @@
 #include "nscdd/reference/linear_contacts.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// An interior-point method on Coulomb's law as it is, in De Saxce's form [DeSaxce98], from an estimate, or none, until
+/// the status of every contact is known,
+///     x = B r,   w = u_free + L x + mu |w_t| n,   r in K,  w in K*,  r . w = 0       (LinearContacts for L, B)
+/// It works on hyperstatic packings too: of all impulses that are answers it heads for the centre. The Jacobian is I +
+/// B Q L with one block of Q for each contact. The velocity mu |w_t| n is differentiated like the rest, so Q is not
+/// symmetric; [Acary11] freezes it, and iterates on it.
 template <int size>
 class InteriorPoint {
   public:
-    // Keeps references to both arguments.
+    /// Keeps references to both arguments.
     InteriorPoint(const LinearContacts<size>& problem, const NewFactors& new_factors)
         : problem_(problem), new_factors_(new_factors), contacts_(problem.contacts()) {}
 
-    // Starts from r, as near to it as the residual allows; residual 1: nothing is known. Calls judge(r) on the impulses
-    // of every iterate until it says stop, or no further step can be found. Counts in report.iterations and
-    // report.factorisations, at most max_iterations.
+    /// Starts from r, as near to it as the residual allows; residual 1: nothing is known. Calls judge(r) on the
+    /// impulses of every iterate until it says stop, or no further step can be found. Counts in report.iterations and
+    /// report.factorisations, at most max_iterations.
     template <class Report>
     void operator()(const Eigen::VectorXd& r, double residual, auto&& judge, int max_iterations, Report& report) {
         if (!start(r, residual)) return;
@@ -60,19 +60,19 @@ class InteriorPoint {
     using Vec = typename detail::Cone<size>::Vec;
     using Block = typename detail::Cone<size>::Block;
 
-    // A contact in coordinates where the cone of friction is the circular one of 45 degrees: r = T r^, w^ = T w.
-    // Without friction only the normal is left. Has all that changes with the iterate.
+    /// A contact in coordinates where the cone of friction is the circular one of 45 degrees: r = T r^, w^ = T w.
+    /// Without friction only the normal is left. Has all that changes with the iterate.
     struct Local {
         detail::Cone<size> cone;
-        Block to_world, to_cone;  // T, and T^-1 where there is one
-        Vec r, w;                 // of the cone
+        Block to_world, to_cone;  ///< T, and T^-1 where there is one
+        Vec r, w;                 ///< of the cone
         detail::ConeScaling<size> scaling;
-        Vec slip;               // mu w_t/|w_t|
-        double compliance = 0;  // added to W_cc for the step alone, in shares of its diagonal
-        Block response, kept;   // dr = kept T k - response (L dx - residual), see linearise()
+        Vec slip;               ///< mu w_t/|w_t|
+        double compliance = 0;  ///< added to W_cc for the step alone, in shares of its diagonal
+        Block response, kept;   ///< dr = kept T k - response (L dx - residual), see linearise()
     };
 
-    // False when there is nothing to solve for: no impulses, no velocities.
+    /// False when there is nothing to solve for: no impulses, no velocities.
     bool start(const Eigen::VectorXd& r, double residual) {
         r_ = r;
         x_ = problem_.state * r;
@@ -104,7 +104,7 @@ class InteriorPoint {
         return true;
     }
 
-    // Residuals and scalings at the iterate; false when round-off has taken a contact out of its cone.
+    /// Residuals and scalings at the iterate; false when round-off has taken a contact out of its cone.
     bool scale() {
         state_residual_ = x_ - problem_.state * r_;
         residual_ = w_ - problem_.free - problem_.velocity * x_;
@@ -124,8 +124,8 @@ class InteriorPoint {
         return true;
     }
 
-    // dr^ = k - W^-2 dw^,  dw = (I + n slip^T)(L dx + compliance D dr - residual),
-    // so dr = kept T k - response (L dx - residual), k the constant given to solve().
+    /// dr^ = k - W^-2 dw^,  dw = (I + n slip^T)(L dx + compliance D dr - residual),
+    /// so dr = kept T k - response (L dx - residual), k the constant given to solve().
     Eigen::SparseMatrix<double> linearise() {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(contacts_.size() * size * size);
@@ -149,7 +149,7 @@ class InteriorPoint {
         return jacobian;
     }
 
-    // Predictor and corrector [Mehrotra92]; returns the length of the step to take.
+    /// Predictor and corrector [Mehrotra92]; returns the length of the step to take.
     double find_direction(const SparseFactors& factors) {
         solve(factors, [](const Local& local) -> Vec { return -local.r; });
         const double step = (std::min)(1.0, longest());
@@ -190,7 +190,7 @@ class InteriorPoint {
         }
     }
 
-    // w += length dw, and with |w_t| as it then is: w would leave its cone by the curvature of |w_t| otherwise.
+    /// w += length dw, and with |w_t| as it then is: w would leave its cone by the curvature of |w_t| otherwise.
     void advance(double length) {
         w_ += length * dw_;
         for (std::size_t c = 0; c < contacts_.size(); ++c) {
@@ -201,7 +201,7 @@ class InteriorPoint {
         }
     }
 
-    // The step at which the contact would leave its cones, at most `most`. For w this is where w_n = mu |w_t|.
+    /// The step at which the contact would leave its cones, at most `most`. For w this is where w_n = mu |w_t|.
     double step_limit(std::size_t c, double most) const {
         const Local& local = contacts_[c];
         const Vec edge = local.cone.n - local.slip;
@@ -216,9 +216,9 @@ class InteriorPoint {
         return t;
     }
 
-    // Where friction locks, the path of the central answers may turn back, and the Jacobian is singular at the turn.
-    // The contacts that stand in the way are then made more compliant for this step and the next ones, which leads past
-    // it in pseudo-time; the answer is untouched, since at the end dr = 0.
+    /// Where friction locks, the path of the central answers may turn back, and the Jacobian is singular at the turn.
+    /// The contacts that stand in the way are then made more compliant for this step and the next ones, which leads
+    /// past it in pseudo-time; the answer is untouched, since at the end dr = 0.
     void soften(double length) {
         for (std::size_t c = 0; c < contacts_.size(); ++c)
             if (step_limit(c, 2.0) < 3 * length)
@@ -229,9 +229,9 @@ class InteriorPoint {
     const NewFactors& new_factors_;
     std::vector<Local> contacts_;
     Eigen::VectorXd x_, r_, w_, dx_, dr_, dw_;
-    Eigen::VectorXd state_residual_, residual_;  // x - B r, and of the velocities
-    Eigen::SparseMatrix<double> response_;       // Q
-    double gap_ = 0, inconsistency_ = 0;         // sum of r . w, and of |r| |residual|
+    Eigen::VectorXd state_residual_, residual_;  ///< x - B r, and of the velocities
+    Eigen::SparseMatrix<double> response_;       ///< Q
+    double gap_ = 0, inconsistency_ = 0;         ///< sum of r . w, and of |r| |residual|
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// A contact problem written out as sparse matrices, what a Newton method needs: from bodies, or from a stored W.
+/// @file
+/// A contact problem written out as sparse matrices, what a Newton method needs: from bodies, or from a stored W.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -12,20 +13,20 @@
 #include "nscdd/core/delassus_problem.hpp"
 #include "nscdd/reference/body_map.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// What methods on the friction cone know of each contact, in the order of each_contact() or of the rows of W.
+/// What methods on the friction cone know of each contact, in the order of each_contact() or of the rows of W.
 template <int size>
 struct ConeContacts {
-    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  // impulse, velocity or normal of one contact
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  ///< impulse, velocity or normal of one contact
 
-    std::vector<Vec> normal;       // unit, in the axes of impulses and velocities
-    std::vector<double> friction;  // mu of each contact
-    std::vector<double> weight;    // D: mean of the diagonal of W_cc [1/kg]
+    std::vector<Vec> normal;       ///< unit, in the axes of impulses and velocities
+    std::vector<double> friction;  ///< mu of each contact
+    std::vector<double> weight;    ///< D: mean of the diagonal of W_cc [1/kg]
 
-    std::size_t contacts() const { return normal.size(); }  // number of contacts
+    std::size_t contacts() const { return normal.size(); }  ///< number of contacts
 
-    // Of bodies: in world axes, or without friction along the normal alone.
+    /// Of bodies: in world axes, or without friction along the normal alone.
     template <class M>
     void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
         static_assert(SolvedOnCone<typename M::Law>, "methods on the friction cone know Coulomb's law alone");
@@ -36,7 +37,7 @@ struct ConeContacts {
         else
             normal.push_back(Vec{1.0}), friction.push_back(0);
     }
-    // All of a stored W. Throws std::invalid_argument where its diagonal is not positive.
+    /// All of a stored W. Throws std::invalid_argument where its diagonal is not positive.
     void add(const DelassusProblem<size>& problem) {
         normal.assign(problem.contact_count(), Vec::Unit(0));
         friction = problem.friction;
@@ -49,26 +50,26 @@ struct ConeContacts {
     }
 };
 
-// u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
-// L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the
-// scaling, mass ratios of 1e6 would enter norms and pivots.
+/// u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
+/// L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the
+/// scaling, mass ratios of 1e6 would enter norms and pivots.
 template <int size>
 struct LinearContacts : ConeContacts<size> {
     using ConeContacts<size>::weight, ConeContacts<size>::contacts;
 
-    Eigen::SparseMatrix<double> velocity;  // L, size*contacts x states
-    Eigen::SparseMatrix<double> state;     // B, states x size*contacts
-    Eigen::VectorXd free;                  // u_free, bias included, size*contacts [m/s]
+    Eigen::SparseMatrix<double> velocity;  ///< L, size*contacts x states
+    Eigen::SparseMatrix<double> state;     ///< B, states x size*contacts
+    Eigen::VectorXd free;                  ///< u_free, bias included, size*contacts [m/s]
 
-    Eigen::Index states() const { return state.rows(); }  // number of components of x
+    Eigen::Index states() const { return state.rows(); }  ///< number of components of x
 
-    // The part of contact c in a vector over all contacts, such as u or r.
+    /// The part of contact c in a vector over all contacts, such as u or r.
     static auto at(auto& all, std::size_t c) { return all.template segment<size>(static_cast<Eigen::Index>(c) * size); }
 
-    // u of impulses r [m/s], size*contacts.
+    /// u of impulses r [m/s], size*contacts.
     Eigen::VectorXd relative_velocity(const Eigen::VectorXd& r) const { return free + velocity * (state * r); }
 
-    // Sum of r^T D r, D the weights [J].
+    /// Sum of r^T D r, D the weights [J].
     double energy(const Eigen::VectorXd& r) const {
         double sum = 0;
         for (std::size_t c = 0; c < contacts(); ++c) sum += weight[c] * at(r, c).squaredNorm();
@@ -76,15 +77,15 @@ struct LinearContacts : ConeContacts<size> {
     }
 };
 
-// Number of components of an impulse of this model: all, in world axes, or the normal one alone.
+/// Number of components of an impulse of this model: all, in world axes, or the normal one alone.
 template <class M>
 constexpr int impulse_size = M::Impulse::RowsAtCompileTime;
 
-// The matrices of a model's problems.
+/// The matrices of a model's problems.
 template <class M>
 using LinearContactsOf = LinearContacts<impulse_size<M>>;
 
-// v + b n [m/s]: the velocity that the law is about, of which LinearContacts and the gradients speak as u.
+/// v + b n [m/s]: the velocity that the law is about, of which LinearContacts and the gradients speak as u.
 template <class M>
 typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
     if constexpr (M::friction)
@@ -93,7 +94,7 @@ typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Cont
         return relative_velocity(problem, c, kind) + typename M::Impulse{c.bias};
 }
 
-// From bodies; their velocities must be consistent with the impulses. Driven walls are states of one component each.
+/// From bodies; their velocities must be consistent with the impulses. Driven walls are states of one component each.
 template <class M>
 LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     constexpr int size = impulse_size<M>;
@@ -139,7 +140,7 @@ LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     return linear;
 }
 
-// From a stored W. Throws std::invalid_argument where the diagonal of W is not positive.
+/// From a stored W. Throws std::invalid_argument where the diagonal of W is not positive.
 template <int dim>
 LinearContacts<dim> linear_contacts(const DelassusProblem<dim>& problem) {
     const auto size = static_cast<Eigen::Index>(problem.contact_count()) * dim;
@@ -167,4 +168,4 @@ LinearContacts<dim> linear_contacts(const DelassusProblem<dim>& problem) {
     return linear;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,8 +1,10 @@
-// Contact problems to high accuracy, on Coulomb's law as it is: an interior-point method until the statuses of the
-// contacts are known, then a proximal Newton method to round-off. For reference answers: where NLGS stalls between 1e-5
-// and 1e-8 this goes on, at the price of a sparse factorisation a step.
-//
-//   nscdd::NewtonReport report = nscdd::newton_solve(problem, {.tolerance = 1e-10});
+/// @file
+/// Contact problems to high accuracy, on Coulomb's law as it is: an interior-point method until the statuses of the
+/// contacts are known, then a proximal Newton method to round-off. For reference answers: where NLGS stalls between
+/// 1e-5 and 1e-8 this goes on, at the price of a sparse factorisation a step.
+/// ```
+/// nscdd::NewtonReport report = nscdd::newton_solve(problem, {.tolerance = 1e-10});
+/// ```
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -17,17 +19,17 @@
 #include "nscdd/reference/proximal_newton.hpp"
 #include "nscdd/sweep/nlgs.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
+/// What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
 
 namespace detail {
 
-// Judges impulses: notes their residual in the report and says whether to stop.
+/// Judges impulses: notes their residual in the report and says whether to stop.
 using NewtonJudge = std::function<bool(const Eigen::VectorXd&, NewtonReport&)>;
 
-// r: first guess, then the best answer met. Compiled once per size of an impulse, whoever judges and factorises.
+/// r: first guess, then the best answer met. Compiled once per size of an impulse, whoever judges and factorises.
 template <int size>
 void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& options, const NewFactors& new_factors,
                   Eigen::VectorXd& r, const NewtonJudge& done, NewtonReport& report) {
@@ -80,9 +82,9 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
 
 }  // namespace detail
 
-// The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
-// with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
-// std::invalid_argument for what is no problem or no options, std::runtime_error when the residual is not finite.
+/// The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
+/// with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
+/// std::invalid_argument for what is no problem or no options, std::runtime_error when the residual is not finite.
 template <class Factorisation = SparseLU, class M>
 NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
     check_options(options);
@@ -131,9 +133,9 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     return report;
 }
 
-// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
-// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
-// measure is not finite.
+/// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
+/// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
+/// measure is not finite.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options, auto&& measure) {
@@ -156,7 +158,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     return report;
 }
 
-// The same by eta, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
+/// The same by eta, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {
@@ -176,4 +178,4 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

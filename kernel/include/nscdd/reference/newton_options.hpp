@@ -1,36 +1,37 @@
-// When the Newton methods stop, and how they ended.
 #pragma once
 
 #include <algorithm>
 
 #include "nscdd/iterate/options.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// When the Newton methods stop, and how they ended.
 struct NewtonOptions {
-    double tolerance = 1e-10;     // on eta, or on the measure given
-    double velocity_error = 0.1;  // as in SolveOptions; bodies only
-    double energy_made = 1e-3;    // as in SolveOptions; bodies only
-    double penetration = 1e-3;    // as in SolveOptions; bodies only
-    double gap_error = 1e-3;      // as in SolveOptions; bodies only
-    double distance = 0.3;        // as in SolveOptions; bodies only
-    int max_iterations = 2000;    // Newton steps in all
-    int max_interior = 100;       // of them by the interior-point method
-    int warm_sweeps = 1000;       // of NLGS before, at most; bodies only. They cost what a factorisation does
-    int max_outer = 200;          // proximal iterations
+    double tolerance = 1e-10;     ///< on eta, or on the measure given
+    double velocity_error = 0.1;  ///< as in SolveOptions; bodies only
+    double energy_made = 1e-3;    ///< as in SolveOptions; bodies only
+    double penetration = 1e-3;    ///< as in SolveOptions; bodies only
+    double gap_error = 1e-3;      ///< as in SolveOptions; bodies only
+    double distance = 0.3;        ///< as in SolveOptions; bodies only
+    int max_iterations = 2000;    ///< Newton steps in all
+    int max_interior = 100;       ///< of them by the interior-point method
+    int warm_sweeps = 1000;       ///< of NLGS before, at most; bodies only. They cost what a factorisation does
+    int max_outer = 200;          ///< proximal iterations
 };
 
-// Throws std::invalid_argument for options that are no numbers, or negative.
+/// Throws std::invalid_argument for options that are no numbers, or negative.
 inline void check_options(const NewtonOptions& options) {
     check_bounds(options);
     if ((std::min)({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }
 
-struct NewtonReport : SolveReport {  // how newton_solve() ended; its iterations are Newton steps, of both methods
-    int interior = 0;                // Newton steps by the interior-point method
-    int outer = 0;                   // proximal iterations
-    int factorisations = 0;          // of sparse Jacobians, by both methods
+/// How newton_solve() ended; its iterations are Newton steps, of both methods.
+struct NewtonReport : SolveReport {
+    int interior = 0;        ///< Newton steps by the interior-point method
+    int outer = 0;           ///< proximal iterations
+    int factorisations = 0;  ///< of sparse Jacobians, by both methods
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,12 +1,13 @@
-// Projected gradient methods on Coulomb's law as it is, for comparison with Gauss-Seidel: spectral (Barzilai-Borwein)
-// steps, or Nesterov's acceleration with restarts.
-//
-//   nscdd::SolveReport report = nscdd::projected_gradient(problem, {.tolerance = 1e-6});
-//
-// With De Saxce's correction s = mu |u_t| n [DeSaxce98] the law is r = P_K(r - rho (u + s)), P_K the nearest point of
-// the cone. With s frozen u + s is the gradient of a convex quadratic, and s follows. Gradients, steps and distances
-// are in the metric of D, the mean of the diagonal of each W_cc: one number a contact keeps the cone round, and takes
-// mass ratios out.
+/// @file
+/// Projected gradient methods on Coulomb's law as it is, for comparison with Gauss-Seidel: spectral (Barzilai-Borwein)
+/// steps, or Nesterov's acceleration with restarts.
+/// ```
+/// nscdd::SolveReport report = nscdd::projected_gradient(problem, {.tolerance = 1e-6});
+/// ```
+/// With De Saxce's correction s = mu |u_t| n [DeSaxce98] the law is r = P_K(r - rho (u + s)), P_K the nearest point of
+/// the cone. With s frozen u + s is the gradient of a convex quadratic, and s follows. Gradients, steps and distances
+/// are in the metric of D, the mean of the diagonal of each W_cc: one number a contact keeps the cone round, and takes
+/// mass ratios out.
 #pragma once
 
 #include <algorithm>
@@ -19,23 +20,23 @@
 #include "nscdd/reference/coulomb_projection.hpp"
 #include "nscdd/reference/linear_contacts.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Which method takes the steps (METHOD.md, section 11).
+/// Which method takes the steps (METHOD.md, section 11).
 enum class Descent {
-    spectral,  // SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
-    nesterov,  // APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
+    spectral,  ///< SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
+    nesterov,  ///< APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
 };
 
 namespace detail {
 
-// The contacts as the iteration sees them.
+/// The contacts as the iteration sees them.
 template <int size>
 struct GradientContacts : ConeContacts<size> {
-    std::vector<typename ConeContacts<size>::Vec> r, u;  // impulse [N s], velocity with the bias [m/s]
+    std::vector<typename ConeContacts<size>::Vec> r, u;  ///< impulse [N s], velocity with the bias [m/s]
 };
 
-// Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
+/// Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
 template <class M>
 class BodyGradient {
   public:
@@ -66,7 +67,7 @@ class BodyGradient {
     ContactProblem<M>& problem_;
 };
 
-// The same gradient from a stored W. Throws std::invalid_argument where its diagonal is not positive.
+/// The same gradient from a stored W. Throws std::invalid_argument where its diagonal is not positive.
 template <int dim>
 class BlockGradient {
   public:
@@ -89,8 +90,8 @@ class BlockGradient {
     const DelassusProblem<dim>& problem_;
 };
 
-// The iteration, for bodies or a stored W. One call of iterate() is one product with W, as a sweep is, but for steps
-// refused.
+/// The iteration, for bodies or a stored W. One call of iterate() is one product with W, as a sweep is, but for steps
+/// refused.
 template <class Gradient>
 class ProjectedGradient {
   public:
@@ -116,7 +117,7 @@ class ProjectedGradient {
   private:
     static constexpr double least_step = 1e-8, largest_step = 1e8;
 
-    // mu |u_t|, what De Saxce adds to u_n.
+    /// mu |u_t|, what De Saxce adds to u_n.
     double correction(std::size_t c) const {
         if constexpr (size == 1) return 0;
         const Vec &u = contacts_.u[c], &n = contacts_.normal[c];
@@ -127,10 +128,10 @@ class ProjectedGradient {
     }
 
     struct Sums {
-        double slope = 0;   // g . d
-        double length = 0;  // d . D d
+        double slope = 0;   ///< g . d
+        double length = 0;  ///< d . D d
     };
-    // d = P_K(r - t D^-1 g) - r, and u kept aside.
+    /// d = P_K(r - t D^-1 g) - r, and u kept aside.
     Sums direction(double t) {
         Sums sums;
         for (std::size_t c = 0; c < d_.size(); ++c) {
@@ -144,8 +145,8 @@ class ProjectedGradient {
     }
 
     struct Curvature {
-        double along = 0;  // d . W d
-        double image = 0;  // W d . D^-1 W d
+        double along = 0;  ///< d . W d
+        double image = 0;  ///< W d . D^-1 W d
     };
     Curvature curvature() const {
         Curvature w;
@@ -175,8 +176,8 @@ class ProjectedGradient {
         if (w.along > 0) choose_step(sums.length / w.along, w.along / w.image);
     }
 
-    // Takes the long one of Barzilai and Borwein's two steps, or the least of the last short ones where they differ by
-    // more than a factor that adapts itself [Bonettini09]. Either step alone takes four times the iterations.
+    /// Takes the long one of Barzilai and Borwein's two steps, or the least of the last short ones where they differ by
+    /// more than a factor that adapts itself [Bonettini09]. Either step alone takes four times the iterations.
     void choose_step(double length, double shorter) {
         short_[slot_ % short_.size()] = shorter;
         if (shorter < switch_ * length) {
@@ -189,9 +190,9 @@ class ProjectedGradient {
         step_ = std::clamp(step_, least_step, largest_step);
     }
 
-    // From y, extrapolated past r by the last change, to P_K(y - t D^-1 (u + s)); t is cut until the quadratic lies
-    // below its model there, and grows again. s stays for some iterations: with an s that moves the extrapolation goes
-    // round in circles.
+    /// From y, extrapolated past r by the last change, to P_K(y - t D^-1 (u + s)); t is cut until the quadratic lies
+    /// below its model there, and grows again. s stays for some iterations: with an s that moves the extrapolation goes
+    /// round in circles.
     void nesterov() {
         if (y_.empty()) {
             y_.resize(d_.size()), slip_.resize(d_.size());
@@ -238,20 +239,20 @@ class ProjectedGradient {
     std::vector<double> slip_;
     double step_ = 1;
 
-    double value_ = 0, switch_ = 0.5;  // spectral
+    double value_ = 0, switch_ = 0.5;  ///< spectral
     std::array<double, 10> values_{};
     std::array<double, 5> short_;
     std::size_t slot_ = 0;
 
-    double momentum_ = 1;  // nesterov
-    int age_ = 0;          // of s
+    double momentum_ = 1;  ///< nesterov
+    int age_ = 0;          ///< of s
 };
 
 }  // namespace detail
 
-// The problem of bodies, in and out as for nlgs(); options `sweeps`, `relaxation` and `window` are ignored. Throws
-// std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and for options
-// without an end.
+/// The problem of bodies, in and out as for nlgs(); options `sweeps`, `relaxation` and `window` are ignored. Throws
+/// std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and for options
+/// without an end.
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {
@@ -273,9 +274,9 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     return report;
 }
 
-// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, answer out, one of each contact.
-// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
-// measure is not finite.
+/// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, answer out, one of each contact.
+/// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
+/// measure is not finite.
 template <int dim>
 SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                                const SolveOptions& options, Descent descent, auto&& measure) {
@@ -290,4 +291,4 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,12 +1,13 @@
-// Proximal-point iteration around a semismooth Newton method, on Coulomb's law as it is: exact to round-off, and quick
-// where it starts near an answer.
-//
-// Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc, which makes
-// the problem regular however hyperstatic the packing is; its answer is r_{k+1}, and a fixed point satisfies the law
-// itself [Rockafellar76], [Acary18]. With the matrices of LinearContacts and x the change of the state it
-// reads
-//     F(x) = x - B (r - r_k) = 0,   r = P(r_k - rho_c (u_k + L x)).
-// As the unknown is the change since r_k, round-off of V is not multiplied by rho.
+/// @file
+/// Proximal-point iteration around a semismooth Newton method, on Coulomb's law as it is: exact to round-off, and quick
+/// where it starts near an answer.
+///
+/// Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc, which makes
+/// the problem regular however hyperstatic the packing is; its answer is r_{k+1}, and a fixed point satisfies the law
+/// itself [Rockafellar76], [Acary18]. With the matrices of LinearContacts and x the change of the state it
+/// reads
+///     F(x) = x - B (r - r_k) = 0,   r = P(r_k - rho_c (u_k + L x)).
+/// As the unknown is the change since r_k, round-off of V is not multiplied by rho.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -20,18 +21,18 @@
 #include "nscdd/reference/newton_options.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The iteration on any LinearContacts.
+/// The iteration on any LinearContacts.
 template <int size>
 class ProximalNewton {
   public:
-    // Keeps references to problem and new_factors, and a copy of the options.
+    /// Keeps references to problem and new_factors, and a copy of the options.
     ProximalNewton(const LinearContacts<size>& problem, const NewtonOptions& options, const NewFactors& new_factors)
         : problem_(problem), options_(options), new_factors_(new_factors) {}
 
-    // r: first guess, then the best answer met. done(r, report) judges r: it notes the residual in the report and says
-    // whether to stop. Never loops without bound: the options cap the steps.
+    /// r: first guess, then the best answer met. done(r, report) judges r: it notes the residual in the report and says
+    /// whether to stop. Never loops without bound: the options cap the steps.
     void operator()(Eigen::VectorXd& r, auto&& done, NewtonReport& report) {
         double least = std::numeric_limits<double>::infinity();
         start_ = r;
@@ -60,11 +61,11 @@ class ProximalNewton {
     enum class Law { exact, convex };
     static constexpr double least_rho = 1e-6, largest_rho = 1e12;
 
-    // x = B y: for the convex law F is the gradient of a potential, whose slope along dy is dy . L F.
+    /// x = B y: for the convex law F is the gradient of a potential, whose slope along dy is dy . L F.
     struct Point {
         Eigen::VectorXd x, y, r, f;
-        double norm = 0;  // |F|
-        double prox = 0;  // |(r - r_k)/rho| as an energy norm: the error of r_{k+1} that only further k reduce
+        double norm = 0;  ///< |F|
+        double prox = 0;  ///< |(r - r_k)/rho| as an energy norm: the error of r_{k+1} that only further k reduce
     };
 
     ProjectedImpulse<size> project(std::size_t c, const Eigen::VectorXd& u, Law law) const {
@@ -85,8 +86,8 @@ class ProximalNewton {
         p.prox = std::sqrt(problem_.energy(change)) / rho_;
     }
 
-    // r_{k+1} from r_k. Where Newton fails on the exact law, it starts again from the answer of the convex one, which
-    // it finds from everywhere; only the slip velocity is frozen there, so that answer is near.
+    /// r_{k+1} from r_k. Where Newton fails on the exact law, it starts again from the answer of the convex one, which
+    /// it finds from everywhere; only the slip velocity is frozen there, so that answer is near.
     bool proximal_step(Point& p, NewtonReport& report) {
         base_ = problem_.relative_velocity(start_);
         p.x.setZero(problem_.states());
@@ -127,7 +128,7 @@ class ProximalNewton {
         return false;
     }
 
-    // Both line searches return the step, 0 when there is none, and the point it leads to.
+    /// Both line searches return the step, 0 when there is none, and the point it leads to.
     struct Line {
         const Point& from;
         const Eigen::VectorXd &dx, &dy;
@@ -139,7 +140,7 @@ class ProximalNewton {
         evaluate(next, line.law);
     }
 
-    // The longest of the steps 1, 1/2, 1/4... that reduces |F|.
+    /// The longest of the steps 1, 1/2, 1/4... that reduces |F|.
     double backtrack(const Line& line, Point& next) const {
         for (double t = 1; t > 1e-3; t /= 2) {
             move(line, t, next);
@@ -148,8 +149,8 @@ class ProximalNewton {
         return 0;
     }
 
-    // The step to the minimum of the convex law's potential, where its slope along dy vanishes; it is piecewise linear.
-    // Unlike |F| the potential lets a step pass the kinks where contacts open, close or begin to slide.
+    /// The step to the minimum of the convex law's potential, where its slope along dy vanishes; it is piecewise
+    /// linear. Unlike |F| the potential lets a step pass the kinks where contacts open, close or begin to slide.
     double minimise(const Line& line, Point& next) const {
         const auto slope = [&](const Point& p) { return line.dy.dot(problem_.velocity * p.f); };
         const double initial = slope(line.from);
@@ -170,7 +171,7 @@ class ProximalNewton {
         return t;
     }
 
-    // -dr/dx = rho_c P' L, open contacts left out.
+    /// -dr/dx = rho_c P' L, open contacts left out.
     Eigen::SparseMatrix<double> impulse_slope(const Point& p, Law law) const {
         const Eigen::VectorXd u = base_ + problem_.velocity * p.x;
         std::vector<Eigen::Triplet<double>> entries;
@@ -190,9 +191,9 @@ class ProximalNewton {
     const LinearContacts<size>& problem_;
     const NewtonOptions options_;
     const NewFactors& new_factors_;
-    Eigen::VectorXd start_, base_;  // r_k, u_k
-    std::vector<double> slip_;      // mu |u_t| of u_k
+    Eigen::VectorXd start_, base_;  ///< r_k, u_k
+    std::vector<double> slip_;      ///< mu |u_t| of u_k
     double rho_ = 1;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

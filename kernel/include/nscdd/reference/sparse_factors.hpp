@@ -1,5 +1,6 @@
-// Factorisations for the Newton methods, by any sparse solver of Eigen's interface, behind one type: the methods are
-// compiled once for all solvers. A virtual call costs nothing beside a factorisation.
+/// @file
+/// Factorisations for the Newton methods, by any sparse solver of Eigen's interface, behind one type: the methods are
+/// compiled once for all solvers. A virtual call costs nothing beside a factorisation.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -8,21 +9,21 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// A factorisation of square matrices that need not be symmetric.
+/// A factorisation of square matrices that need not be symmetric.
 class SparseFactors {
   public:
-    using Matrix = Eigen::SparseMatrix<double>;  // compressed by columns
+    using Matrix = Eigen::SparseMatrix<double>;  ///< compressed by columns
     virtual ~SparseFactors() = default;
-    virtual void analyze(const Matrix& pattern) = 0;   // before the first factorize(), and where the pattern changes
-    virtual bool factorize(const Matrix& matrix) = 0;  // false where it fails
-    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;  // by the last matrix factorised
+    virtual void analyze(const Matrix& pattern) = 0;   ///< before the first factorize(), and where the pattern changes
+    virtual bool factorize(const Matrix& matrix) = 0;  ///< false where it fails
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;  ///< by the last matrix factorised
 };
 
-using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;  // makes one that has no matrix yet
+using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;  ///< makes one that has no matrix yet
 
-// By a solver with analyzePattern(), factorize(), info() and solve(), such as Eigen::SparseLU.
+/// By a solver with analyzePattern(), factorize(), info() and solve(), such as Eigen::SparseLU.
 template <class Factorisation>
 class FactorsBy final : public SparseFactors {
   public:
@@ -33,10 +34,10 @@ class FactorsBy final : public SparseFactors {
     }
     Eigen::VectorXd solve(const Eigen::VectorXd& right) const override { return factors_.solve(right); }
 
-    static std::unique_ptr<SparseFactors> create() { return std::make_unique<FactorsBy>(); }  // a NewFactors
+    static std::unique_ptr<SparseFactors> create() { return std::make_unique<FactorsBy>(); }  ///< a NewFactors
 
   private:
     Factorisation factors_;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

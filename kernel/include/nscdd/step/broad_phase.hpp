@@ -1,5 +1,3 @@
-// The broad phase of a simulation: rough detection, whose candidates serve until a grain has used up the skin, and with
-// it the partition of space.
 #pragma once
 
 #include <limits>
@@ -11,21 +9,23 @@
 #include "nscdd/partition/weights.hpp"
 #include "nscdd/step/survey.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// The broad phase of a simulation: rough detection, whose candidates serve until a grain has used up the skin, and
+/// with it the partition of space.
 template <class M>
 class BroadPhase {
   public:
-    double skin() const { return skin_; }                                // of the last rough detection [m]
-    int steps_since() const { return steps_since_; }                     // steps begun since the last rough detection
-    const std::vector<double>& offsets() const { return offsets_; }      // of the walls at the last rough detection [m]
-    const Partition<M>& partition() const { return *partition_; }        // of the last rough detection
-    double imbalance_when_made() const { return imbalance_when_made_; }  // of the partition (Partitioner) [1]
+    double skin() const { return skin_; }                            ///< of the last rough detection [m]
+    int steps_since() const { return steps_since_; }                 ///< steps begun since the last rough detection
+    const std::vector<double>& offsets() const { return offsets_; }  ///< of the walls at the last rough detection [m]
+    const Partition<M>& partition() const { return *partition_; }    ///< of the last rough detection
+    double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
-    // Counts a step. True when rough detection is due by the number of steps since the last one.
+    /// Counts a step. True when rough detection is due by the number of steps since the last one.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.rough_every; }
 
-    // Rough detection with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
+    /// Rough detection with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
                double needed) {
         const Extent extent = find_extent(parts, comm);
@@ -41,7 +41,7 @@ class BroadPhase {
         steps_since_ = 0;
     }
 
-    // Repeats the last rough detection of another simulation. Collective.
+    /// Repeats the last rough detection of another simulation. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 Radii radii, const RoughDetection<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
@@ -86,11 +86,11 @@ class BroadPhase {
     }
 
   private:
-    // Of all grains.
+    /// Of all grains.
     struct Extent {
         typename M::Vec minus_low = M::Vec::Constant(-(std::numeric_limits<double>::max)()),
                         high = minus_low;  // box [m]
-        double speed = 0;                  // largest [m/s]
+        double speed = 0;                  ///< largest [m/s]
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(minus_low, high, speed); }
         Box<M> box() const { return {-minus_low, high}; }
@@ -107,8 +107,8 @@ class BroadPhase {
         });
     }
 
-    // Rough detection in the partition as it is or, where that has become uneven, in a new one. The first partition is
-    // made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
+    /// Rough detection in the partition as it is or, where that has become uneven, in a new one. The first partition is
+    /// made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 const std::vector<Wall<M>>& walls, Radii radii, const Box<M>& box) {
         const double allowed = settings.partition.imbalance;
@@ -129,4 +129,4 @@ class BroadPhase {
     int steps_since_ = 0;
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

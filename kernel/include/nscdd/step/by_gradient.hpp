@@ -1,12 +1,13 @@
-// A step of a simulation on one rank, solved by projected gradients.
+/// @file
+/// A step of a simulation on one rank, solved by projected gradients.
 #pragma once
 
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/reference/projected_gradient.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
+/// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
 template <class M>
 AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
     return on_one_rank<M>(
@@ -15,4 +16,4 @@ AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
         charge_iterations<M>);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,12 +1,13 @@
-// A step of a simulation on one rank, solved by Newton's methods.
+/// @file
+/// A step of a simulation on one rank, solved by Newton's methods.
 #pragma once
 
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/reference/newton.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The step throws std::logic_error on more than one rank, else what newton_solve() throws.
+/// The step throws std::logic_error on more than one rank, else what newton_solve() throws.
 template <class M, class Factorisation = SparseLU>
 AnyStepSolver<M> by_newton(const NewtonOptions& options) {
     return on_one_rank<M>(
@@ -15,4 +16,4 @@ AnyStepSolver<M> by_newton(const NewtonOptions& options) {
         charge_iterations<M>);
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

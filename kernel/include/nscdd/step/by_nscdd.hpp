@@ -1,12 +1,13 @@
-// Steps solved by the paper's method, NSCDD, and by the sequential NLGS that it is compared with.
+/// @file
+/// Steps solved by the paper's method, NSCDD, and by the sequential NLGS that it is compared with.
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// The sequential reference; the step throws std::logic_error on more than one rank.
+/// The sequential reference; the step throws std::logic_error on more than one rank.
 template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
     const auto charge = [options](Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
@@ -40,7 +41,7 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
         charge);
 }
 
-// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.
+/// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
 AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
     return [options](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
@@ -49,4 +50,4 @@ AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
     };
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// The scene on rank 0, for output: all of it, or one range of ids after the other where it would not fit. Collective.
+/// @file
+/// The scene on rank 0, for output: all of it, or one range of ids after the other where it would not fit. Collective.
 #pragma once
 
 #include <limits>
@@ -6,35 +7,37 @@
 #include "nscdd/decompose/wire.hpp"
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// A grain, and what subdomains know of it.
+/// A grain, and what subdomains know of it.
 template <class M>
 struct GatheredGrain {
-    Grain<M> grain;                  // as it is now
-    typename M::Vec rough_position;  // of its centre, when the candidates were found [m]
-    int subdomain;                   // rank that speaks for it
-    int multiplicity;                // active copies in the last step
+    Grain<M> grain;                  ///< as it is now
+    typename M::Vec rough_position;  ///< of its centre, when the candidates were found [m]
+    int subdomain;                   ///< rank that speaks for it
+    int multiplicity;                ///< active copies in the last step
 };
 
-// Grains, or contacts by the grain i, from `begin` up to but without `end`.
+/// Grains, or contacts by the grain i, from `begin` up to but without `end`.
 struct Ids {
-    int begin = 0, end = (std::numeric_limits<int>::max)();         // the first id, and one after the last
-    bool contain(int id) const { return begin <= id && id < end; }  // whether an id is in the range
+    int begin = 0;                                                  ///< the first id
+    int end = (std::numeric_limits<int>::max)();                    ///< one after the last
+    bool contain(int id) const { return begin <= id && id < end; }  ///< whether an id is in the range
 };
 
-// A contact of the last step; vectors in world axes.
+/// A contact of the last step; vectors in world axes.
 template <class M>
 struct GatheredContact {
-    int i, j;                 // ids; j < 0: wall -1-j
-    int subdomain;            // rank that has it
-    double gap;               // now [m]; negative where the two overlap
-    double normal_impulse;    // r_n [N s]; without friction, that of the solver to the last bit
-    typename M::Vec normal;   // unit, from j to i, when contacts were found
-    typename M::Vec impulse;  // on i [N s]
-    typename M::Vec branch;   // now, to the centre of i from that of j, or from its foot on the wall [m]
+    int i;                    ///< id
+    int j;                    ///< id; j < 0: wall -1-j
+    int subdomain;            ///< rank that has it
+    double gap;               ///< now [m]; negative where the two overlap
+    double normal_impulse;    ///< r_n [N s]; without friction, that of the solver to the last bit
+    typename M::Vec normal;   ///< unit, from j to i, when contacts were found
+    typename M::Vec impulse;  ///< on i [N s]
+    typename M::Vec branch;   ///< now, to the centre of i from that of j, or from its foot on the wall [m]
 
-    // To hand to a simulation that goes on from here.
+    /// To hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
         if constexpr (M::friction)
             return {i, j, impulse};
@@ -43,7 +46,7 @@ struct GatheredContact {
     }
 };
 
-// Grains of these ids, by ascending id on the process that hosts rank 0, empty elsewhere.
+/// Grains of these ids, by ascending id on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids ids = {}) {
     const auto& parts = simulation.parts();
@@ -70,7 +73,7 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids
     return grains;
 }
 
-// The last rough detection but for the positions; not collective.
+/// The last rough detection but for the positions; not collective.
 template <class M>
 RoughDetection<M> last_rough(const Simulation<M>& simulation) {
     const BroadPhase<M>& broad = simulation.broad_phase();
@@ -83,7 +86,7 @@ RoughDetection<M> last_rough(const Simulation<M>& simulation) {
             .offsets = broad.offsets()};
 }
 
-// The last rough detection; positions by ascending id on the process that hosts rank 0, none elsewhere.
+/// The last rough detection; positions by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
 RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
     RoughDetection<M> rough = last_rough(simulation);
@@ -91,7 +94,7 @@ RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
     return rough;
 }
 
-// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
+/// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, Ids ids = {}) {
     constexpr std::size_t size = 5 + 3 * M::dim;
@@ -134,4 +137,4 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
     return contacts;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

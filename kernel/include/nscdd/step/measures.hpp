@@ -1,39 +1,41 @@
-// Sums over the scene that describe a state, for checks and reports. Collective.
 #pragma once
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// Sums over the scene that describe a state, for checks and reports. Collective.
 template <class M>
 struct Measures {
-    using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;  // in world axes
-    static constexpr int rotations = M::dim == 3 ? 3 : 1;                    // number of axes to turn about
+    using Tensor = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;  ///< in world axes
+    static constexpr int rotations = M::dim == 3 ? 3 : 1;                    ///< number of axes to turn about
 
-    double kinetic_energy = 0;                                               // of the grains [J]
-    typename M::Vec momentum = M::Vec::Zero();                               // of the grains [kg m/s]
-    using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;  // a component for each axis to turn about
-    Rotation angular_momentum = Rotation::Zero();  // of the grains about the origin, spins included [kg m^2/s]
-    Tensor virial = Tensor::Zero();  // sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure
-    double contacts = 0;             // number of those that carry (carries_impulse())
-    double wall_contacts = 0;        // number of them with walls
-    double grains_volume = 0;        // of the grains [m^3], area [m^2] in 2D
-    double touched = 0;              // grains with a contact that carries; observe() counts exactly, measure() nearly
-    double largest_overlap = 0;      // [m], of the contacts of the last step, now
+    double kinetic_energy = 0;                  ///< of the grains [J]
+    typename M::Vec momentum = M::Vec::Zero();  ///< of the grains [kg m/s]
+    /// A component for each axis to turn about.
+    using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;
+    Rotation angular_momentum = Rotation::Zero();  ///< of the grains about the origin, spins included [kg m^2/s]
+    /// Sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure.
+    Tensor virial = Tensor::Zero();
+    double contacts = 0;         ///< number of those that carry (carries_impulse())
+    double wall_contacts = 0;    ///< number of them with walls
+    double grains_volume = 0;    ///< of the grains [m^3], area [m^2] in 2D
+    double touched = 0;          ///< grains with a contact that carries; observe() counts exactly, measure() nearly
+    double largest_overlap = 0;  ///< [m], of the contacts of the last step, now
 
-    // Members that reduce() adds up over subdomains.
+    /// Members that reduce() adds up over subdomains.
     auto summed() {
         return std::tie(kinetic_energy, momentum, angular_momentum, virial, contacts, wall_contacts, grains_volume,
                         touched);
     }
-    auto largest() { return std::tie(largest_overlap); }  // members of which reduce() takes the largest
+    auto largest() { return std::tie(largest_overlap); }  ///< members of which reduce() takes the largest
 
-    // Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
+    /// Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
 };
 
-// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The shipped laws can
-// only push; what round-off leaves below zero does not count.
+/// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The shipped laws
+/// can only push; what round-off leaves below zero does not count.
 template <class M>
 bool carries_impulse(const Contact<M>& c) {
     double normal = c.r[0];
@@ -43,7 +45,7 @@ bool carries_impulse(const Contact<M>& c) {
 
 namespace detail {
 
-// Whether it has a part in the stress. By a law that pulls a contact may have a tangential impulse and no normal one.
+/// Whether it has a part in the stress. By a law that pulls a contact may have a tangential impulse and no normal one.
 template <class M>
 bool acts_on_grains(const Contact<M>& c) {
     return SolvedOnCone<typename M::Law> ? carries_impulse<M>(c) : (c.r.array() != 0).any();
@@ -51,7 +53,7 @@ bool acts_on_grains(const Contact<M>& c) {
 
 }  // namespace detail
 
-// Measures of a simulation after a step. Collective.
+/// Measures of a simulation after a step. Collective.
 template <class M>
 Measures<M> measure(const Simulation<M>& simulation) {
     constexpr int dim = M::dim;
@@ -100,4 +102,4 @@ Measures<M> measure(const Simulation<M>& simulation) {
     });
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// What a time series holds of one step: sums over the scene, so that no rank needs all grains or contacts. Collective.
+/// @file
+/// What a time series holds of one step: sums over the scene, so that no rank needs all grains or contacts. Collective.
 #pragma once
 
 #include <algorithm>
@@ -7,20 +8,21 @@
 
 #include "nscdd/step/measures.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// W walls. A contact carries when carries_impulse() says so: it pushes or pulls.
+/// W walls. A contact carries when carries_impulse() says so: it pushes or pulls.
 template <class M>
 struct Observables {
-    Measures<M> measures;                     // `touched` is exact here
-    typename Measures<M>::Tensor fabric;      // mean of n (x) n over contacts that carry [1]; NaN of none
-    double grains = 0;                        // in the scene
-    double mass = 0;                          // of the grains [kg]
-    double mean_radius = 0;                   // [m]
-    std::vector<typename M::Vec> wall_force;  // (W) of the grains on each wall, mean of the step [N]
+    Measures<M> measures;                     ///< `touched` is exact here
+    typename Measures<M>::Tensor fabric;      ///< mean of n (x) n over contacts that carry [1]; NaN of none
+    double grains = 0;                        ///< in the scene
+    double mass = 0;                          ///< of the grains [kg]
+    double mean_radius = 0;                   ///< [m]
+    std::vector<typename M::Vec> wall_force;  ///< (W) of the grains on each wall, mean of the step [N]
 
-    double rattlers() const { return 1 - measures.touched / grains; }  // share of grains without a contact that carries
-    double density() const { return mass / measures.grains_volume; }   // of the grains [kg/m^3], [kg/m^2] in 2D
+    /// Share of grains without a contact that carries.
+    double rattlers() const { return 1 - measures.touched / grains; }
+    double density() const { return mass / measures.grains_volume; }  ///< of the grains [kg/m^3], [kg/m^2] in 2D
 };
 
 namespace detail {
@@ -33,7 +35,7 @@ struct ObservedSums {
     auto largest() { return std::tie(); }
 };
 
-// Grains with a contact that carries, in whichever of their copies: the owner of a grain is told by the others.
+/// Grains with a contact that carries, in whichever of their copies: the owner of a grain is told by the others.
 template <class M>
 std::vector<double> carrying_grains(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();
@@ -66,7 +68,7 @@ std::vector<double> carrying_grains(const Simulation<M>& simulation) {
 
 }  // namespace detail
 
-// Observables of a simulation after a step. Collective.
+/// Observables of a simulation after a step. Collective.
 template <class M>
 Observables<M> observe(const Simulation<M>& simulation) {
     using Vec = typename M::Vec;
@@ -103,4 +105,4 @@ Observables<M> observe(const Simulation<M>& simulation) {
     return total;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// Why a step is refused: as data, and in one line.
+/// @file
+/// Why a step is refused: as data, and in one line.
 #pragma once
 
 #include <limits>
@@ -12,19 +13,20 @@
 #include "nscdd/detect/fine.hpp"
 #include "nscdd/detect/passage.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// Of all pairs that make a step impossible the worst one.
+/// Of all pairs that make a step impossible the worst one.
 struct Refusal {
-    int step = 0;        // counted from 1, as the simulation has made them
-    int i = -1, j = -1;  // ids; j < 0: wall -1-j
-    double overlap = 0;  // when detected, over the smaller radius [1]; 0: they pass into or through each other unseen
-    double allowed = 0;  // the largest overlap that is allowed, over the smaller radius [1]
-    double h = 0;        // a step that would do for all pairs of the scene as they move now [s]; 0: none is known
+    int step = 0;        ///< counted from 1, as the simulation has made them
+    int i = -1;          ///< id
+    int j = -1;          ///< id; j < 0: wall -1-j
+    double overlap = 0;  ///< when detected, over the smaller radius [1]; 0: they pass into or through each other unseen
+    double allowed = 0;  ///< the largest overlap that is allowed, over the smaller radius [1]
+    double h = 0;        ///< a step that would do for all pairs of the scene as they move now [s]; 0: none is known
 };
 
-// In one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)". `walls`: their
-// names, empty for their numbers.
+/// In one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)". `walls`: their
+/// names, empty for their numbers.
 inline std::string describe(const Refusal& refusal, std::span<const std::string> walls = {}) {
     std::string text = "step " + std::to_string(refusal.step) + ": grain " + std::to_string(refusal.i) + " and ";
     const auto wall = static_cast<std::size_t>(-1 - refusal.j);
@@ -43,17 +45,18 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
            " s";
 }
 
-// What Simulation::step() throws, the same on every rank; what() is describe(refusal).
+/// What Simulation::step() throws, the same on every rank; what() is describe(refusal).
 class StepRefused : public std::runtime_error {
   public:
+    /// For this reason.
     explicit StepRefused(const Refusal& why) : std::runtime_error(describe(why)), refusal(why) {}
 
-    Refusal refusal;  // why
+    Refusal refusal;  ///< why
 };
 
 namespace detail {
 
-// The worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted rank. Collective.
+/// The worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted rank. Collective.
 template <class Found>
 Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     std::vector<Buffer> mine;
@@ -67,13 +70,13 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
 
 }  // namespace detail
 
-// Throws StepRefused with the worst that the ranks have found. Collective.
+/// Throws StepRefused with the worst that the ranks have found. Collective.
 [[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Overlap>& found, double allowed) {
     const Overlap worst = detail::worst_of_all(comm, found);
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .overlap = worst.ratio, .allowed = allowed});
 }
 
-// The same for passages; within[k]: the step that would do for all pairs of the k-th hosted rank [s]. Collective.
+/// The same for passages; within[k]: the step that would do for all pairs of the k-th hosted rank [s]. Collective.
 [[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Passage>& found,
                                 const std::vector<double>& within, double allowed) {
     const Passage worst = detail::worst_of_all(comm, found);
@@ -81,4 +84,4 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = (std::min)(worst.h, others)});
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,4 +1,5 @@
-// What a simulation is made of, and checks of it: all throw std::invalid_argument with one line.
+/// @file
+/// What a simulation is made of, and checks of it: all throw std::invalid_argument with one line.
 #pragma once
 
 #include <algorithm>
@@ -15,36 +16,36 @@
 #include "nscdd/partition/grid.hpp"
 #include "nscdd/subdomain/topology.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// All that a scene has beside its grains, and how it is stepped.
+/// All that a scene has beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
-    std::vector<Wall<M>> walls{};              // their index is their name in messages and in GatheredContact
-    MaterialsOf<M> materials{1};               // coefficients of the law for each pair of materials
-    typename M::Vec gravity = M::Vec::Zero();  // [m/s^2]
-    double h = 0;                              // time step [s], has to be set
-    double theta = 0.5;                        // of the Moreau-Jean scheme, 0.5 to 1 in use
-    int rough_every = 10;                      // steps between rough detections; sooner when grains have moved too far
-    Partitioner<M> partition = by_grid<M>();   // how space is dealt to subdomains; a regular grid as in the paper
-    Multiplicity multiplicity = Multiplicity::minimal;  // which copies of a grain share its mass
-    double largest_overlap = 0.1;                       // of a radius; more is an error
+    std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
+    MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
+    typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
+    double h = 0;                              ///< time step [s], has to be set
+    double theta = 0.5;                        ///< of the Moreau-Jean scheme, 0.5 to 1 in use
+    int rough_every = 10;                     ///< steps between rough detections; sooner when grains have moved too far
+    Partitioner<M> partition = by_grid<M>();  ///< how space is dealt to subdomains; a regular grid as in the paper
+    Multiplicity multiplicity = Multiplicity::minimal;  ///< which copies of a grain share its mass
+    double largest_overlap = 0.1;                       ///< of a radius; more is an error
 };
 
-// The last rough detection. It decides which candidates there are, who owns them, in which order they are swept, and
-// when the next one comes: all that a step depends on beside grains, walls and impulses.
+/// The last rough detection. It decides which candidates there are, who owns them, in which order they are swept, and
+/// when the next one comes: all that a step depends on beside grains, walls and impulses.
 template <class M>
 struct RoughDetection {
-    std::string kind;                        // of the partition
-    Buffer partition;                        // its numbers; empty: it is made anew
-    double imbalance = 1;                    // that the partition had when it was made (Partitioner)
-    double skin = 0;                         // [m]
-    int steps_since = 0;                     // steps made since
-    std::vector<typename M::Vec> positions;  // of the grains that the process has, at the detection [m]
-    std::vector<double> offsets;             // of the walls, at the detection [m]
+    std::string kind;                        ///< of the partition
+    Buffer partition;                        ///< its numbers; empty: it is made anew
+    double imbalance = 1;                    ///< that the partition had when it was made (Partitioner)
+    double skin = 0;                         ///< [m]
+    int steps_since = 0;                     ///< steps made since
+    std::vector<typename M::Vec> positions;  ///< of the grains that the process has, at the detection [m]
+    std::vector<double> offsets;             ///< of the walls, at the detection [m]
 };
 
-// `materials`: their number. Throws std::invalid_argument for a grain that no scene can have, and names its id.
+/// `materials`: their number. Throws std::invalid_argument for a grain that no scene can have, and names its id.
 template <class M>
 void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
@@ -61,7 +62,7 @@ void check_grains(std::span<const Grain<M>> grains, int materials) {
     }
 }
 
-// `materials`: their number. Throws std::invalid_argument for a wall that no scene can have, and names its index.
+/// `materials`: their number. Throws std::invalid_argument for a wall that no scene can have, and names its index.
 template <class M>
 void check_walls(std::span<const Wall<M>> walls, int materials) {
     for (const auto& wall : walls) {
@@ -77,7 +78,7 @@ void check_walls(std::span<const Wall<M>> walls, int materials) {
     }
 }
 
-// Throws std::invalid_argument for settings that no scene can have, those of walls included.
+/// Throws std::invalid_argument for settings that no scene can have, those of walls included.
 template <class M>
 void check_settings(const SimulationSettings<M>& settings) {
     if (!settings.gravity.allFinite()) throw std::invalid_argument("gravity is not finite");
@@ -89,7 +90,7 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");
 }
 
-// Throws std::invalid_argument for an impulse that is not finite.
+/// Throws std::invalid_argument for an impulse that is not finite.
 template <class M>
 void check_impulses(std::span<const PairImpulse<M>> impulses) {
     for (const auto& p : impulses)
@@ -97,7 +98,7 @@ void check_impulses(std::span<const PairImpulse<M>> impulses) {
             throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
 }
 
-// Throws std::invalid_argument for what is no rough detection of so many grains and walls.
+/// Throws std::invalid_argument for what is no rough detection of so many grains and walls.
 template <class M>
 void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t walls) {
     if (rough.positions.size() != grains || rough.offsets.size() != walls)
@@ -111,4 +112,4 @@ void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t
         throw std::invalid_argument("the last rough detection needs a positive skin and a number of steps since");
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,11 +1,3 @@
-// Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
-//
-//   nscdd::InProcess comm(8);
-//   nscdd::Simulation<Model> simulation(comm, settings, grains);
-//   const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(options);
-//   nscdd::StepReport report = simulation.step(solve);
-//
-// No process ever has all grains or contacts: what belongs to a rank is sent there.
 #pragma once
 
 #include <array>
@@ -22,40 +14,51 @@
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/survey.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-struct StepReport {               // of one step, the same on every rank
-    SolveReport solve;            // of the last attempt; the iterations are those of all
-    int attempts = 1;             // more than one when the answer changed which pairs are contacts
-    double contacts = 0;          // number in the whole scene
-    double interface_grains = 0;  // number in the whole scene: grains with contacts in several subdomains
-    double free_norm = 0;         // sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
-    StepEnergy energy;            // what changed the kinetic energy
+/// Of one step, the same on every rank.
+struct StepReport {
+    SolveReport solve;            ///< of the last attempt; the iterations are those of all
+    int attempts = 1;             ///< more than one when the answer changed which pairs are contacts
+    double contacts = 0;          ///< number in the whole scene
+    double interface_grains = 0;  ///< number in the whole scene: grains with contacts in several subdomains
+    double free_norm = 0;         ///< sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
+    StepEnergy energy;            ///< what changed the kinetic energy
 };
 
+/// Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
+/// ```
+/// nscdd::InProcess comm(8);
+/// nscdd::Simulation<Model> simulation(comm, settings, grains);
+/// const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(options);
+/// nscdd::StepReport report = simulation.step(solve);
+/// ```
+/// No process ever has all grains or contacts: what belongs to a rank is sent there.
 template <class M>
 class Simulation {
   public:
-    // Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
-    // processes, each grain from one. Impulses likewise.
-    //
-    // To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
-    // positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
-    // many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
-    // `last` still tells when the next rough detection comes.
-    //
-    // Throws std::invalid_argument, the same on every process, for what no scene can have: no step h, no grain, two of
-    // one id, a radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without
-    // mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
-    // Communicator::turn().
+    /// Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
+    /// processes, each grain from one. Impulses likewise.
+    ///
+    /// To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
+    /// positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
+    /// many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
+    /// `last` still tells when the next rough detection comes.
+    ///
+    /// Throws std::invalid_argument, the same on every process, for what no scene can have: no step h, no grain, two of
+    /// one id, a radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without
+    /// mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
+    /// Communicator::turn().
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr);
 
-    // One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
-    // through each other unseen, another std::runtime_error when the numbers are no longer finite,
-    // std::invalid_argument for no solver and for walls that have become what no scene can have, and what repartition()
-    // throws; std::logic_error, on its own process, when a solver has left other contacts, bodies or walls than it was
-    // given, and for a call within tasks of each_rank() or beside another thread that uses the communicator.
+    ///@{
+    /// One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
+    /// through each other unseen, another std::runtime_error when the numbers are no longer finite,
+    /// std::invalid_argument for no solver and for walls that have become what no scene can have, and what
+    /// repartition() throws; std::logic_error, on its own process, when a solver has left other contacts, bodies or
+    /// walls than it was given, and for a call within tasks of each_rank() or beside another thread that uses the
+    /// communicator.
     template <class Solver>
     StepReport step(const Solver& solve) {
         using Held = std::decay_t<Solver>;  // a function is held by its address
@@ -67,22 +70,23 @@ class Simulation {
         if constexpr (StepSolver<Held, M>) return step(AnyStepSolver<M>(solve));
     }
     StepReport step(const AnyStepSolver<M>& solve);
+    ///@}
 
-    Communicator& comm() const { return comm_; }  // that it was made with
-    // Of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved, and so does all
-    // that is measured or gathered of one.
+    Communicator& comm() const { return comm_; }  ///< that it was made with
+    /// Of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved, and so does all
+    /// that is measured or gathered of one.
     const std::vector<Subdomain<M>>& parts() const {
         check_there();
         return parts_;
     }
-    const SimulationSettings<M>& settings() const { return settings_; }  // with the walls as they are now
-    std::span<Wall<M>> walls() { return settings_.walls; }  // to change a force or a velocity between steps
-    const std::vector<Wall<M>>& walls() const { return settings_.walls; }  // as they are now
-    const PhaseSeconds& seconds() const { return seconds_; }               // time of this process so far, by phases [s]
-    std::size_t grain_count() const { return grains_; }                    // of the whole scene
-    double least_radius() const { return radii_.least; }                   // of the whole scene [m]
-    int steps() const { return steps_; }                                   // number of steps made by step()
-    // The last rough detection. Throws std::logic_error for a simulation that was moved.
+    const SimulationSettings<M>& settings() const { return settings_; }  ///< with the walls as they are now
+    std::span<Wall<M>> walls() { return settings_.walls; }  ///< to change a force or a velocity between steps
+    const std::vector<Wall<M>>& walls() const { return settings_.walls; }  ///< as they are now
+    const PhaseSeconds& seconds() const { return seconds_; }  ///< time of this process so far, by phases [s]
+    std::size_t grain_count() const { return grains_; }       ///< of the whole scene
+    double least_radius() const { return radii_.least; }      ///< of the whole scene [m]
+    int steps() const { return steps_; }                      ///< number of steps made by step()
+    /// The last rough detection. Throws std::logic_error for a simulation that was moved.
     const BroadPhase<M>& broad_phase() const {
         check_there();
         return broad_;
@@ -101,7 +105,7 @@ class Simulation {
         for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
     }
 
-    // Throws std::runtime_error when the scene's motion is not finite.
+    /// Throws std::runtime_error when the scene's motion is not finite.
     detail::Motion motion(Velocities which, double lookahead = 0) {
         detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), which, lookahead);
         all.speed += settings_.h * settings_.gravity.norm();
@@ -124,12 +128,12 @@ class Simulation {
     void detect_roughly(double needed) { broad_.renew(parts_, comm_, settings_, radii_, needed); }
 
     struct Detected {
-        double contacts = 0, worst_overlap = 0;  // over the smaller radius
+        double contacts = 0, worst_overlap = 0;  ///< over the smaller radius
         auto summed() { return std::tie(contacts); }
         auto largest() { return std::tie(worst_overlap); }
     };
 
-    // Contacts and multiplicities.
+    /// Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
         std::vector<Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
@@ -143,7 +147,7 @@ class Simulation {
         agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
-    // Split masses, free velocities, warm start; counts over the scene.
+    /// Split masses, free velocities, warm start; counts over the scene.
     void start_iteration(StepReport& report) {
         split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
         const detail::FreeState all = detail::find_free_state(parts_, comm_, settings_.walls);
@@ -173,7 +177,7 @@ class Simulation {
         return report;
     }
 
-    // Into the candidates. Throws std::logic_error for a contact that is no longer that of its candidate.
+    /// Into the candidates. Throws std::logic_error for a contact that is no longer that of its candidate.
     void keep_impulses(Subdomain<M>& part) const {
         const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
                               std::vector<Candidate<M>>& candidates, const char* name) {
@@ -191,8 +195,8 @@ class Simulation {
         keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ");
     }
 
-    // Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
-    // come from another h.
+    /// Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
+    /// come from another h.
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
         const detail::Motion start = motion(Velocities::known, time);
@@ -206,15 +210,16 @@ class Simulation {
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
     }
 
-    struct Unsettled {  // on any rank, above 0: a contact that is to be none; a candidate that is to be one; a passage
+    /// On any rank, above 0: a contact that is to be none; a candidate that is to be one; a passage.
+    struct Unsettled {
         double passes = 0, closes = 0, passages = 0;
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(passes, closes, passages); }
     };
 
-    // False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
-    // each other: the step is then solved again with that pair, or without. The broad phase is renewed first if grains
-    // move farther than its skin allows.
+    /// False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
+    /// each other: the step is then solved again with that pair, or without. The broad phase is renewed first if grains
+    /// move farther than its skin allows.
     bool complete(int attempt) {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
@@ -242,7 +247,7 @@ class Simulation {
         return true;
     }
 
-    // Throws StepRefused. Collective.
+    /// Throws StepRefused. Collective.
     [[noreturn]] void refuse_passages(const std::vector<Passage>& passages, Velocities which) const {
         std::vector<double> within;
         for (const Subdomain<M>& part : parts_) {
@@ -263,7 +268,7 @@ class Simulation {
         refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
 
-    // Velocities of the step into grains and walls.
+    /// Velocities of the step into grains and walls.
     void commit() {
         for (auto& part : parts_) {
             for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
@@ -356,4 +361,4 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     return report;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

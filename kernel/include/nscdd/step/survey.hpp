@@ -1,5 +1,6 @@
-// What a simulation asks of its whole scene: how many grains, how fast and far they move, what they do without
-// contacts.
+/// @file
+/// What a simulation asks of its whole scene: how many grains, how fast and far they move, what they do without
+/// contacts.
 #pragma once
 
 #include <cmath>
@@ -11,24 +12,26 @@
 #include "nscdd/step/settings.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-struct Radii {                      // of the grains
-    double least = 0, largest = 0;  // over the whole scene [m]
+/// Of the grains.
+struct Radii {
+    double least = 0;    ///< over the whole scene [m]
+    double largest = 0;  ///< over the whole scene [m]
 };
 
 namespace detail {
 
-// Before the first rough detection, when each grain is on one rank alone.
+/// Before the first rough detection, when each grain is on one rank alone.
 struct GrainCount {
     double grains = 0;
-    double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  // radii [m]
+    double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  ///< radii [m]
     auto summed() { return std::tie(grains); }
     auto largest() { return std::tie(minus_least, most); }
     Radii radii() const { return {-minus_least, most}; }
 };
 
-// Collective. Throws std::invalid_argument where there is no grain.
+/// Collective. Throws std::invalid_argument where there is no grain.
 template <class M>
 GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     const GrainCount all = reduce<GrainCount>(comm, [&parts](std::size_t k) {
@@ -44,12 +47,13 @@ GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& co
     return all;
 }
 
-enum class Velocities { known, solved };  // before the step, or of its problem
+/// Before the step, or of its problem.
+enum class Velocities { known, solved };
 
-// Largest values over grains and walls; NaN where one is NaN.
+/// Largest values over grains and walls; NaN where one is NaN.
 struct Motion {
-    double moved = 0;  // from where the candidates were found [m]
-    double speed = 0;  // [m/s]
+    double moved = 0;  ///< from where the candidates were found [m]
+    double speed = 0;  ///< [m/s]
     auto summed() { return std::tie(); }
     auto largest() { return std::tie(moved, speed); }
 
@@ -60,8 +64,8 @@ struct Motion {
     }
 };
 
-// Where all is after `lookahead` [s] at these velocities. offsets: of the walls, when the candidates were found [m].
-// Collective.
+/// Where all is after `lookahead` [s] at these velocities. offsets: of the walls, when the candidates were found [m].
+/// Collective.
 template <class M>
 Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, const std::vector<Wall<M>>& walls,
                    const std::vector<double>& offsets, Velocities which, double lookahead) {
@@ -84,13 +88,13 @@ Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, c
 }
 
 struct FreeState {
-    double interface_grains = 0;  // grains with contacts in several subdomains
-    double energy = 0;            // V_free^T M V_free [J]
+    double interface_grains = 0;  ///< grains with contacts in several subdomains
+    double energy = 0;            ///< V_free^T M V_free [J]
     auto summed() { return std::tie(interface_grains, energy); }
     auto largest() { return std::tie(); }
 };
 
-// Of problems that hold V_free. Collective.
+/// Of problems that hold V_free. Collective.
 template <class M>
 FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& comm,
                           const std::vector<Wall<M>>& walls) {
@@ -113,4 +117,4 @@ FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& 
 
 }  // namespace detail
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

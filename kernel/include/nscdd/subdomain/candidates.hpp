@@ -1,4 +1,3 @@
-// The grains of one rank, and the pairs among them that may touch.
 #pragma once
 
 #include <limits>
@@ -6,30 +5,34 @@
 
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// A pair that the broad phase has found, with the impulse that it carries from step to step.
+/// A pair that the broad phase has found, with the impulse that it carries from step to step.
 template <class M>
 struct Candidate {
-    int i;                                       // place in Candidates::grains; the grain with the lower id of the two
-    int j;                                       // place of the other grain, or number of the wall
-    typename M::Impulse r = M::Impulse::Zero();  // on i [N s], 0 where it is no contact
-    static constexpr double held = std::numeric_limits<double>::infinity();  // free_gap of a contact that the law holds
-    double free_gap = held;  // its gap [m], unless it is a contact that the law keeps from closing within the step
-    bool closes = false;     // left out, and the last attempt would close it
-    bool missed = false;     // has closed: a contact in the next attempt
-    bool passes = false;     // a contact of grains that pass each other: none in the next attempt, unless missed
+    int i;  ///< place in Candidates::grains; the grain with the lower id of the two
+    int j;  ///< place of the other grain, or number of the wall
+    typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
+    /// `free_gap` of a contact that the law holds.
+    static constexpr double held = std::numeric_limits<double>::infinity();
+    double free_gap = held;  ///< its gap [m], unless it is a contact that the law keeps from closing within the step
+    bool closes = false;     ///< left out, and the last attempt would close it
+    bool missed = false;     ///< has closed: a contact in the next attempt
+    bool passes = false;     ///< a contact of grains that pass each other: none in the next attempt, unless missed
 };
 
+/// The grains of one rank, and the pairs among them that may touch.
 template <class M>
 struct Candidates {
     // Set by the broad phase (repartition.hpp).
-    std::vector<Grain<M>> grains;                 // those with a copy on this rank, in spatial order
-    std::vector<typename M::Vec> rough_position;  // of the grains, when the candidates were found [m]
-    std::vector<Candidate<M>> pairs, wall_pairs;  // between grains by ascending lower place; with walls by grain
+    std::vector<Grain<M>> grains;                 ///< those with a copy on this rank, in spatial order
+    std::vector<typename M::Vec> rough_position;  ///< of the grains, when the candidates were found [m]
+    std::vector<Candidate<M>> pairs;              ///< between grains, by ascending lower place
+    std::vector<Candidate<M>> wall_pairs;         ///< with walls, by grain
 
     // Set by the narrow phase of each step (fine.hpp).
-    std::vector<int> source, wall_source;  // candidate of each contact
+    std::vector<int> source;       ///< candidate of each contact
+    std::vector<int> wall_source;  ///< candidate of each contact with a wall
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

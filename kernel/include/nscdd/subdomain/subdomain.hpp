@@ -1,5 +1,3 @@
-// What one rank holds: whom it shares grains with, its grains and candidates, its contact problem, and the solver's
-// memory.
 #pragma once
 
 #include <vector>
@@ -9,15 +7,17 @@
 #include "nscdd/subdomain/topology.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// What one rank holds: whom it shares grains with, its grains and candidates, its contact problem, and the solver's
+/// memory.
 template <class M>
 struct Subdomain : Topology, Candidates<M> {
-    ContactProblem<M> problem;  // of this step
-    Sweeper<M> sweeper;         // the problem in the layout of the fast sweep, while it is being solved
+    ContactProblem<M> problem;  ///< of this step
+    Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, while it is being solved
 };
 
-// Links of the subdomains with their peers, for so many doubles a grain that they share.
+/// Links of the subdomains with their peers, for so many doubles a grain that they share.
 inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) {
     std::vector<Links> links(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
@@ -28,4 +28,4 @@ inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) 
     return links;
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

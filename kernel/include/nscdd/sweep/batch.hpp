@@ -1,6 +1,7 @@
-// Contacts of one batch, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact. Where packets
-// hold fewer doubles than a batch has contacts, its parts are taken one after the other: `lane` is the first contact of
-// one.
+/// @file
+/// Contacts of one batch, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact. Where packets
+/// hold fewer doubles than a batch has contacts, its parts are taken one after the other: `lane` is the first contact
+/// of one.
 #pragma once
 
 #include <cstddef>
@@ -10,48 +11,46 @@
 #include "nscdd/core/packet.hpp"
 #include "nscdd/sweep/batches.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
-// (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
-// spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho, which
-// is half the gap on both sides, 0 at a wall, instead of two levers over rho. In 2D with friction impulses and
-// relative velocities are in the frame of the contact, along n and along n turned to the left.
+/// Where things are. A body is a row {v, s, 1/m, 1/rho} (3D with friction, 64 bytes), {v, s, 1/m} (2D) or {v, 1/m}
+/// (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
+/// spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho,
+/// which is half the gap on both sides, 0 at a wall, instead of two levers over rho. In 2D with friction impulses and
+/// relative velocities are in the frame of the contact, along n and along n turned to the left.
 template <class M>
 struct BatchLayout {
     static constexpr int dim = M::dim, spins = M::spins, components = M::friction ? dim : 1;
     static constexpr bool half_gap = M::friction && dim == 3, framed = M::friction && dim == 2;
-    static constexpr double kappa = dim == 3 ? 2.5 : 2.0;  // m r^2 / I of a solid sphere, a disk
+    static constexpr double kappa = dim == 3 ? 2.5 : 2.0;  ///< m r^2 / I of a solid sphere, a disk
 
     static constexpr int row = half_gap ? 8 : 4;
     static constexpr int mass_at = dim + spins, radius_at = half_gap ? mass_at + 1 : 0;
 
-    // Fields of a contact, each of them of all contacts of a batch.
+    /// Fields of a contact, each of them of all contacts of a batch.
     static constexpr int normal_at = 0, impulse_at = dim, bias_at = dim + components, lever_at = bias_at + 1;
     static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0);
 };
 
-// All contacts of one kind.
+/// All contacts of one kind.
 template <class M>
 struct BatchGroup {
     Batches batches;
-    std::vector<int> i, j;     // where the row of each body begins; j may be the wall
-    std::vector<char> shared;  // of each batch: 1 if one of its bodies or walls has several copies
-    std::vector<char> open;    // of each batch: 1 if it is open, see find_open()
-    std::vector<typename M::Law::Coefficients> coefficients;  // of each batch: its contacts have the same
-    AlignedDoubles data;                                      // of each batch: the fields
-    AlignedDoubles past;    // of each batch: Anderson's metric, and of each of its slots iterate and change
-    std::size_t count = 0;  // batches
-    std::size_t first = 0;  // of them with the contacts that are swept first
-    bool driven = false;    // true for contacts with walls when any wall of the problem is driven
+    std::vector<int> i, j;     ///< where the row of each body begins; j may be the wall
+    std::vector<char> shared;  ///< of each batch: 1 if one of its bodies or walls has several copies
+    std::vector<char> open;    ///< of each batch: 1 if it is open, see find_open()
+    std::vector<typename M::Law::Coefficients> coefficients;  ///< of each batch: its contacts have the same
+    AlignedDoubles data;                                      ///< of each batch: the fields
+    AlignedDoubles past;    ///< of each batch: Anderson's metric, and of each of its slots iterate and change
+    std::size_t count = 0;  ///< batches
+    std::size_t first = 0;  ///< of them with the contacts that are swept first
+    bool driven = false;    ///< true for contacts with walls when any wall of the problem is driven
 
     static constexpr std::size_t lanes = batch_size;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     const double* fields(std::size_t batch) const { return data.data() + batch * BatchLayout<M>::fields * lanes; }
     static constexpr std::size_t impulse = BatchLayout<M>::components * lanes;
-    // Its impulses, component by component.
+    /// Its impulses, component by component.
     const double* impulses(std::size_t batch) const { return fields(batch) + BatchLayout<M>::impulse_at * lanes; }
     static std::size_t past_size(int window) { return lanes + 2 * static_cast<std::size_t>(window) * impulse; }
     double* metric(std::size_t batch, int window) { return past.data() + batch * past_size(window); }
@@ -60,8 +59,8 @@ struct BatchGroup {
         return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
-    // True if contact data exceed 4 MiB, about a core's caches. They are then prefetched: the reads of rows in between
-    // hide from the processor that contacts are consecutive.
+    /// True if contact data exceed 4 MiB, about a core's caches. They are then prefetched: the reads of rows in between
+    /// hide from the processor that contacts are consecutive.
     bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{4} << 20; }
     static void prefetch(const double* from, std::size_t size) {
         for (std::size_t k = 0; k < size; k += 64 / sizeof(double)) __builtin_prefetch(from + k);
@@ -69,7 +68,7 @@ struct BatchGroup {
     void prefetch(std::size_t batch) const { prefetch(fields(batch), BatchLayout<M>::fields * lanes); }
     void prefetch_past(std::size_t batch, int window) const { prefetch(metric(batch, window), past_size(window)); }
 
-    // Sets open[k] to 1 if impulses, stored iterates and changes of batch k are 0 and its law never gives r_n < 0.
+    /// Sets open[k] to 1 if impulses, stored iterates and changes of batch k are 0 and its law never gives r_n < 0.
     void find_open(int window) {
         open.resize(count);
         for (std::size_t k = 0; k < count; ++k) {
@@ -81,9 +80,9 @@ struct BatchGroup {
                       M::Law::normal(std::numeric_limits<double>::lowest(), coefficients[k]) == 0;
         }
     }
-    // True if v_n + bias >= 0 at every contact of an open batch: a sweep would leave its impulses 0. A quarter of the
-    // cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in some
-    // programs.
+    /// True if v_n + bias >= 0 at every contact of an open batch: a sweep would leave its impulses 0. A quarter of the
+    /// cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in
+    /// some programs.
     [[gnu::always_inline]] bool stays_open(std::size_t batch, const AlignedDoubles& rows) const {
         static_assert(BatchLayout<M>::row % 4 == 0);
         for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
@@ -103,8 +102,8 @@ struct BatchGroup {
     const int* other(std::size_t batch) const { return j.data() + batch * lanes; }
 };
 
-// The walls of a batch, by lane. Where no wall of the problem is driven, speeds are neither read nor computed nor
-// stored.
+/// The walls of a batch, by lane. Where no wall of the problem is driven, speeds are neither read nor computed nor
+/// stored.
 template <class M, bool driven>
 struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;
@@ -134,7 +133,7 @@ struct BatchWalls {
     }
 };
 
-// Other: Rows of grains, or BatchWalls.
+/// Other: Rows of grains, or BatchWalls.
 template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
@@ -146,15 +145,15 @@ struct Batch : BatchLayout<M> {
     Rows<Layout::row> a;
     Other b;
     Packet n[dim], r[components], v[components], bias;
-    Packet ratio_i, ratio_j;  // lever over rho
-    Packet mass_i, mass_j;    // inverse
+    Packet ratio_i, ratio_j;  ///< lever over rho
+    Packet mass_i, mass_j;    ///< inverse
 
     EIGEN_ALWAYS_INLINE static Packet dot(const Packet* x, const Packet* y) {
         Packet total = x[0] * y[0];
         for (int d = 1; d < dim; ++d) total = madd(x[d], y[d], total);
         return total;
     }
-    // x cross y; in 2D its one component.
+    /// x cross y; in 2D its one component.
     EIGEN_ALWAYS_INLINE static void cross(const Packet* x, const Packet* y, Packet* out) {
         if constexpr (dim == 3)
             for (int d = 0; d < 3; ++d) {
@@ -215,12 +214,12 @@ struct Batch : BatchLayout<M> {
         return v[0];
     }
 
-    // The diagonal of W, of the rows' masses times these shares: 1 for split masses, 1/multiplicity for whole ones.
-    //
-    // A sweep computes W anew rather than read it: two reciprocals for each contact would be 16 bytes more, 88 instead
-    // of 72 in 3D with friction, and a sweep of more contacts than the caches hold waits for memory. Masses and levers
-    // are there anyway, as apply() needs them, and W takes 12 of about 120 arithmetic instructions that GCC 12 makes of
-    // a batch with AVX-512, and its one division.
+    /// The diagonal of W, of the rows' masses times these shares: 1 for split masses, 1/multiplicity for whole ones.
+    ///
+    /// A sweep computes W anew rather than read it: two reciprocals for each contact would be 16 bytes more, 88 instead
+    /// of 72 in 3D with friction, and a sweep of more contacts than the caches hold waits for memory. Masses and levers
+    /// are there anyway, as apply() needs them, and W takes 12 of about 120 arithmetic instructions that GCC 12 makes
+    /// of a batch with AVX-512, and its one division.
     EIGEN_ALWAYS_INLINE void delassus(Packet share_i, Packet share_j, Packet& normal, Packet& tangential) const {
         const Packet mi = share_i * mass_i, mj = share_j * mass_j;
         normal = mi + mj;
@@ -230,7 +229,7 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // r' of solve_contact() for this W.
+    /// r' of solve_contact() for this W.
     EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const Coefficients& k, Packet* next) const {
         if constexpr (framed) {
             const Packet both = Packet(1) / (wn * wt);  // one division for two reciprocals
@@ -254,7 +253,7 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // V += M^-1 H dr, in the rows.
+    /// V += M^-1 H dr, in the rows.
     EIGEN_ALWAYS_INLINE void apply(const Packet* dr) {
         Packet impulse[dim];
         if constexpr (framed) {
@@ -284,7 +283,7 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // Adds to ResidualParts::work and made, by lane.
+    /// Adds to ResidualParts::work and made, by lane.
     EIGEN_ALWAYS_INLINE void add_work(const Coefficients& k, Packet& work, Packet& made) const {
         Packet rn, opening, along(0), limit(0);
         if constexpr (framed) {
@@ -309,7 +308,7 @@ struct Batch : BatchLayout<M> {
         made = made + rn * opening + along;
     }
 
-    // An impulse with its normal part times wn and its tangential part times wt.
+    /// An impulse with its normal part times wn and its tangential part times wt.
     EIGEN_ALWAYS_INLINE void weigh(const Packet* impulse, Packet wn, Packet wt, Packet* out) const {
         if constexpr (framed) {
             out[0] = wn * impulse[0];
@@ -323,7 +322,7 @@ struct Batch : BatchLayout<M> {
         }
     }
 
-    // r^T W r by lane.
+    /// r^T W r by lane.
     EIGEN_ALWAYS_INLINE Packet energy(const Packet* impulse, Packet wn, Packet wt) const {
         if constexpr (framed) {
             return madd(wn * impulse[0], impulse[0], wt * impulse[1] * impulse[1]);
@@ -339,6 +338,4 @@ struct Batch : BatchLayout<M> {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

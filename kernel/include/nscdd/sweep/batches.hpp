@@ -1,5 +1,3 @@
-// Contacts dealt into batches that share no body, so that a batch is solved at once with the result of one after
-// the other.
 #pragma once
 
 #include <algorithm>
@@ -9,21 +7,21 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
+/// Contacts dealt into batches that share no body, so that a batch is solved at once with the result of one after
+/// the other.
 struct Batches {
-    // Batches between two that share a body, where possible: the next batch need not wait for the last one's result.
+    /// Batches between two that share a body, where possible: the next batch need not wait for the last one's result.
     static constexpr int apart = 2;
 
-    std::vector<int> contact;  // `lanes` indices a batch; -1 pads
+    std::vector<int> contact;  ///< `lanes` indices a batch; -1 pads
 
-    // Appends batches. Greedy within a window that moves along the order given, so that this order hardly changes.
-    //   order                 the contacts, by index
-    //   most                  contacts of a batch, at most `lanes`; the lanes left over are padded
-    //   together(first, c)    true if c may be in a batch whose first contact is `first`
-    //   touched(c, visit)     calls visit(body) for each body, numbered below `bodies`, that c changes
+    /// Appends batches. Greedy within a window that moves along the order given, so that this order hardly changes.
+    ///   order                 the contacts, by index
+    ///   most                  contacts of a batch, at most `lanes`; the lanes left over are padded
+    ///   together(first, c)    true if c may be in a batch whose first contact is `first`
+    ///   touched(c, visit)     calls visit(body) for each body, numbered below `bodies`, that c changes
     void deal(std::span<const int> order, int lanes, std::size_t bodies, int window, int most, auto&& together,
               auto&& touched) {
         taken_.assign(bodies, -apart);
@@ -61,6 +59,4 @@ struct Batches {
     std::vector<int> taken_, window_, left_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,21 +1,19 @@
-// The rows of bodies that a Sweeper's batches read and write (BatchLayout).
 #pragma once
 
 #include <cmath>
 
 #include "nscdd/sweep/batch.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
+/// The rows of bodies that a Sweeper's batches read and write (BatchLayout).
 template <class M>
 class BodyRows {
   public:
     AlignedDoubles data;
-    std::vector<double> share;  // 1/multiplicity of the body of each row
+    std::vector<double> share;  ///< 1/multiplicity of the body of each row
 
-    // Before the first row_of() of a problem.
+    /// Before the first row_of() of a problem.
     void begin(const ContactProblem<M>& problem) {
         row_of_.assign(problem.bodies.size(), -1);
         used_ = 0;
@@ -30,12 +28,12 @@ class BodyRows {
                     fits_ &= body.inv_mass == body.inv_inertia;  // neither moves nor turns: any radius does
             }
     }
-    // Rows cannot hold a body that moves and does not turn, or the other way round.
+    /// Rows cannot hold a body that moves and does not turn, or the other way round.
     bool fits() const { return fits_; }
 
-    // Where the row of a body begins, given out when first asked for. Rows lie in the order in which a sweep first
-    // reads them: rows that no cache holds are then read in sequence, as contacts are (64,000 spheres: 5 to 8 instead
-    // of 15 ns a contact).
+    /// Where the row of a body begins, given out when first asked for. Rows lie in the order in which a sweep first
+    /// reads them: rows that no cache holds are then read in sequence, as contacts are (64,000 spheres: 5 to 8 instead
+    /// of 15 ns a contact).
     std::size_t row_of(int body) {
         int& at = row_of_[static_cast<std::size_t>(body)];
         const bool fresh = at < 0;
@@ -43,7 +41,7 @@ class BodyRows {
         used_ += fresh;
         return static_cast<std::size_t>(at) * width;
     }
-    // Fills the rows, after row_of() of all contacts: bodies without a contact come last.
+    /// Fills the rows, after row_of() of all contacts: bodies without a contact come last.
     void load(const ContactProblem<M>& problem) {
         const std::size_t n = problem.bodies.size();
         data.assign((n + 2 * spare_pairs + n % 2) * width, 0.0);  // an even number fills whole packets
@@ -61,18 +59,18 @@ class BodyRows {
         for (std::size_t spare = 0; spare < 2 * spare_pairs; ++spare) set_mass(no_body(0) + spare * width, 1, 1);
     }
 
-    // Rows of two dummy bodies for unused lanes. Eight pairs in rotation: a batch that loads a row just stored must
-    // wait for the store.
+    /// Rows of two dummy bodies for unused lanes. Eight pairs in rotation: a batch that loads a row just stored must
+    /// wait for the store.
     static constexpr std::size_t spare_pairs = 8;
     std::size_t no_body(std::size_t batch) const { return (row_of_.size() + 2 * (batch % spare_pairs)) * width; }
     std::size_t no_other_body(std::size_t batch) const { return no_body(batch) + width; }
 
     double inverse_rho(std::size_t body) const { return inverse_rho_[body]; }
 
-    // The velocity of a body; its spin is divided by inverse_rho.
+    /// The velocity of a body; its spin is divided by inverse_rho.
     double* row(std::size_t body) { return data.data() + static_cast<std::size_t>(row_of_[body]) * width; }
     typename M::Velocity velocity(std::size_t body) const { return velocity(body, data); }
-    // The same of other rows in this order.
+    /// The same of other rows in this order.
     typename M::Velocity velocity(std::size_t body, const AlignedDoubles& rows) const {
         typename M::Velocity v;
         const double* from = rows.data() + static_cast<std::size_t>(row_of_[body]) * width;
@@ -88,12 +86,10 @@ class BodyRows {
     using Layout = BatchLayout<M>;
     static constexpr std::size_t width = Layout::row;
 
-    std::vector<int> row_of_;  // of each body, counted in rows
-    int used_ = 0;             // rows dealt out
+    std::vector<int> row_of_;  ///< of each body, counted in rows
+    int used_ = 0;             ///< rows dealt out
     bool fits_ = true;
     std::vector<double> inverse_rho_;
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

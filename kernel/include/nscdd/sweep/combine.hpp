@@ -1,16 +1,15 @@
-// What an accelerated sweep does besides solving contacts (anderson.hpp): velocities are combined before it; at each
-// contact before() combines its iterates, after() adds its products and keeps its change.
+/// @file
+/// What an accelerated sweep does besides solving contacts (anderson.hpp): velocities are combined before it; at each
+/// contact before() combines its iterates, after() adds its products and keeps its change.
 #pragma once
 
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/sweep/batch.hpp"
 #include "nscdd/sweep/body_rows.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// Past velocities of bodies and driven walls, combined as the impulses of the contacts will be.
+/// Past velocities of bodies and driven walls, combined as the impulses of the contacts will be.
 template <class M>
 class PastVelocities {
   public:
@@ -20,7 +19,7 @@ class PastVelocities {
         speeds_.assign(slots * walls, 0.0);
     }
 
-    // Keeps the velocities in `rows` and `walls` and puts their combination there.
+    /// Keeps the velocities in `rows` and `walls` and puts their combination there.
     void combine(BodyRows<M>& rows, std::vector<WallBody<M>>& walls, const Anderson& anderson) {
         const int slots = anderson.window();
         for (std::size_t k = 0; k < rows.data.size(); k += Packet::width) {
@@ -43,8 +42,8 @@ class PastVelocities {
     }
 
   private:
-    std::vector<AlignedDoubles> rows_;  // by slot
-    std::vector<double> speeds_;        // by wall and slot
+    std::vector<AlignedDoubles> rows_;  ///< by slot
+    std::vector<double> speeds_;        ///< by wall and slot
 };
 
 template <class M>
@@ -94,8 +93,8 @@ struct BatchByBatch {
 template <class M>
 struct OneByOne {
     const Anderson& anderson;
-    const double* metric;       // of the contact at hand
-    typename M::Impulse* past;  // of the contact at hand: iterate and change of each slot
+    const double* metric;       ///< of the contact at hand
+    typename M::Impulse* past;  ///< of the contact at hand: iterate and change of each slot
     Anderson::Products& products;
 
     void before(Contact<M>& c) {
@@ -118,6 +117,4 @@ struct OneByOne {
     }
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -1,13 +1,11 @@
-// An iterate that the fast sweep keeps in its own layout, and puts in order only when it is asked for.
 #pragma once
 
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/sweep/load_batches.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
+/// An iterate that the fast sweep keeps in its own layout, and puts in order only when it is asked for.
 template <class M>
 class KeptIterate {
     using Group = BatchGroup<M>;
@@ -15,12 +13,12 @@ class KeptIterate {
   public:
     void forget() { there_ = false; }
 
-    // The iterate as the problem has it.
+    /// The iterate as the problem has it.
     void take(const ContactProblem<M>& problem) {
         there_ = true, batched_ = false;
         iterate_.take(problem);
     }
-    // The iterate as the layout has it: a fifth of a sweep.
+    /// The iterate as the layout has it: a fifth of a sweep.
     void take(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls, const Group& grains) {
         there_ = batched_ = true;
         rows_ = rows.data;
@@ -34,7 +32,7 @@ class KeptIterate {
         copy(walls, wall_impulses_);
         copy(grains, impulses_);
     }
-    // What was taken last, null if it was forgotten. rows, walls, grains: those that it was taken from.
+    /// What was taken last, null if it was forgotten. rows, walls, grains: those that it was taken from.
     const Iterate<M>* read(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls,
                            const Group& grains) {
         if (!there_) return nullptr;
@@ -57,11 +55,9 @@ class KeptIterate {
 
   private:
     bool there_ = false, batched_ = false;
-    Iterate<M> iterate_;  // where batched_ as read() has made it
+    Iterate<M> iterate_;  ///< where batched_ as read() has made it
     AlignedDoubles rows_;
-    std::vector<double> wall_impulses_, impulses_;  // batch by batch
+    std::vector<double> wall_impulses_, impulses_;  ///< batch by batch
 };
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

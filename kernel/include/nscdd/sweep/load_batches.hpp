@@ -1,16 +1,15 @@
-// The contacts of a problem into batches, and their impulses back.
+/// @file
+/// The contacts of a problem into batches, and their impulses back.
 #pragma once
 
 #include <numeric>
 
 #include "nscdd/sweep/body_rows.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-namespace detail {
-
-// The order in which load_batches() deals the contacts from begin to end: as they come. Where walls are driven, the
-// first contact of each wall, then the second of each, and so on: a batch has at most one contact of each driven wall.
+/// The order in which load_batches() deals the contacts from begin to end: as they come. Where walls are driven, the
+/// first contact of each wall, then the second of each, and so on: a batch has at most one contact of each driven wall.
 template <bool wall, class M>
 void find_order(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t begin,
                 std::size_t end, std::vector<int>& order) {
@@ -24,8 +23,8 @@ void find_order(const ContactProblem<M>& problem, const std::vector<Contact<M>>&
     }
 }
 
-// Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
-// The first `first` contacts get batches of their own. `dealt` only keeps its memory.
+/// Returns whether the layout fits: the bodies' rows must hold them, levers and inertias be those of solid grains (3D).
+/// The first `first` contacts get batches of their own. `dealt` only keeps its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
                   BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {
@@ -101,7 +100,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     return fits;
 }
 
-// put(contact, its index, r) for each contact; r: the impulses of all batches, those of a batch at impulses(batch).
+/// put(contact, its index, r) for each contact; r: the impulses of all batches, those of a batch at impulses(batch).
 template <class M>
 void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, auto&& put) {
     using Layout = BatchLayout<M>;
@@ -121,6 +120,4 @@ void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, 
     }
 }
 
-}  // namespace detail
-
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::detail

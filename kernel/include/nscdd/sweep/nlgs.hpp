@@ -1,23 +1,25 @@
-// Nonlinear Gauss-Seidel, the sequential reference: matrix-free, contacts in the order given.
-//
-//   nscdd::SolveReport report = nscdd::nlgs(problem, {.tolerance = 1e-6});
+/// @file
+/// Nonlinear Gauss-Seidel, the sequential reference: matrix-free, contacts in the order given.
+/// ```
+/// nscdd::SolveReport report = nscdd::nlgs(problem, {.tolerance = 1e-6});
+/// ```
 #pragma once
 
 #include "nscdd/core/validate.hpp"
 #include "nscdd/iterate/iteration.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// For nlgs(), which knows no other method: hands nothing over.
+/// For nlgs(), which knows no other method: hands nothing over.
 struct NothingElse {
-    // Nothing.
+    /// Nothing.
     HandedOver operator()(const auto&...) const { return {}; }
 };
 
 namespace detail {
 
-// hand_over(problem, sums, residual): as Iterated says.
+/// hand_over(problem, sums, residual): as Iterated says.
 template <class M, class HandOver>
 class SweptAlone {
   public:
@@ -71,7 +73,7 @@ class SweptAlone {
 
 }  // namespace detail
 
-// nlgs() of a problem that validate() has let pass, or that our own detection has filled.
+/// nlgs() of a problem that validate() has let pass, or that our own detection has filled.
 template <class M, class HandOver = NothingElse>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper,
                           HandOver hand_over = {}) {
@@ -83,10 +85,11 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
     return report;
 }
 
-// Sweeps until the step has converged (SolveReport) or the cap is reached. In: velocities consistent with the impulses.
-// `sweeper` only saves its memory for the next call. Throws std::invalid_argument for a problem that is none
-// (validate.hpp) and for options with which it would not end, std::runtime_error when numbers grow beyond what is
-// finite.
+///@{
+/// Sweeps until the step has converged (SolveReport) or the cap is reached. In: velocities consistent with the
+/// impulses. `sweeper` only saves its memory for the next call. Throws std::invalid_argument for a problem that is none
+/// (validate.hpp) and for options with which it would not end, std::runtime_error when numbers grow beyond what is
+/// finite.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     validate(problem);
@@ -98,5 +101,6 @@ SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options) {
     Sweeper<M> sweeper;
     return nlgs(problem, options, sweeper);
 }
+///@}
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,26 +1,33 @@
-// Parts of a sweep, between which subdomains exchange messages.
+/// @file
+/// Parts of a sweep, between which subdomains exchange messages.
 #pragma once
 
 #include <cstddef>
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-enum class SweepPass {  // which contacts it takes, those with walls first: 1 % fewer iterations than last
-    all,                // every contact
-    first,              // those at the front of the problem's lists, see SweepFront
-    rest,               // all others
-    rest_walls,         // of the others those with walls
-    rest_grains,        // of the others those between grains, perhaps piece by piece
+/// Which contacts it takes, those with walls first: 1 % fewer iterations than last.
+enum class SweepPass {
+    all,          ///< every contact
+    first,        ///< those at the front of the problem's lists, see SweepFront
+    rest,         ///< all others
+    rest_walls,   ///< of the others those with walls
+    rest_grains,  ///< of the others those between grains, perhaps piece by piece
 };
-struct SweepPiece {                  // one of several equal parts of what SweepPass::rest_grains takes
-    std::size_t number = 0, of = 1;  // its number, from 0, and how many parts there are
-    std::size_t begin(std::size_t count) const { return count * number / of; }      // its first of `count` items
-    std::size_t end(std::size_t count) const { return count * (number + 1) / of; }  // one past its last item
+/// One of several equal parts of what SweepPass::rest_grains takes.
+struct SweepPiece {
+    std::size_t number = 0;  ///< its number, from 0
+    std::size_t of = 1;      ///< how many parts there are
+
+    std::size_t begin(std::size_t count) const { return count * number / of; }      ///< its first of `count` items
+    std::size_t end(std::size_t count) const { return count * (number + 1) / of; }  ///< one past its last item
 };
-struct SweepFront {  // numbers of contacts that SweepPass::first takes from the front of the problem's lists
-    std::size_t contacts = 0, wall_contacts = 0;  // between grains, with walls
+/// Numbers of contacts that SweepPass::first takes from the front of the problem's lists.
+struct SweepFront {
+    std::size_t contacts = 0;       ///< between grains
+    std::size_t wall_contacts = 0;  ///< with walls
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,16 +1,17 @@
-// One nonlinear Gauss-Seidel sweep, contact by contact, on the problem as it stands.
+/// @file
+/// One nonlinear Gauss-Seidel sweep, contact by contact, on the problem as it stands.
 #pragma once
 
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/law/solve_contact.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
-// One pass over `contacts`, a list or part of a list of `problem`, in their order. Changes their impulses and the
-// velocities in `problem`; needs inv_wn and inv_wt, see prepare_contacts().
-//   kind            BetweenGrains{} or WithWall{}
-//   acceleration    before(c) and after(c, change of its impulse) are called at each contact c: Unaccelerated{}
+/// One pass over `contacts`, a list or part of a list of `problem`, in their order. Changes their impulses and the
+/// velocities in `problem`; needs inv_wn and inv_wt, see prepare_contacts().
+///   kind            BetweenGrains{} or WithWall{}
+///   acceleration    before(c) and after(c, change of its impulse) are called at each contact c: Unaccelerated{}
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {
     for (Contact<M>& c : contacts) {
@@ -26,8 +27,9 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
     }
 }
 
-// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of both lists,
-// in the order of each_contact().
+///@{
+/// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of both lists,
+/// in the order of each_contact().
 template <class M>
 void sweep(ContactProblem<M>& problem, auto&& acceleration) {
     sweep_contacts(problem, problem.wall_contacts, WithWall{}, acceleration);
@@ -37,8 +39,9 @@ template <class M>
 void sweep(ContactProblem<M>& problem) {
     sweep(problem, Unaccelerated{});
 }
+///@}
 
-// Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega, `relaxation`.
+/// Sets inv_wn and inv_wt of every contact from the (split) inverse masses, times omega, `relaxation`.
 template <class M>
 void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     each_contact(problem, [&](Contact<M>& c, auto kind) {
@@ -48,11 +51,11 @@ void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     });
 }
 
-// V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.
+/// V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.
 template <class M>
 void apply_impulses(ContactProblem<M>& problem) {
     for (const Contact<M>& c : problem.contacts) apply_impulse(problem, c, c.r, BetweenGrains{});
     for (const Contact<M>& c : problem.wall_contacts) apply_impulse(problem, c, c.r, WithWall{});
 }
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

@@ -1,10 +1,3 @@
-// The fast sweep: sweep() of sweep.hpp for a packet of contacts at once, on a layout of its own.
-//
-//   Sweeper<M> sweeper;
-//   sweeper.load(problem);               // velocities consistent with impulses
-//   sweeper.sweep(problem);              // as often as wanted
-//   sweeper.residual(problem).eta();
-//   sweeper.store(problem);
 #pragma once
 
 #include "nscdd/law/residual.hpp"
@@ -14,13 +7,21 @@
 #include "nscdd/sweep/pass.hpp"
 #include "nscdd/sweep/sweep.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI {
 
+/// The fast sweep: sweep() of sweep.hpp for a packet of contacts at once, on a layout of its own.
+/// ```
+/// Sweeper<M> sweeper;
+/// sweeper.load(problem);               // velocities consistent with impulses
+/// sweeper.sweep(problem);              // as often as wanted
+/// sweeper.residual(problem).eta();
+/// sweeper.store(problem);
+/// ```
 template <class M>
 class Sweeper {
   public:
-    // Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
-    // fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
+    /// Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
+    /// fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
     void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {}) {
         rows_.begin(problem);
         batched_ = detail::load_batches<false>(problem, problem.contacts, front.contacts, rows_, grains_, order_);
@@ -36,13 +37,13 @@ class Sweeper {
         note_free(problem);
     }
 
-    // To be called before a sweep with an Anderson of this window. The first call makes room for its iterates and
-    // changes, and sets its metric.
+    /// To be called before a sweep with an Anderson of this window. The first call makes room for its iterates and
+    /// changes, and sets its metric.
     void accelerate(const ContactProblem<M>& problem, int window) {
         if (window_ == 0) make_room(problem, window);
     }
 
-    // V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
+    /// V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
     void restore_velocities(ContactProblem<M>& problem) {
         for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free_.walls[w];
         if (!batched_) {
@@ -55,11 +56,12 @@ class Sweeper {
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, all); });
         apply<GrainRows>(problem, grains_, all);
     }
-    int window() const { return window_; }  // of accelerate() since the last load(); 0: not accelerated
+    int window() const { return window_; }  ///< of accelerate() since the last load(); 0: not accelerated
 
-    // One sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed. With an
-    // Anderson the sweep starts from its combination of iterates, and adds the products of these contacts to `products`
-    // [J].
+    ///@{
+    /// One sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed. With an
+    /// Anderson the sweep starts from its combination of iterates, and adds the products of these contacts to
+    /// `products` [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
         pass(problem, SweepPass::all);
@@ -68,15 +70,16 @@ class Sweeper {
         begin(problem, &anderson);
         pass(problem, SweepPass::all, &anderson, &products);
     }
+    ///@}
 
-    // To be called once before the passes of a sweep. Without acceleration `anderson` is null, and `products` of pass()
-    // may be null.
+    /// To be called once before the passes of a sweep. Without acceleration `anderson` is null, and `products` of
+    /// pass() may be null.
     void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
         if (anderson) combine_velocities(problem, *anderson);
         if (batched_) find_open();
     }
-    // A part of a sweep: SweepPass::first before or after all others; `anderson` as in begin(), `products` as in
-    // sweep().
+    /// A part of a sweep: SweepPass::first before or after all others; `anderson` as in begin(), `products` as in
+    /// sweep().
     void pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson = nullptr,
               Anderson::Products* products = nullptr, SweepPiece piece = {}) {
         if (!batched_) {
@@ -93,7 +96,7 @@ class Sweeper {
         for (std::size_t p = 0; p < anderson->products(); ++p) (*products)[p] += detail::sum(batches.products[p]);
     }
 
-    // As residual_parts(problem), of the velocities and impulses held here.
+    /// As residual_parts(problem), of the velocities and impulses held here.
     ResidualParts residual(const ContactProblem<M>& problem) const {
         if (!batched_) return residual_parts(problem, free_);
         ResidualParts parts;
@@ -114,7 +117,7 @@ class Sweeper {
         return parts;
     }
 
-    // V_free of the problem of load().
+    /// V_free of the problem of load().
     FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const {
         if (!batched_) return free_;
         FreeVelocities<M> free{{}, free_.walls};
@@ -122,7 +125,7 @@ class Sweeper {
         return free;
     }
 
-    // Velocities and impulses back into the problem.
+    /// Velocities and impulses back into the problem.
     void store(ContactProblem<M>& problem) const {
         if (!batched_) return;
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = rows_.velocity(g);
@@ -134,41 +137,41 @@ class Sweeper {
         detail::read_impulses(walls_, problem.wall_contacts, of(walls_), put);
     }
 
-    // Keeps the iterate as it is: a fifth of a sweep.
+    /// Keeps the iterate as it is: a fifth of a sweep.
     void keep(const ContactProblem<M>& problem) {
         batched_ ? kept_.take(problem, rows_, walls_, grains_) : kept_.take(problem);
     }
-    // What keep() has kept last, or null if it has not been called since load().
+    /// What keep() has kept last, or null if it has not been called since load().
     const Iterate<M>* kept(const ContactProblem<M>& problem) { return kept_.read(problem, rows_, walls_, grains_); }
 
-    // Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
+    /// Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
     double* row(int body) { return rows_.row(static_cast<std::size_t>(body)); }
-    // Before rows are glued: where not batched(), these bodies' rows from their velocities in the problem of load().
+    /// Before rows are glued: where not batched(), these bodies' rows from their velocities in the problem of load().
     void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
         if (batched_) return;
         for (const int b : bodies)
             rows_.set_velocity(static_cast<std::size_t>(b), problem.bodies[static_cast<std::size_t>(b)].v);
     }
-    // After rows are glued: where not batched(), the velocities of these bodies from their rows.
+    /// After rows are glued: where not batched(), the velocities of these bodies from their rows.
     void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
         if (batched_) return;
         for (const int b : bodies)
             problem.bodies[static_cast<std::size_t>(b)].v = rows_.velocity(static_cast<std::size_t>(b));
     }
 
-    bool batched() const { return batched_; }  // whether the layout fits the problem of load()
-    // Batches with driven walls in a pass, each of which waits for the speeds that the one before it leaves.
+    bool batched() const { return batched_; }  ///< whether the layout fits the problem of load()
+    /// Batches with driven walls in a pass, each of which waits for the speeds that the one before it leaves.
     std::size_t driven_batches(SweepPass which) const {
         if (!batched_ || !walls_.driven || which == SweepPass::rest_grains) return 0;
         return which == SweepPass::all     ? walls_.count
                : which == SweepPass::first ? walls_.first
                                            : walls_.count - walls_.first;
     }
-    // Where batched(): indices into problem.contacts, detail::batch_size a batch, in the order of a sweep; -1 pads.
+    /// Where batched(): indices into problem.contacts, detail::batch_size a batch, in the order of a sweep; -1 pads.
     const std::vector<int>& order() const { return grains_.batches.contact; }
-    const std::vector<int>& wall_order() const { return walls_.batches.contact; }  // of wall_contacts
+    const std::vector<int>& wall_order() const { return walls_.batches.contact; }  ///< of wall_contacts
 
-    // What a sweep reads and writes [bytes], without what acceleration adds.
+    /// What a sweep reads and writes [bytes], without what acceleration adds.
     std::size_t bytes() const {
         const auto of = [](const Group& group) {
             constexpr std::size_t each =
@@ -184,10 +187,10 @@ class Sweeper {
     using Group = detail::BatchGroup<M>;
     using GrainRows = detail::Rows<Layout::row>;
     static constexpr std::size_t lanes = detail::batch_size;
-    // batches to prefetch ahead: about the time of a cache miss
+    /// batches to prefetch ahead: about the time of a cache miss
     static constexpr std::size_t ahead = Packet::width > 4 ? 4 : 2;
 
-    // Calls f with the type of the walls of this problem.
+    /// Calls f with the type of the walls of this problem.
     void with_walls(auto&& f) const {
         if (walls_.driven)
             f(std::type_identity<detail::BatchWalls<M, true>>{});
@@ -219,7 +222,7 @@ class Sweeper {
                 group.metric(k / lanes, window_)[k % lanes] = metric(contacts[static_cast<std::size_t>(order[k])]);
     }
 
-    // V_free, of the impulses and velocities that are loaded.
+    /// V_free, of the impulses and velocities that are loaded.
     void note_free(const ContactProblem<M>& problem) {
         if (!batched_) {
             free_ = nscdd::free_velocities(problem);
@@ -236,7 +239,7 @@ class Sweeper {
         for (const WallBody<M>& wall : free.walls) free_.walls.push_back(wall.speed);
     }
 
-    // V += M^-1 H dr, component d of dr being change(batch, d).
+    /// V += M^-1 H dr, component d of dr being change(batch, d).
     template <class Other>
     void apply(ContactProblem<M>& problem, const Group& group, auto&& change) {
         for (std::size_t k = 0; k < group.count; ++k) {
@@ -251,7 +254,7 @@ class Sweeper {
         }
     }
 
-    // Combines the velocities of bodies and driven walls by the coefficients that will combine the contacts' impulses.
+    /// Combines the velocities of bodies and driven walls by the coefficients that will combine the contacts' impulses.
     void combine_velocities(ContactProblem<M>& problem, const Anderson& anderson) {
         if (!batched_)
             for (std::size_t g = 0; g < problem.bodies.size(); ++g) rows_.set_velocity(g, problem.bodies[g].v);
@@ -317,7 +320,7 @@ class Sweeper {
             batch.b.store(rows_.data.data(), group.other(k) + lane);
     }
 
-    // Finds the open batches anew at every eighth sweep, because few change.
+    /// Finds the open batches anew at every eighth sweep, because few change.
     void find_open() {
         if (sweeps_++ % 8 == 0) grains_.find_open(window_);
     }
@@ -369,19 +372,19 @@ class Sweeper {
     }
 
     detail::BodyRows<M> rows_;
-    detail::AlignedDoubles free_rows_;  // V_free of bodies, where batched_
-    FreeVelocities<M> free_;            // V_free of walls, and of bodies where not batched_
+    detail::AlignedDoubles free_rows_;  ///< V_free of bodies, where batched_
+    FreeVelocities<M> free_;            ///< V_free of walls, and of bodies where not batched_
 
     detail::KeptIterate<M> kept_;
-    std::vector<double> wall_share_;  // 1/multiplicity of each wall; the first is for lanes without a contact
+    std::vector<double> wall_share_;  ///< 1/multiplicity of each wall; the first is for lanes without a contact
     Group grains_, walls_;
-    std::vector<int> order_;  // of contacts, while they are dealt to batches; kept for its memory
+    std::vector<int> order_;  ///< of contacts, while they are dealt to batches; kept for its memory
     bool batched_ = false;
-    double inverse_relaxation_ = 1;  // 1/omega, by which W is multiplied
+    double inverse_relaxation_ = 1;  ///< 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
     detail::PastVelocities<M> past_velocities_;
-    std::vector<double> metric_;             // of each contact, where not batched_
-    std::vector<typename M::Impulse> past_;  // iterates and changes of each contact, where not batched_
+    std::vector<double> metric_;             ///< of each contact, where not batched_
+    std::vector<typename M::Impulse> past_;  ///< iterates and changes of each contact, where not batched_
 };
 
-}  // namespace nscdd
+}}  // namespace nscdd::NSCDD_ABI

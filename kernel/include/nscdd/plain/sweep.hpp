@@ -1,5 +1,7 @@
-// The readable twin of sweep(): H, M^-1 and W written out as matrices, contact by contact. Tests hold every faster
-// version against it; nothing else should use it.
+/// @file
+/// One sweep of NLGS as METHOD.md, section 4, writes it: H, M^-1 and W as matrices, contact by contact. For readers. It
+/// is some ten times slower than sweep/, which tests hold to it, and knows Coulomb's law and the frictionless one
+/// alone.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -8,12 +10,12 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd::inline NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-// The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
+/// The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
 template <class M>
-Eigen::VectorXd plain_contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w,
-                                  double bias, double mu) {
+Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w, double bias,
+                            double mu) {
     Eigen::VectorXd next = r;
     next[0] = std::max(0.0, r[0] - (v[0] + bias) / w(0, 0));
     if constexpr (M::friction) {
@@ -25,8 +27,8 @@ Eigen::VectorXd plain_contact_law(const Eigen::VectorXd& v, const Eigen::VectorX
     return next;
 }
 
-// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): the twin shares no step with what is
-// held against it.
+/// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): it shares no step with the fast
+/// sweep.
 template <class M>
 Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     Eigen::MatrixXd axes(M::friction ? M::dim : 1, M::dim);
@@ -41,7 +43,7 @@ Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     return axes;
 }
 
-// H^T of one body: maps its generalised velocity to the velocity of its point at `arm`, in contact axes.
+/// H^T of one body: maps its generalised velocity to the velocity of its point at `arm`, in contact axes.
 template <class M>
 Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& arm) {
     Eigen::MatrixXd point(M::dim, M::dof);  // velocity of the point in world axes
@@ -56,13 +58,36 @@ Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& 
     return axes * point;
 }
 
+/// M^-1 of a body.
 template <class M>
-void plain_sweep(ContactProblem<M>& problem) {
-    const auto inverse_mass = [](const Body<M>& body) {
-        Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(M::dof, body.inv_mass);
-        if constexpr (M::friction) diagonal.tail(M::spins).setConstant(body.inv_inertia);
-        return Eigen::MatrixXd(diagonal.asDiagonal());
+Eigen::MatrixXd inverse_mass(const Body<M>& body) {
+    Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(M::dof, body.inv_mass);
+    if constexpr (M::friction) diagonal.tail(M::spins).setConstant(body.inv_inertia);
+    return diagonal.asDiagonal();
+}
+
+/// V += factor M^-1 H r.
+template <class M>
+void add_impulses(ContactProblem<M>& problem, double factor) {
+    const auto add = [&](const Contact<M>& c, int body, double sign, double lever) {
+        Body<M>& a = problem.bodies[static_cast<std::size_t>(body)];
+        const Eigen::MatrixXd axes = contact_axes<M>(c.normal), h = contact_map<M>(axes, -sign * lever * c.normal);
+        Eigen::VectorXd r = c.r;
+        if constexpr (M::friction) r = axes * c.r;
+        a.v += sign * factor * (inverse_mass(a) * h.transpose() * r);
     };
+    for (const std::vector<Contact<M>>* contacts : {&problem.wall_contacts, &problem.contacts})
+        for (const Contact<M>& c : *contacts) {
+            double lever_i = 0, lever_j = 0;
+            if constexpr (M::friction) lever_i = c.lever_i, lever_j = c.lever_j;
+            add(c, c.i, 1, lever_i);
+            if (contacts == &problem.contacts) add(c, c.j, -1, lever_j);
+        }
+}
+
+/// Sweeps all contacts once, those with walls first. In and out: velocities and impulses of the problem.
+template <class M>
+void sweep(ContactProblem<M>& problem) {
     const auto local = [](const Eigen::MatrixXd& axes, const Contact<M>& c) -> Eigen::VectorXd {
         if constexpr (M::friction)
             return axes * c.r;
@@ -91,7 +116,7 @@ void plain_sweep(ContactProblem<M>& problem) {
         w(0, 0) += wall.inv_mass;
         v[0] -= wall.speed;
         const Eigen::VectorXd r = local(axes, c);
-        const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
+        const Eigen::VectorXd next = contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         wall.speed -= wall.inv_mass * (next[0] - r[0]);
         store(axes, next, c);
@@ -104,11 +129,11 @@ void plain_sweep(ContactProblem<M>& problem) {
                               hb = contact_map<M>(axes, lever_j * c.normal);
         const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
         const Eigen::VectorXd r = local(axes, c), v = ha * a.v - hb * b.v;
-        const Eigen::VectorXd next = plain_contact_law<M>(v, r, w, c.bias, mu);
+        const Eigen::VectorXd next = contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         b.v -= inverse_mass(b) * hb.transpose() * (next - r);
         store(axes, next, c);
     }
 }
 
-}  // namespace nscdd
+}}}  // namespace nscdd::NSCDD_ABI::plain
