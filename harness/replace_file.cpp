@@ -97,20 +97,20 @@ bool link_part(const std::string& old, const struct stat& placed, std::string& p
         if (errno != EEXIST || k == 1000) return false;
     }
     const auto found = status(part);
-    // two names: its place and this one; whoever made another keeps what it is
-    if (found && found->st_nlink == 2 && found->st_dev == placed.st_dev && found->st_ino == placed.st_ino &&
-        found->st_size == placed.st_size && found->st_mtim.tv_sec == placed.st_mtim.tv_sec &&
-        found->st_mtim.tv_nsec == placed.st_mtim.tv_nsec)
+    if (found && found->st_dev == placed.st_dev && found->st_ino == placed.st_ino && found->st_size == placed.st_size &&
+        found->st_mtim.tv_sec == placed.st_mtim.tv_sec && found->st_mtim.tv_nsec == placed.st_mtim.tv_nsec)
         return true;
     ::unlink(part.c_str());
     return false;
 }
 
-// Whether somebody has the file open. The system gives a lease to the only one who has. Where its file system knows no
-// leases, the lock tells that the HDF5 library takes, a moment after it has opened a file.
-bool read_by_others(const std::string& path) {
+// Whether the file has another name or somebody has it open: they keep what it is. The system gives a lease to the only
+// one who has. Where its file system knows no leases, the lock tells that the HDF5 library takes, a moment after it has
+// opened a file.
+bool kept_by_others(const std::string& path) {
     const Descriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
-    if (file < 0) return true;
+    struct stat found {};
+    if (file < 0 || ::fstat(file, &found) != 0 || found.st_nlink != 1) return true;
     ::fcntl(file, F_SETSIG, SIGURG);  // ignored; SIGIO, sent where the file is opened during the lease, would end us
     if (::fcntl(file, F_SETLEASE, F_WRLCK) == 0) return false;
     return errno == EAGAIN || (::flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK);
@@ -244,7 +244,7 @@ void FileSet::place(const std::string& path, const std::vector<ByteRange>* writt
             if (lags) ::unlink(before.c_str());
             refuse(error);
         }
-        if (lags && read_by_others(before)) {
+        if (lags && kept_by_others(before)) {
             ::unlink(before.c_str());
             lags = false;
         }

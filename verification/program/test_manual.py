@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = ["1-first-scene.md", "2-paraview.md", "3-own-scene.md", "4-errors.md", "5-tolerance-and-step.md", "6-decompose.md", "7-mpi.md", "8-judge.md"]
 OWN_CODE = "9-own-code.md"  # needs none of the others
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?%?")
-TIME = re.compile(r"\d[\d.]*(?:e[-+]?\d+)? s\b")
+TIME = re.compile(r"\d[\d.]*(?:e[-+]?\d+)? s\b|\b\d+:\d\d\b")
 FUSED = "no fused products" not in subprocess.run([NSCDD, "--version"], capture_output=True, text=True).stdout
 
 

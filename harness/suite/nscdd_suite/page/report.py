@@ -1,5 +1,6 @@
 """The page of a folder of results: OUT/index.html, its figures beside it (SVG, pictures PNG), summary.json."""
 import json
+import os
 import sys
 from datetime import datetime, timezone
 from html import escape
@@ -93,5 +94,5 @@ def make(folder, out):
     write(out / "index.html", html.encode())
     for line in results.failures:
         print(f"report: {line}", file=sys.stderr)
-    print(f"report: {out / 'index.html'}: " + ("passes" if passes else "FAILS"))
+    print(f"report: {os.path.relpath(out / 'index.html')}: " + ("passes" if passes else "FAILS"))
     return passes

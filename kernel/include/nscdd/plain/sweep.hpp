@@ -17,7 +17,7 @@ template <class M>
 Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w, double bias,
                             double mu) {
     Eigen::VectorXd next = r;
-    next[0] = std::max(0.0, r[0] - (v[0] + bias) / w(0, 0));
+    next[0] = (std::max)(0.0, r[0] - (v[0] + bias) / w(0, 0));
     if constexpr (M::friction) {
         const Eigen::Index tangents = M::dim - 1;
         next.tail(tangents) = r.tail(tangents) - v.tail(tangents) / w(1, 1);
