@@ -4,6 +4,7 @@ import importlib
 import importlib.util
 import shlex
 import shutil
+import sys
 from pathlib import Path
 
 from . import program, record
@@ -24,6 +25,7 @@ class Plan:
 
     def __post_init__(self):
         self.folder = self.results / self.name / ("quick" if self.quick else "")
+        self.packings = self.results / "packings"  # which studies share, where scenes look for them
         self.jobs, self.left_out = [], []
 
     def add(self, title, outputs, commands=(), **how):
@@ -40,10 +42,12 @@ class Plan:
 
     def pack(self, source, out=None, grains=0, loose=False, cost=10.0, more="", generator=()):
         """A job that packs by a specification of cases/, with so many grains instead."""
-        name = Path(source).stem
+        name, text, file = Path(source).stem, program.specification(source, grains, loose, more), Path(source)
+        changed = text != Path(program.ROOT, source).read_text()
+        if not out and not changed and not generator:
+            out = self.packings / f"{name}.h5"
         out = out or self.folder / "packings" / f"{name}{f'-{grains}' if grains else ''}.h5"
-        text, file = program.specification(source, grains, loose, more), Path(source)
-        if text != Path(program.ROOT, source).read_text():
+        if changed:
             file = out.with_suffix(".toml")
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text)
@@ -88,9 +92,10 @@ class Study:
         return section(self, results, out)
 
     def page(self):
-        """The module studies/NAME/section.py, if there is one."""
-        name = f"nscdd_suite.studies.{self.name}.section"
-        return importlib.import_module(name) if importlib.util.find_spec(name) else None
+        """The module section.py beside the study, if there is one; a study may be a single file."""
+        module = sys.modules[type(self).__module__]
+        name = f"{module.__name__}.section"
+        return importlib.import_module(name) if hasattr(module, "__path__") and importlib.util.find_spec(name) else None
 
     def choose(self, plan):
         """The jobs that plan.only asks for, and what they need."""
@@ -117,9 +122,12 @@ class Study:
 
     def run(self, plan, anew=False, keep=False):
         """Makes what is not there yet, and the record. True if all went well."""
-        if not (keep or self.made_by(plan)):
-            set_aside(plan.folder)
-        plan.folder.mkdir(parents=True, exist_ok=True)
+        for folder in (plan.folder, plan.packings):
+            by = {"program": program.checksum(), "quick": plan.quick and folder == plan.folder}
+            if not keep and not made_by(folder, by):
+                set_aside(folder)
+            folder.mkdir(parents=True, exist_ok=True)
+            record.write(folder / MADE_BY, by)
         self.jobs(plan)
         jobs = self.choose(plan)
         if not jobs and plan.left_out and not plan.only:
@@ -131,7 +139,6 @@ class Study:
         todo = [job for job in jobs if not job.done()]
         if len(todo) < len(jobs):
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
-        record.write(plan.folder / MADE_BY, {"program": program.checksum(), "quick": plan.quick})
         runner = Runner(todo, plan.folder / "logs")
         runner.run_all()
         failed = runner.failed()
@@ -152,14 +159,15 @@ class Study:
             print(f"  failed: {entry['title']}")
         return not failed and (data is None or self.passes(data))  # files alone, such as packings, make no record
 
-    def made_by(self, plan):
-        """Whether what is there was made by this program."""
-        path = plan.folder / MADE_BY
-        return path.exists() and record.load(path) == {"program": program.checksum(), "quick": plan.quick}
-
     def provenance(self, plan):
         out = plan.folder / "logs" / "probe.json"
         return record.provenance([program.made([program.NSCDD, "run", *self.probe, "--quiet", "--json", out], out)])
+
+
+def made_by(folder, program_and_kind):
+    """Whether what is there was made by this program."""
+    path = folder / MADE_BY
+    return path.exists() and record.load(path) == program_and_kind
 
 
 def set_aside(folder):

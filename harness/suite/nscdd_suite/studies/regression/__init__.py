@@ -47,7 +47,10 @@ class Regression(Study):
             packing = plan.pack(f"cases/packings/{scene}.toml")
             for method in METHODS:
                 plan.rows(
-                    f"{scene} {method}", lambda scene=scene, method=method: measure(plan.folder, scene, method, self.simulator), needs=[packing], cost=steps
+                    f"{scene} {method}",
+                    lambda scene=scene, method=method, packing=packing: measure(plan.folder, packing, scene, method, self.simulator),
+                    needs=[packing],
+                    cost=steps,
                 )
 
     def rows(self, plan):
@@ -89,10 +92,10 @@ class Regression(Study):
         return passes(self.differences(data)[0], data["machine"]["fused"])
 
 
-def measure(folder, scene, method, simulator):
+def measure(folder, packing, scene, method, simulator):
     """All numbers and checksums of answers of a scene by a method."""
     steps, dimension = SCENES[scene]
-    source = [f"cases/reduced/{scene}.toml", "--packing", folder / f"packings/{scene}.h5"]
+    source = [f"cases/reduced/{scene}.toml", "--packing", packing]
     state, how = folder / f"{scene}-{method}.h5", ["--method", method, "--quiet"]
     values, iterations, seconds = {}, {}, {}
     for scheme, n in RUNS:

@@ -1,0 +1,99 @@
+"""The suite's engine, with a made-up study: what is made, what is made again, and what is told."""
+import contextlib
+import io
+import os
+import unittest.mock
+
+from harness import ROOT, ProgramTest
+from nscdd_suite import cli, jobs, program, record
+from nscdd_suite.study import Plan, Study
+
+
+class Letters(Study):
+    name, title = "letters", "Letters"
+
+    def jobs(self, plan):
+        first = plan.add("first", [plan.folder / "a"], [["sh", "-c", f"echo a >> {plan.folder}/said; echo > {plan.folder}/a"]])
+        plan.add("second", [plan.folder / "b"], [["sh", "-c", f"test -e {first} && echo b >> {plan.folder}/said && echo > {plan.folder}/b"]], needs=[first])
+        plan.rows("third", lambda: [{"letter": "c"}])
+        plan.add("bad", [plan.folder / "d"], [["sh", "-c", "echo this went wrong; exit 7"]])
+        plan.add("after bad", [plan.folder / "e"], [["true"]], needs=[plan.folder / "d"])
+
+    def rows(self, plan):
+        return {"rows": plan.made("third")} if plan.made("third") else {}
+
+    def provenance(self, plan):
+        return {"commit": "c0ffee", "date": "2000-01-01T00:00:00Z", "machine": {"cpu": "Fabricated CPU"}}
+
+
+class Engine(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(ROOT)
+        self.programs = unittest.mock.patch.object(program, "checksum", lambda: "one")
+        self.programs.start()
+        self.addCleanup(unittest.mock.patch.stopall)
+
+    def run_study(self, only="first|second|third", **how):
+        """(whether all went well, what it says, the order of the jobs that wrote)"""
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            good = Letters().run(Plan(self.folder, "letters", only, command="scripts/suite run letters"), **how)
+        path = self.folder / "letters/said"
+        return good, said.getvalue(), path.read_text().split() if path.exists() else []
+
+    def test_jobs_are_made_in_order_and_once(self):
+        good, said, order = self.run_study("second|third")
+        self.assertTrue(good, said)
+        self.assertEqual(order, ["a", "b"])
+        told = record.read(self.folder / "letters.json", "letters")
+        self.assertEqual((told["rows"], told["commit"], told["command"]), ([{"letter": "c"}], "c0ffee", "scripts/suite run letters"))
+        good, said, order = self.run_study()
+        self.assertIn("3 of 3 jobs are done already", said)
+        self.assertEqual(order, ["a", "b"])
+        (self.folder / "letters/b").unlink()
+        self.assertEqual(self.run_study()[2], ["a", "b", "b"])
+        self.assertEqual(self.run_study(anew=True)[2], ["a", "b", "b", "a", "b"])
+
+    def test_what_another_program_made_is_made_again_and_kept_aside(self):
+        self.run_study()
+        unittest.mock.patch.object(program, "checksum", lambda: "another").start()
+        _, said, order = self.run_study(keep=True)
+        self.assertIn("3 of 3 jobs are done already", said)
+        unittest.mock.patch.object(program, "checksum", lambda: "third").start()
+        _, said, order = self.run_study()
+        self.assertIn("letters-before (--keep takes it as it is)", said)
+        self.assertEqual(order, ["a", "b"])
+        self.assertTrue((self.folder / "letters-before/b").exists())
+
+    def test_a_job_that_fails_is_told_and_others_go_on(self):
+        good, said, order = self.run_study("")
+        self.assertFalse(good)
+        self.assertEqual(order, ["a", "b"])
+        self.assertIn("FAILED (exit 7): bad", said)
+        self.assertIn("| this went wrong", said)
+        self.assertIn("| not run, for lack of", said)
+        self.assertIn("letters: 3 of 5 jobs succeeded", said)
+        failed = {job["title"]: job["exit"] for job in record.load(self.folder / "letters/job.json")["jobs"] if job["exit"]}
+        self.assertEqual(failed, {"bad": 7, "after bad": 1})
+
+    def test_time_left_is_by_cost(self):
+        self.assertEqual((jobs.left(60, 1, 4), jobs.left(5, 0, 4), jobs.clock(75)), (", about 3:00 left", "", "1:15"))
+
+    def test_a_mistake_is_one_line(self):
+        for words, problem in (
+            (["run", "nothing"], "no study 'nothing'"),
+            (["run", "reduced", "--only", "nowhere"], "nothing matches 'nowhere'"),
+            (["report", str(self.folder), "--out", str(self.folder / "page")], "no"),
+        ):
+            said = io.StringIO()
+            results = ["--results", str(self.folder)] if words[0] == "run" else []
+            with self.subTest(words=words), contextlib.redirect_stderr(said):
+                self.assertEqual(cli.main([*words, *results]), 1)
+                self.assertEqual(said.getvalue().count("\n"), 1, said.getvalue())
+                self.assertIn(problem, said.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()
