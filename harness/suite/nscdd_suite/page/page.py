@@ -23,6 +23,11 @@ class Block:
     anchor: str = ""  # of links to it; made from its number if empty
     label: str = ""  # "Table 2.1", set by number()
 
+    def tile(self):
+        """The same small, with a link to all that is said of it."""
+        tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
+        return f'<div class="tile"><div class="scroll">{self.content}</div><p><a href="#{self.anchor}">{self.label}. {self.title}</a>{tags}</p></div>'
+
     def html(self):
         style = ' class="wide"' if self.wide else ""
         tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)

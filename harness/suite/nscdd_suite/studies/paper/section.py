@@ -308,20 +308,24 @@ TEXT_ONLY = (
 )
 
 
+FIRST = ("paper-fig-2", "paper-table-1", "paper-fig-4", "paper-fig-3")  # what the first screen shows of them
+
+
 def summary(paper, judged, blocks):
-    """Verdicts in one table, before anything else on the page."""
-    links = {block.anchor: block.label for block in blocks if isinstance(block, Block)}
-    tally = ", ".join(
-        f"{sum(one.verdict == verdict for one in judged)} {words}" for verdict, words in ((AGREES, "agree"), (DIFFERS, "differ"), (UNTOLD, "cannot be told"))
-    )
+    """The first screen: the verdicts in a sentence, pictures beside the paper's words, and a line for each statement."""
+    there = {block.anchor: block for block in blocks if isinstance(block, Block)}
+    count_of = {verdict: sum(one.verdict == verdict for one in judged) for verdict in (AGREES, DIFFERS, UNTOLD)}
     quick = (
         '<div class="verdict open"><b>From a quick job with small sizes, made to test the command: its verdicts say nothing of the paper.' "</b></div>"
         if paper.record["quick"]
         else ""
     )
+    tiles = "".join(there[anchor].tile() for anchor in FIRST if anchor in there)
     return (
-        f'<h2 id="verdicts">What the paper says, and what we find</h2>{quick}<p>{len(judged)} statements: {tally}. Each verdict is computed from '
-        f'the record by the rule that stands beside it. {TEXT_ONLY}</p><div class="scroll">{tables.statements(judged, links)}</div>'
+        f'<h2 id="verdicts">What the paper says, and what we find</h2>{quick}<p class="first">Of {len(judged)} statements of the paper {count_of[AGREES]} agree '
+        f'with what we find, {count_of[DIFFERS]} differ, and {count_of[UNTOLD]} cannot be told.</p><div class="tiles">{tiles}</div>'
+        f"<p>Each verdict is computed from the record by a rule, which opens with its line. {TEXT_ONLY}</p>"
+        + tables.statements(judged, {anchor: block.label for anchor, block in there.items()})
     )
 
 

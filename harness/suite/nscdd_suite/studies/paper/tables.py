@@ -236,18 +236,13 @@ def agreement(paper):
 
 
 def statements(verdicts, links):
-    """The summary: statement, finding, verdict with its reason and rule, link to the evidence. links: {anchor: label}."""
+    """The summary: a line for each statement and its verdict; finding, reason, rule and a link to the evidence on demand. links: {anchor: label}."""
     style = {"agrees": "agrees", "differs": "differs", "cannot be told": "untold"}
-    lines = [
-        '<table class="statements" aria-label="Statements of the paper">',
-        "<thead><tr><th>statement of the paper</th><th>what we find</th><th>verdict</th><th>evidence</th></tr></thead>",
-        "<tbody>",
-    ]
+    lines = ['<ul class="statements" aria-label="Statements of the paper">']
     for one in verdicts:
-        link = f'<a href="#{one.anchor}">{links[one.anchor]}</a>' if one.anchor in links else NONE
-        why = f". {escape(one.why)}" if one.why else ""
+        link = f' <a href="#{one.anchor}">{links[one.anchor]}</a>.' if one.anchor in links else ""
+        told = " ".join(escape(text) for text in (one.finding, one.why, one.rule) if text)
         lines.append(
-            f'<tr><td>{escape(one.statement)}</td><td>{escape(one.finding) or NONE}</td><td class="{style[one.verdict]}"><b>'
-            f'{one.verdict}</b>{why} <span class="rule">{escape(one.rule)}</span></td><td>{link}</td></tr>'
+            f'<li class="{style[one.verdict]}"><details><summary><b>{one.verdict}</b> {escape(one.statement)}</summary><p class="rule">{told}{link}</p></details></li>'
         )
-    return "\n".join([*lines, "</tbody></table>"])
+    return "\n".join([*lines, "</ul>"])
