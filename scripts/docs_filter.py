@@ -30,7 +30,7 @@ def slug(heading):
 
 
 def linked(found, path, pages, children):
-    text, target = found[1], found[2]
+    text, target = " ".join(found[1].split()), found[2]  # Doxygen loses its place in a text of two lines
     if re.match(r"\w+:", target):
         return found[0]
     file, _, anchor = target.partition("#")
