@@ -1,5 +1,6 @@
 """The site: what scripts/docs_filter.py hands to Doxygen, and, where Doxygen and MathJax are installed, the pages that come of it."""
 import pathlib
+import json
 import re
 import shutil
 import subprocess
@@ -44,6 +45,9 @@ class Site(ProgramTest):
         done = subprocess.run([sys.executable, docs.__file__, "--check", "--out", self.folder / "site"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         html = self.folder / "site/html"
+        pages = json.loads((html / "words.js").read_text().removeprefix("const pages = ").rstrip().rstrip(";"))
+        self.assertEqual([page["file"] for page in pages if not (html / page["file"]).exists()], [], "pages that the search finds")
+        self.assertTrue(any("findings-siconos" in page["file"] and "NSGS" in page["text"] for page in pages))
         texts = {page.name: page.read_text() for page in html.glob("*.html")}
         anchors = {name: set(re.findall(r'(?:id|name)="([^"]+)"', text)) | {"nested-classes"} for name, text in texts.items()}  # Doxygen's own, of private ones
         dead = set()
