@@ -78,6 +78,16 @@ class Engine(ProgramTest):
         failed = {job["title"]: job["exit"] for job in record.load(self.folder / "letters/job.json")["jobs"] if job["exit"]}
         self.assertEqual(failed, {"bad": 7, "after bad": 1})
 
+    def test_a_job_that_failed_and_left_its_file_is_not_done(self):
+        def jobs(study, plan):
+            plan.add("disagrees", [plan.folder / "a"], [["sh", "-c", f"echo a >> {plan.folder}/said; echo > {plan.folder}/a; test -e {self.folder}/mended"]])
+
+        with unittest.mock.patch.object(Letters, "jobs", jobs):
+            self.assertEqual([self.run_study("")[0] for _ in range(2)], [False, False])
+            self.write("mended", "")
+            self.assertEqual([self.run_study("")[0] for _ in range(2)], [True, True])
+        self.assertEqual((self.folder / "letters/said").read_text().split(), ["a", "a", "a"])
+
     def test_time_left_is_by_cost(self):
         self.assertEqual((jobs.left(60, 1, 4), jobs.left(5, 0, 4), jobs.clock(75)), (", about 3:00 left", "", "1:15"))
 

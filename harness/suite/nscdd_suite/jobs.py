@@ -17,6 +17,9 @@ from .program import ROOT, Failed, environment, words
 from .times import TRIES, busy, cores_of
 
 
+FAILED = ".failed"  # beside the log of a job
+
+
 def clock(seconds):
     return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
 
@@ -48,8 +51,9 @@ class Job:
     def log(self):
         return re.sub(r"\W+", "-", self.title) + ".log"
 
-    def done(self):
-        return all(Path(output).exists() for output in self.outputs)
+    def done(self, logs):
+        """Whether all that it makes is there, and it did not fail: what failed may leave files as well, such as a comparison that disagrees."""
+        return all(Path(output).exists() for output in self.outputs) and not Path(logs, self.log).with_suffix(FAILED).exists()
 
 
 def chosen(jobs, only=""):
@@ -116,6 +120,8 @@ class Runner:
                     if code or not job.alone or not disturbed(job):
                         break
                     stream.write("the machine was busy: again\n")
+        marker = log.with_suffix(FAILED)
+        marker.touch() if code else marker.unlink(missing_ok=True)
         with self.lock:
             self.cost_done += job.cost
             if code:

@@ -25,6 +25,7 @@ class Plan:
 
     def __post_init__(self):
         self.folder = self.results / self.name / ("quick" if self.quick else "")
+        self.logs = self.folder / "logs"
         self.packings = self.results / "packings"  # which studies share, where scenes look for them
         self.jobs, self.left_out = [], []
 
@@ -62,7 +63,7 @@ class Plan:
     def made(self, title):
         """The rows of a job of Python, or () where it failed or was not asked for."""
         job = next((job for job in self.jobs if job.title == title), None)
-        return record.load(job.outputs[0]) if job and job.done() else ()
+        return record.load(job.outputs[0]) if job and job.done(self.logs) else ()
 
 
 class Study:
@@ -136,10 +137,10 @@ class Study:
             raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
         for output in (output for job in jobs for output in job.outputs) if anew else ():
             Path(output).unlink(missing_ok=True)  # now, or a run that is stopped would leave them to be taken for its own
-        todo = [job for job in jobs if not job.done()]
+        todo = [job for job in jobs if not job.done(plan.logs)]
         if len(todo) < len(jobs):
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
-        runner = Runner(todo, plan.folder / "logs")
+        runner = Runner(todo, plan.logs)
         runner.run_all()
         failed = runner.failed()
         record.write(plan.folder / "job.json", {"schema": "nscdd.job/1", "seconds": round(runner.elapsed(), 2), "failed": len(failed), "jobs": runner.records})
@@ -160,7 +161,7 @@ class Study:
         return not failed and (data is None or self.passes(data))  # files alone, such as packings, make no record
 
     def provenance(self, plan):
-        out = plan.folder / "logs" / "probe.json"
+        out = plan.logs / "probe.json"
         return record.provenance([program.made([program.NSCDD, "run", *self.probe, "--quiet", "--json", out], out)])
 
 
