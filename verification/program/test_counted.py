@@ -75,6 +75,16 @@ class Counted(ProgramTest):
         self.assertIn("7 of 7 counted numbers are those of the record (reduced, hard); 3 of it are not in these results", said)
         self.assertEqual(told["missing"], 3)
 
+    def test_a_quick_or_partial_record_replaces_no_whole_one(self):
+        self.counted(True)
+        before = (self.records / "hard.json").read_text()
+        record = json.loads(before)
+        for changed in (record | {"quick": True}, record | {"rows": []}):
+            (self.results / "hard.json").write_text(json.dumps(changed))
+            with self.assertRaisesRegex(InputError, "hard.json is quick, or lacks numbers"):
+                self.counted(True)
+            self.assertEqual((self.records / "hard.json").read_text(), before)
+
     def assert_refused(self, name, problem):
         with self.assertRaisesRegex(InputError, f"{name}: .*{problem}"):
             self.counted()

@@ -63,9 +63,37 @@ class Engine(ProgramTest):
         self.assertIn("3 of 3 jobs are done already", said)
         unittest.mock.patch.object(program, "checksum", lambda: "third").start()
         _, said, order = self.run_study()
-        self.assertIn("letters-before (--keep takes it as it is)", said)
+        self.assertIn("letters: made by another program, now", said)
         self.assertEqual(order, ["a", "b"])
         self.assertTrue((self.folder / "letters-before/b").exists())
+
+    def test_nothing_of_somebody_else_is_moved_or_deleted(self):
+        (self.folder / "letters").mkdir()
+        mine = self.write("letters/mine.txt", "mine")
+        with self.assertRaisesRegex(record.InputError, "letters: not made by the suite"):
+            self.run_study()
+        self.assertEqual(mine.read_text(), "mine")
+        mine.unlink()
+        for name in ("first", "second", "third"):  # each keeps what the one before made
+            unittest.mock.patch.object(program, "checksum", lambda name=name: name).start()
+            self.run_study()
+        self.assertTrue((self.folder / "letters-before/b").exists() and (self.folder / "letters-before-1/b").exists())
+
+    def test_a_quick_job_replaces_no_whole_record(self):
+        self.run_study()
+        with self.assertRaisesRegex(record.InputError, "letters.json is of a whole job"):
+            Letters().run(Plan(self.folder, "letters", quick=True))
+
+    def test_a_job_that_makes_nothing_or_is_killed_has_failed(self):
+        jobs_of = [
+            jobs.Job("nothing", [self.folder / "p"], [["true"]]),
+            jobs.Job("killed", [self.folder / "q"], work=lambda: program.call(["sh", "-c", "kill -9 $$"])),
+        ]
+        runner = jobs.Runner(jobs_of, self.folder / "logs")
+        with contextlib.redirect_stdout(io.StringIO()) as said:
+            runner.run_all()
+        self.assertEqual(len(runner.failed()), 2)
+        self.assertIn("made no", said.getvalue())
 
     def test_a_job_that_fails_is_told_and_others_go_on(self):
         good, said, order = self.run_study("")

@@ -15,6 +15,7 @@ Results are in results/: NAME.json is the record of a study, NAME/ has its files
 """
 import argparse
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -110,6 +111,12 @@ def main(arguments=None):
             plan = Plan(Path(os.path.relpath(options.results, ROOT)), "regression", options.only, False, typed(arguments))
             return 0 if Regression(options.accept, not options.without_simulator).run(plan, anew=True) else 1
         return run(options, arguments)
+    except re.error as problem:
+        print(f"suite: --only: {problem}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("suite: stopped; the same command goes on", file=sys.stderr)
+        return 130
     except (InputError, Failed, OSError) as problem:
         print(problem, file=sys.stderr)
         return 1

@@ -70,6 +70,17 @@ def read(folder, kind):
         raise record.InputError(f"{path}: rows are not those of nscdd.{schema}/1: {error}") from None
 
 
+def require_whole(folder, kind, new):
+    """Raises InputError for a record of a quick job, or one that lacks numbers of the committed one."""
+    old = read(RECORDS, kind) if (RECORDS / f"{kind}.json").exists() else {}
+    gone = len(old.keys() - new.keys())
+    if gone or record.read(folder / f"{kind}.json").get("quick"):
+        raise record.InputError(
+            f"counted: --record: {folder / kind}.json is quick, or lacks numbers of the committed record ({gone} of {len(old)}): "
+            f"remove {RECORDS / kind}.json first if that is meant"
+        )
+
+
 def compare(folder, keep=False):
     """Writes counted.json, which the page shows, and yields lines about it. `keep`: what is there becomes the committed records, whole."""
     if not folder.is_dir():
@@ -77,6 +88,8 @@ def compare(folder, keep=False):
     now = {kind: read(folder, kind) for kind in kinds(folder)}
     if not any(now.values()):
         raise record.InputError(f"counted: {folder}: no records")
+    for kind in now if keep else ():
+        require_whole(folder, kind, now[kind])
     for kind in now if keep else ():
         shutil.copyfile(folder / f"{kind}.json", RECORDS / f"{kind}.json")
     same, differ, unknown, missing, compared = 0, [], 0, 0, []

@@ -120,6 +120,9 @@ class Runner:
                     if code or not job.alone or not disturbed(job):
                         break
                     stream.write("the machine was busy: again\n")
+            if not code and not all(Path(output).exists() for output in job.outputs):
+                code = 1
+                stream.write(f"made no {', '.join(output for output in job.outputs if not Path(output).exists())}\n")
         marker = log.with_suffix(FAILED)
         marker.touch() if code else marker.unlink(missing_ok=True)
         with self.lock:

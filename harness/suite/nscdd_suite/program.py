@@ -28,6 +28,10 @@ def environment():
     return {**os.environ, **told, "OMPI_MCA_ess_singleton_isolated": "1", "PYTHONPATH": str(ROOT / "harness/suite")}
 
 
+class Killed(Failed):
+    """A command that a signal ended: it says nothing of the program."""
+
+
 def words(command):
     """As one types it in the repository."""
     return [os.path.relpath(word, ROOT) if isinstance(word, Path) and word.is_relative_to(ROOT) else str(word) for word in command]
@@ -55,6 +59,8 @@ def call(command, fine=(0, CAP), seconds=None, out=None):
         raise Failed(f"{shlex.join(command)}: took more than {seconds} s") from None
     except OSError as error:
         raise Failed(f"{shlex.join(command)}: {error.strerror}") from None
+    if done.returncode < 0:
+        raise Killed(f"{shlex.join(command)}: ended by signal {-done.returncode}")
     if done.returncode not in fine:
         raise Failed(f"{shlex.join(command)}: exit code {done.returncode}: {done.stderr.strip()[-300:]}")
     if out and not Path(out).exists():  # smpirun's exit code is 0 after MPI_Abort

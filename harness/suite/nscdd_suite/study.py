@@ -2,8 +2,8 @@
 import dataclasses
 import importlib
 import importlib.util
+import itertools
 import shlex
-import shutil
 import sys
 from pathlib import Path
 
@@ -123,6 +123,9 @@ class Study:
 
     def run(self, plan, anew=False, keep=False):
         """Makes what is not there yet, and the record. True if all went well."""
+        path = plan.results / f"{self.name}.json"
+        if plan.quick and path.exists() and not record.read(path).get("quick"):
+            raise record.InputError(f"{self.name}: {path} is of a whole job: give --quick a --results of its own")
         for folder in (plan.folder, plan.packings):
             by = {"program": program.checksum(), "quick": plan.quick and folder == plan.folder}
             if not keep and not made_by(folder, by):
@@ -172,12 +175,15 @@ def made_by(folder, program_and_kind):
 
 
 def set_aside(folder):
-    """What another program made stays, under another name, until the next time."""
-    if folder.exists() and any(folder.iterdir()):
-        before = folder.with_name(f"{folder.name}-before")
-        shutil.rmtree(before, ignore_errors=True)
-        folder.rename(before)
-        print(f"{folder}: made by another program, now {before} (--keep takes it as it is)")
+    """What another program made stays, under a name that nothing has. Raises InputError for a folder of somebody else."""
+    if not folder.exists() or all(path.name == "quick" for path in folder.iterdir()):
+        return
+    if not (folder / MADE_BY).exists():
+        raise record.InputError(f"{folder}: not made by the suite, for it has no {MADE_BY}: move it, give another --results, or --keep to use what is in it")
+    names = (f"{folder.name}-before{f'-{k}' if k else ''}" for k in itertools.count())
+    before = next(path for path in map(folder.with_name, names) if not path.exists())
+    folder.rename(before)
+    print(f"{folder}: made by another program, now {before}")
 
 
 def installed(*modules):

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "nscdd/plain/nlgs.hpp"
@@ -33,10 +34,11 @@ void glue(std::vector<Part<M>>& parts, ContactProblem<M>& whole) {
 }
 
 /// In: V_free + M^-1 H r of the whole problem, without driven walls, and the r to start from; owners as in split().
-/// Out: as nlgs(). n_gs: sweeps between two gluings.
+/// Out: as nlgs(). n_gs: sweeps between two gluings. Throws std::invalid_argument where a wall is driven.
 template <class M>
 SolveReport nscdd(ContactProblem<M>& whole, std::span<const int> owner, std::span<const int> owner_at_wall, int count,
                   double tolerance, int n_gs = 1, int most = 100'000) {
+    if (whole.driven_walls()) throw std::invalid_argument("plain::nscdd: driven walls are not known here");
     ContactProblem<M> free = whole;
     add_impulses(free, -1);
     std::vector<Part<M>> parts = split(free, owner, owner_at_wall, count);

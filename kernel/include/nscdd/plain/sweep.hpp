@@ -7,6 +7,7 @@
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
 
 #include <Eigen/Dense>
+#include <type_traits>
 
 #include "nscdd/core/contact_problem.hpp"
 
@@ -88,6 +89,8 @@ void add_impulses(ContactProblem<M>& problem, double factor) {
 /// Sweeps all contacts once, those with walls first. In and out: velocities and impulses of the problem.
 template <class M>
 void sweep(ContactProblem<M>& problem) {
+    static_assert(std::is_same_v<typename M::Law, Coulomb> || std::is_same_v<typename M::Law, Frictionless>,
+                  "nscdd: the plain sweep knows Coulomb's law and the frictionless one alone");
     const auto local = [](const Eigen::MatrixXd& axes, const Contact<M>& c) -> Eigen::VectorXd {
         if constexpr (M::friction)
             return axes * c.r;

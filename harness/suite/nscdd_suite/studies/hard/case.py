@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 
 from ... import record
-from ...program import NSCDD, Failed, call, shown
+from ...program import NSCDD, Failed, Killed, call, shown
 from .energy import FAMILIES as OF_ENERGY
 from .exact import FAMILIES as EXACT
 from .pieces import strips
@@ -138,6 +138,8 @@ class Case:
     def rows(self):
         try:
             return list(FAMILIES[self.family](self))
+        except Killed:
+            raise
         except Failed as problem:
             return [self.stamp("the run", shown(self.command())) | {"note": str(problem)}]
 
