@@ -6,11 +6,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "nscdd/iterate/options.hpp"
+
 namespace nscdd {
 namespace {
 
-// Default bounds of a step: eta, velocity error, energy made, penetration over the least radius.
-constexpr double default_tolerance = 1e-4, most_velocity_error = 0.1, most_energy_made = 1e-3, most_penetration = 1e-3;
+constexpr SolveOptions defaults;
 
 // sqrt(sum of dV^T M dV) over grains, spins and driven walls.
 double velocity_distance(const Run& a, const Run& b) {
@@ -78,13 +79,14 @@ double largest(const std::vector<double>& values) {
     return values.empty() ? 0 : *std::ranges::max_element(values);
 }
 
-// Number of steps whose figures exceed these bounds (for energy made and penetration the default ones), or
+// Number of steps whose figures exceed these bounds (for energy gain and penetration the default ones), or
 // `unconverged_steps` of the file where that is larger.
 std::int64_t unconverged(const RunReport& run, double tolerance, double allowed_error) {
     std::int64_t count = 0;
     for (std::size_t k = 0; k < run.residual.size(); ++k)
         count += !(run.residual[k] <= tolerance && run.velocity_error[k] <= allowed_error &&
-                   run.energy_made[k] <= most_energy_made && run.penetration[k] <= most_penetration * (1 + 1e-12));
+                   run.energy_gain[k] <= defaults.bounds.max_energy_gain &&
+                   run.penetration[k] <= defaults.bounds.max_penetration * (1 + 1e-12));
     return std::max(count, run.unconverged_steps);
 }
 
@@ -130,8 +132,8 @@ std::vector<AgreementRow> agreement(const Run& reference, const Run& candidate) 
     const bool one_step = a.steps == 1 && b.steps == 1;
     // The reference's tolerances count, else a candidate could set coarse ones of its own. Bounds finer than the
     // defaults are not asked for.
-    const double tolerance = std::max(a.tolerance, default_tolerance);
-    const double allowed_error = std::max(a.velocity_error_allowed, most_velocity_error);
+    const double tolerance = std::max(a.tolerance, defaults.tolerance);
+    const double allowed_error = std::max(a.max_velocity_error, defaults.bounds.max_velocity_error);
     const double energy_scale = 0.5 * a.free_velocity_norm * a.free_velocity_norm;
     return {{"largest residual eta, <= 1e-4 or the reference's tolerance", largest(b.residual), tolerance,
              AgreementRow::Tells::eta},

@@ -98,7 +98,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
     for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair));
     settings.partition = choose_partition<M>(request);
-    if (request.multiplicity == "predicted") settings.multiplicity = Multiplicity::predicted;
+    settings.multiplicity = request.multiplicity;
     const State& from = request.from;
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];

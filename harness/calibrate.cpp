@@ -46,24 +46,23 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
         request.calibration = CalibrationRequest{arguments.seconds, provenance.machine.cores};
         InProcess comm(subdomains);
         FileSet none;
-        const nlohmann::json measured = choose_model(request.scene)(request, comm, none).json;
-        if (measured["costs"].empty()) {
+        const RunResult result = choose_model(request.scene)(request, comm, none);
+        const CalibrationResult& measured = result.calibration.value();
+        if (measured.costs.empty()) {
             if (!run.quiet) say(stderr, "{} subdomains: left out, the one to measure has no contact\n", subdomains);
             continue;
         }
-        costs.model = measured["model"];
-        json["scene"] = measured["scene"];
-        json["grains"] = measured["grains"];
+        costs.model = result.model;
+        json["scene"] = request.scene.name;
+        json["grains"] = result.grains;
         std::string told;
-        for (const nlohmann::json& cost : measured["costs"]) {
-            const std::string work = cost["work"];
-            const auto kind = static_cast<std::size_t>(std::ranges::find(work_names, work) - work_names.begin());
-            costs.units[kind].push_back({cost["bytes"], cost["ns"]});
-            told += fmt::format("  {} {:.2f}", work, cost["ns"].get<double>());
+        for (const MeasuredCost& cost : measured.costs) {
+            const auto kind = static_cast<std::size_t>(cost.kind);
+            costs.units[kind].push_back({cost.bytes, cost.ns});
+            told += fmt::format("  {} {:.2f}", work_names[kind], cost.ns);
         }
         if (!run.quiet)
-            say(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains, measured["contacts"].get<double>(),
-                told);
+            say(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains, measured.contacts, told);
     }
     for (std::size_t k = 0; k < work_names.size(); ++k) {
         if (costs.units[k].empty() && !may_lack(k))

@@ -45,11 +45,6 @@ double seconds_of(double least, auto&& call) {
         least, [] {}, call);
 }
 
-struct MeasuredCost {
-    Work kind;
-    double bytes, ns;
-};
-
 // Seconds of task(k) for the middle subdomain, while other cores run task(k) for other subdomains, as many as there are
 // cores: ranks that share a memory slow each other down. begin(): as of seconds_of(), for the middle subdomain.
 double seconds_among(std::size_t subdomains, const CalibrationRequest& request, auto&& begin, auto&& task) {
@@ -176,31 +171,26 @@ void calibrate_gluing(std::span<Subdomain<M>> parts, Communicator& comm, double 
 
 // Measures on the next step, after some of its iterations.
 template <class M>
-nlohmann::json calibrate_work(Simulation<M>& simulation, const CalibrationRequest& request, SolveOptions options) {
+CalibrationResult calibrate_work(Simulation<M>& simulation, const CalibrationRequest& request, SolveOptions options) {
     options.tolerance = 0;
     options.max_iterations = 50;
-    std::vector<MeasuredCost> costs;
-    double contacts = 0;
+    CalibrationResult result;
     const AnyStepSolver<M> measure = [&](std::span<Subdomain<M>> parts, Communicator& comm,
                                          PhaseSeconds& seconds) -> SolveReport {
         by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
-        for (const Subdomain<M>& part : parts) contacts += double(part.problem.contact_count()) / double(parts.size());
+        for (const Subdomain<M>& part : parts) result.contacts += double(part.problem.contact_count()) / double(parts.size());
         if (parts[parts.size() / 2].problem.contact_count() == 0) throw StepAbandoned{};  // the one that is measured
-        calibrate_gluing<Dcs<M, ClosedForm>>(parts, comm, request.least_seconds, Work::glue, costs);
-        calibrate_gluing<Dcs<M, Cholmod>>(parts, comm, request.least_seconds, Work::factorised, costs);
-        calibrate_sweeps(parts, request, costs);
+        calibrate_gluing<Dcs<M, ClosedForm>>(parts, comm, request.least_seconds, Work::glue, result.costs);
+        calibrate_gluing<Dcs<M, Cholmod>>(parts, comm, request.least_seconds, Work::factorised, result.costs);
+        calibrate_sweeps(parts, request, result.costs);
         throw StepAbandoned{};
     };
     try {
         simulation.step(measure);
     } catch (const StepAbandoned&) {
     }
-    if (contacts == 0) throw InputError("the step has no contacts, there is nothing to measure");
-    nlohmann::json json = {{"contacts", contacts}, {"costs", nlohmann::json::array()}};
-    for (const MeasuredCost& cost : costs)
-        json["costs"].push_back(
-            {{"work", work_names[static_cast<std::size_t>(cost.kind)]}, {"bytes", cost.bytes}, {"ns", cost.ns}});
-    return json;
+    if (result.contacts == 0) throw InputError("the step has no contacts, there is nothing to measure");
+    return result;
 }
 
 }  // namespace nscdd::run_detail

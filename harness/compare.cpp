@@ -1,11 +1,11 @@
 #include "compare.hpp"
-#include "say.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
 
+#include "say.hpp"
 #include "verdict.hpp"
 
 namespace nscdd {
@@ -29,8 +29,16 @@ State state_of(const RunReport& run) {
 
 }  // namespace
 
-int compare(const std::string& reference_file, const std::string& candidate_file, const std::string& json_file,
-            const Provenance& provenance) {
+CLI::App* add_compare(CLI::App& app, CompareArguments& arguments) {
+    CLI::App* command = app.add_subcommand("compare", "Does a run agree with its reference?");
+    command->add_option("reference", arguments.reference, "JSON of the reference run")->required();
+    command->add_option("candidate", arguments.candidate, "JSON of the run to judge")->required();
+    command->add_option("--json", arguments.json, "Table to write, see reports/compare.schema.json");
+    return command;
+}
+
+int compare(const CompareArguments& arguments, const Provenance& provenance) {
+    const auto& [reference_file, candidate_file, json_file] = arguments;
     Run reference{read_run_report(reference_file, read_file(reference_file)), {}},
         candidate{read_run_report(candidate_file, read_file(candidate_file)), {}};
     const std::string theirs = state_file(reference.report), ours = state_file(candidate.report);

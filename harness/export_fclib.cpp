@@ -37,7 +37,7 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     RunRequest request = prepare_run(run, provenance, {}, false);
     check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
     request.export_options = SolveOptions{.tolerance = arguments.tolerance,
-                                          .check_every = request.scene.solver.check_every,
+                                          .check_every = request.scene.solver.options(true).check_every,
                                           .max_iterations = arguments.max_iterations}
                                  .accelerated();
     InProcess comm(1);
@@ -45,7 +45,7 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     const RunResult result = choose_model(request.scene)(request, comm, none);
     const auto& [problem, solution, report] = result.exported.value();
     if (problem.friction.size() == 0)
-        throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.run.scene,
+        throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.run.start.scene,
                                      arguments.step));
     write_fclib(arguments.output, problem, solution,
                 {.title = fmt::format("{}, step {}", request.scene.name, result.last_step),

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
 #include <span>
 
 #include "calibrate.hpp"
@@ -16,17 +18,11 @@
 #include "solve_fclib.hpp"
 #include "window.hpp"
 
-int main(int argc, char** argv) {
-    nscdd::survive_streams_and_limits();
-    CLI::App app{"nscdd: Nonsmooth Contact Domain Decomposition for disks and spheres"};
-    app.require_subcommand(1);
-    app.set_version_flag("--version", [] {
-        const nscdd::Provenance me = nscdd::provenance(0, nullptr);
-        return fmt::format("nscdd, commit {}, {}, {} doubles a vector{}", me.commit, me.machine.compiler,
-                           me.machine.lanes,
-                           me.machine.fused ? "" : ", no fused products: its counts are not those of other machines");
-    });
-    app.footer(R"(Examples:
+namespace {
+
+using namespace nscdd;
+
+constexpr const char* footer = R"(Examples:
   nscdd pack cases/packings/triaxial.toml -o spheres.h5
   nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --json nlgs.json --state nlgs.h5
   nscdd run cases/reduced/triaxial.toml --packing spheres.h5 --scheme dcs --subdomains 8 --json dcs.json --state dcs.h5
@@ -45,80 +41,96 @@ and the file that it leads to is replaced. Grains, [[grain]]s and rows of data s
 
 Exit codes: 0 done; 1 bad input, or a file that cannot be written; 2 compare found a disagreement; 3 the run is complete,
 but steps hit the cap of iterations, or a problem was not solved to tolerance; 4 the run was stopped by SIGUSR1 and goes
-on from its checkpoint; 5 compare found another answer: the runs differ, and each is exact to 1e-8.)");
+on from its checkpoint; 5 compare found another answer: the runs differ, and each is exact to 1e-8.)";
 
-    nscdd::PackArguments pack;
-    auto* pack_command = app.add_subcommand(
-        "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
-    pack_command
-        ->add_option("specification", pack.specification,
-                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
-        ->required();
-    pack_command->add_option("-o,--output", pack.output, "HDF5 file to write (x, radius, box)")->required();
-    pack_command
-        ->add_option("--generator", pack.generator,
-                     "auto: LAMMPS if lmp is on PATH; lammps; own. Default: the specification's, or auto")
-        ->check(CLI::IsMember({"auto", "lammps", "own"}));
-    pack_command->add_flag("--quiet", pack.quiet, "No progress");
+// A subcommand, and what it does. Arguments live as long as it.
+struct Command {
+    CLI::App* app;
+    std::function<int(const Provenance&, const Session*)> act;
+    std::function<bool()> starts_mpi;  // also where the process was started alone; none: the command is of one process
+};
 
-    nscdd::RunArguments run;
-    auto* run_command = add_run(app, run);
+template <class Arguments>
+Command of_one_process(CLI::App& app, CLI::App* (*add)(CLI::App&, Arguments&),
+                       int (*act)(const Arguments&, const Provenance&)) {
+    const auto arguments = std::make_shared<Arguments>();
+    return {add(app, *arguments), [=](const Provenance& me, const Session*) { return act(*arguments, me); }, {}};
+}
 
-    std::string reference, candidate, compare_json;
-    auto* compare_command = app.add_subcommand("compare", "Does a run agree with its reference?");
-    compare_command->add_option("reference", reference, "JSON of the reference run")->required();
-    compare_command->add_option("candidate", candidate, "JSON of the run to judge")->required();
-    compare_command->add_option("--json", compare_json, "Table to write, see reports/compare.schema.json");
+template <class Arguments>
+Command of_all_ranks(CLI::App& app, CLI::App* (*add)(CLI::App&, Arguments&),
+                     int (*act)(const Arguments&, const Provenance&, const Session&),
+                     bool (*starts_mpi)(const Arguments&)) {
+    const auto arguments = std::make_shared<Arguments>();
+    return {add(app, *arguments), [=](const Provenance& me, const Session* all) { return act(*arguments, me, *all); },
+            [=] { return starts_mpi(*arguments); }};
+}
 
-    nscdd::ExportFclibArguments export_fclib;
-    auto* export_fclib_command = add_export_fclib(app, export_fclib);
-    nscdd::SolveFclibArguments solve_fclib;
-    auto* solve_fclib_command = add_solve_fclib(app, solve_fclib);
-    nscdd::WindowArguments window;
-    auto* window_command = add_window(app, window);
-    nscdd::CalibrateArguments calibrate;
-    auto* calibrate_command = add_calibrate(app, calibrate);
-    nscdd::ScaleArguments scale;
-    auto* scale_command = add_scale(app, scale);
+std::vector<Command> add_commands(CLI::App& app) {
+    return {of_one_process(app, add_pack, pack),
+            of_all_ranks<RunArguments>(app, add_run, run,
+                                       [](const RunArguments& run) { return run.transport == Transport::mpi; }),
+            of_one_process(app, add_compare, compare),
+            of_one_process(app, add_export_fclib, export_fclib),
+            of_one_process(app, add_solve_fclib, solve_fclib),
+            of_all_ranks<WindowArguments>(app, add_window, window, [](const WindowArguments&) { return true; }),
+            of_one_process(app, add_calibrate, calibrate),
+            of_one_process(app, add_scale, scale)};
+}
 
+std::string version() {
+    const Provenance me = provenance(0, nullptr);
+    return fmt::format("nscdd, commit {}, {}, {} doubles a vector{}", me.commit, me.machine.compiler, me.machine.lanes,
+                       me.machine.fused ? "" : ", no fused products: its counts are not those of other machines");
+}
+
+// Prints the help or the version, or says on all ranks together what is wrong with the command line.
+int end_of_parsing(const CLI::App& app, const CLI::ParseError& error, std::span<char*> words) {
+    const auto check = [&error](int) {
+        if (error.get_exit_code() != 0) throw InputError(fmt::format("{}; see --help", error.what()));
+    };
+    return begin_together(words, false, check,
+                          [&](const Session&, int rank) { return rank == 0 ? app.exit(error) : 0; });
+}
+
+int act(const Command& command, const Provenance& me, std::span<char*> words) {
+    if (command.starts_mpi)
+        return begin_together(
+            words, command.starts_mpi(), [](int) {},
+            [&](const Session& session, int) { return command.act(me, &session); });
+    const auto alone = [&](int ranks) {
+        if (ranks > 1)
+            throw InputError(fmt::format("{} is of one process, and {} were started: start it without mpirun",
+                                         command.app->get_name(), ranks));
+    };
+    if (begin_together(words, false, alone, [](const Session&, int) { return 0; }) != 0) return 1;
+    return command.act(me, nullptr);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    survive_streams_and_limits();
+    CLI::App app{"nscdd: Nonsmooth Contact Domain Decomposition for disks and spheres"};
+    app.require_subcommand(1);
+    app.set_version_flag("--version", version);
+    app.footer(footer);
+    const std::vector<Command> commands = add_commands(app);
     const std::span<char*> words(argv, static_cast<std::size_t>(argc));
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        const auto check = [&error](int) {
-            if (error.get_exit_code() != 0) throw nscdd::InputError(fmt::format("{}; see --help", error.what()));
-        };
-        return nscdd::begin_together(words, false, check, [&](const nscdd::Session&, int rank) {
-            return rank == 0 ? app.exit(error) : 0;  // prints the help or the version
-        });
+        return end_of_parsing(app, error, words);
     }
     try {
-        nscdd::Provenance provenance = nscdd::provenance(argc, argv);
-        provenance.machine.libraries = nscdd::libraries();
-        if (*run_command || *window_command)
-            return nscdd::begin_together(
-                words, *window_command || run.transport == "mpi", [](int) {},
-                [&](const nscdd::Session& session, int) {
-                    return *run_command ? nscdd::run(run, provenance, session)
-                                        : nscdd::window(window, provenance, session);
-                });
-        const auto alone = [&](int ranks) {
-            if (ranks > 1)
-                throw nscdd::InputError(
-                    fmt::format("{} is of one process, and {} were started: start it without mpirun",
-                                app.get_subcommands()[0]->get_name(), ranks));
-        };
-        if (nscdd::begin_together(words, false, alone, [](const nscdd::Session&, int) { return 0; }) != 0) return 1;
-        if (*pack_command) return nscdd::pack(pack, provenance);
-        if (*compare_command) return nscdd::compare(reference, candidate, compare_json, provenance);
-        if (*export_fclib_command) return nscdd::export_fclib(export_fclib, provenance);
-        if (*solve_fclib_command) return nscdd::solve_fclib(solve_fclib, provenance);
-        if (*calibrate_command) return nscdd::calibrate(calibrate, provenance);
-        if (*scale_command) return nscdd::scale(scale, provenance);
+        Provenance me = provenance(argc, argv);
+        me.machine.libraries = libraries();
+        for (const Command& command : commands)
+            if (*command.app) return act(command, me, words);
     } catch (const std::bad_alloc&) {
-        nscdd::say(stderr, "nscdd: out of memory\n");
+        say(stderr, "nscdd: out of memory\n");
     } catch (const std::exception& error) {
-        nscdd::say(stderr, "nscdd: {}\n", nscdd::one_line(error.what()));
+        say(stderr, "nscdd: {}\n", one_line(error.what()));
     }
     return 1;
 }

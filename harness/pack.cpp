@@ -21,10 +21,10 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     TomlTable table(root, path, "");
     PackSpecification spec;
     spec.path = path;
-    spec.dimension = table.integer("dimension", 2);
+    spec.dimension = table.integer("dimension", OptionRange{2});
     if (spec.dimension > 3) table.fail("dimension", fmt::format("must be 2 or 3, found {}", spec.dimension));
-    spec.grains = table.integer("grains", 1);
-    spec.seed = table.integer("seed", 0, 1);
+    spec.grains = table.integer("grains", OptionRange{1});
+    spec.seed = table.integer("seed", OptionRange{0}, 1);
     spec.radius = table.number("radius", {"in [1e-50, 1e50]", [](double v) { return v >= 1e-50 && v <= 1e50; }}, 0.5);
     spec.spread = table.number("spread", {"in [0, 0.9]", [](double v) { return v >= 0 && v <= 0.9; }}, 0.0);
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
@@ -50,6 +50,22 @@ bool choose_lammps(const std::string& generator) {
 }
 
 }  // namespace
+
+CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
+    CLI::App* command = app.add_subcommand(
+        "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
+    command
+        ->add_option("specification", arguments.specification,
+                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
+        ->required();
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box)")->required();
+    command
+        ->add_option("--generator", arguments.generator,
+                     "auto: LAMMPS if lmp is on PATH; lammps; own. Default: the specification's, or auto")
+        ->check(CLI::IsMember(generators));
+    command->add_flag("--quiet", arguments.quiet, "No progress");
+    return command;
+}
 
 int pack(const PackArguments& arguments, const Provenance& provenance) {
     std::string generator = arguments.generator;

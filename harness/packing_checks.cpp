@@ -23,11 +23,11 @@ constexpr double most_overlap = 1e-3;
 
 // Bounds of the core of a jammed packing of many grains; in a core of n grains both ends are wider by a number over
 // sqrt(n). Both generators stay within three quarters of that from 40 to 1,000 grains, with up to six seeds.
-struct Bounds {
+struct CoreBounds {
     double fraction[2], fraction_few, coordination[2], coordination_few;
 };
-constexpr Bounds disks{{0.82, 0.86}, 0.2, {3.5, 4.1}, 3};
-constexpr Bounds spheres{{0.60, 0.65}, 0.5, {5.5, 6.2}, 5};
+constexpr CoreBounds disks{{0.82, 0.86}, 0.2, {3.5, 4.1}, 3};
+constexpr CoreBounds spheres{{0.60, 0.65}, 0.5, {5.5, 6.2}, 5};
 
 struct Near {
     std::size_t i, j;  // j == size(): a wall
@@ -193,7 +193,7 @@ void check_packing(const std::string& path, const PackingMeasures& measures, con
     }
     // Equal disks crystallise, and small grains fill the pores of much larger ones: no bounds are known for those.
     if (wanted.spread > 0.3 || (wanted.dim == 2 && wanted.spread < 0.1)) return;
-    const Bounds& bounds = wanted.dim == 3 ? spheres : disks;
+    const CoreBounds& bounds = wanted.dim == 3 ? spheres : disks;
     const double few = 1 / std::sqrt(std::max(1.0, measures.counted));
     const double phi = bounds.fraction_few * few, z = bounds.coordination_few * few;
     require("solid fraction of the core", measures.core_fraction, bounds.fraction[0] - phi, bounds.fraction[1] + phi);

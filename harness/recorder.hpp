@@ -15,13 +15,13 @@ class Recorder {
     // members are; each throws as write_state does.
     Recorder(const Simulation<M>& simulation, const RunRequest& request, FileSet& files)
         : simulation_(simulation), request_(request) {
-        if (!request.series.empty()) rows_.emplace(simulation, request.scene);
+        if (!request.outputs.series.empty()) rows_.emplace(simulation, request.scene);
         if (!records()) return;
         write_on_first(simulation.comm(), [&] {
-            for (const auto& path : request.series)
+            for (const auto& path : request.outputs.series)
                 series_.push_back(
                     std::make_unique<SeriesWriter>(files, path, rows_->head(simulation, request.scene.name)));
-            if (!request.frames.empty()) frames_.emplace(files, request.frames, request.scene.name);
+            if (!request.outputs.frames.empty()) frames_.emplace(files, request.outputs.frames, request.scene.name);
         });
     }
 
@@ -34,7 +34,7 @@ class Recorder {
                 for (auto& series : series_) series->add(row);
             });
         }
-        if (!request_.frames.empty() && step % request_.frame_every == 0) write_frame(simulation_, request_, frames_);
+        if (!request_.outputs.frames.empty() && step % request_.frame_every() == 0) write_frame(simulation_, request_, frames_);
     }
 
     // After the last step.
@@ -47,7 +47,7 @@ class Recorder {
     }
 
   private:
-    bool records() const { return !request_.series.empty() || !request_.frames.empty(); }
+    bool records() const { return !request_.outputs.series.empty() || !request_.outputs.frames.empty(); }
 
     const Simulation<M>& simulation_;
     const RunRequest& request_;

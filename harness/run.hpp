@@ -8,12 +8,11 @@
 #include <vector>
 
 #include "checkpoint.hpp"
-#include "fclib.hpp"
-#include "nscdd/comm/communicator.hpp"
-#include "nscdd/iterate/options.hpp"
+#include "choices.hpp"
 #include "registry/registry.hpp"
 #include "replace_file.hpp"
 #include "report_json.hpp"
+#include "run_result.hpp"
 #include "scene.hpp"
 #include "state.hpp"
 
@@ -33,53 +32,55 @@ struct CalibrationRequest {
     int cores = 1;             // that may be busy at once
 };
 
-// What a run is asked to do. Of packing and state each process has its share.
-struct RunRequest {
+// What a run is asked to do, as the command line says it. What is not given follows from the scene or the rest.
+struct RunArguments {
+    struct Start {
+        std::string scene, packing, from;  // files
+        bool adopt = false;                // `from` may be of another scene
+    } start;
+    std::string scheme = "nlgs";         // of offered_schemes()
+    std::optional<Interface> interface;  // the scheme's own unless given
+    Multiplicity multiplicity = Multiplicity::minimal;
+    struct Partition {
+        std::optional<std::string> kind;  // of offered_partitions()
+        std::vector<int> grid;            // cells per axis; empty: chosen
+        std::optional<double> imbalance;  // of a partition that is kept (Partitioner)
+        // The kernel's own default is the paper's, a grid; bisection needs fewer iterations on packings of any shape.
+        std::string chosen() const { return kind.value_or(grid.empty() ? "bisection" : "grid"); }
+    } partition;
+    SolveSettings solver;
+    std::optional<int> steps, subdomains, threads;
+    int repeat = 1;
+    Transport transport = Transport::automatic;
+    NodeTransport within_node = NodeTransport::memory;
+    struct Outputs {
+        std::string json, state, checkpoint, frames;  // files to write, empty for none
+        std::vector<std::string> series;              // files to write a row a step into
+        std::optional<int> frame_every;               // steps between frames
+        std::optional<CheckpointEvery> every;         // between checkpoints
+    } outputs;
+    bool quiet = false;
+};
+
+// The same, decided, with what it starts from. Of packing and state each process has its share.
+struct RunRequest : RunArguments {
     Share share;
     Scene scene;              // with what the command line changed
     Packing packing;          // empty if the scene has none
     State from;               // to go on from
-    std::string from_file;    // empty to start from the packing
     std::vector<double> box;  // of the packing or the state; empty if there is none
     std::int64_t start_step = 0;
-    double start_time = 0;        // [s]
-    std::string scheme = "nlgs";  // of offered_schemes()
-    std::string interface;        // closed-form, factorised; empty: the scheme's default
-    int subdomains = 1, threads = 1;
-    bool undivided = false;                // one subdomain by default, though the scheme glues several
-    std::string partition = "bisection";   // of offered_partitions()
-    std::vector<int> grid;                 // cells per axis; empty: chosen
-    double imbalance = 1.1;                // of a partition that is kept (Partitioner)
-    std::string multiplicity = "minimal";  // or predicted
+    double start_time = 0;  // [s]
     bool over_mpi = false;
-    bool progress = true, says_notes = true;
-    std::string json, state, checkpoint;  // files to write, may be empty
-    CheckpointEvery every;
-    std::vector<std::string> series;  // files to write a row a step into
-    std::string frames;               // file to write a frame into after steps that are multiples of frame_every
-    int frame_every = 1;
+    bool undivided = false;  // one subdomain by default, though the scheme glues several
+    bool says_notes = true;
     Provenance provenance;
     std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
     std::optional<WindowRequest> window;
     std::optional<CalibrationRequest> calibration;
 
-    bool goes_on() const { return !from_file.empty(); }
-};
-
-// The problem of the last step in local form, whole masses.
-struct ExportedProblem {
-    LocalProblem problem;
-    FclibSolution solution;
-    SolveReport report;  // of solving on
-};
-
-// What a run of any model does with its result on the process that hosts rank 0.
-struct RunResult {
-    nlohmann::json json;
-    std::int64_t last_step = 0;
-    bool stopped = false;  // before its end, by a signal, with a checkpoint; there is no JSON then
-    int unconverged_steps = 0;
-    std::optional<ExportedProblem> exported;
+    bool goes_on() const { return !start.from.empty(); }
+    int frame_every() const { return outputs.frame_every.value_or(1); }
 };
 
 // Collective. Frees the rows of packing and state once they are in the simulation. On the process that hosts rank 0 the
@@ -93,25 +94,6 @@ RunFunction choose_model(const Scene& scene);
 template <int dim>
 RunFunction choose_law(const std::string& law);
 
-// The subcommand: reads, runs, writes. Returns the exit code.
-struct RunArguments {
-    std::string scene, packing, from, scheme = "nlgs", interface, partition, grid, json, state, checkpoint, every,
-                                      transport = "auto", within_node = "memory", frames, multiplicity = "minimal";
-    std::vector<std::string> series;
-    int subdomains = 0, threads = 0, steps = 0, check_every = 0, max_iterations = 0, sweeps = 0, repeat = 1,
-        frame_every = 0;
-    double tolerance = 0, velocity_error = 0, energy_made = 0, penetration = 0, gap_error = 0, distance = 0,
-           relaxation = 0, imbalance = 0;
-    std::string method;
-    std::optional<int> window, newton_contacts;
-    bool adopt = false;  // `from` may be of another scene
-
-    std::string chosen_partition() const {
-        return !partition.empty() ? partition : grid.empty() ? "bisection" : "grid";
-    }
-    bool quiet = false;
-};
-
 // Reads what the arguments name, of packing and state the share of this MPI rank. Throws InputError for what cannot be
 // run, each rank what it finds.
 RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi);
@@ -120,6 +102,7 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);
 
 class Session;
+// The subcommand: reads, runs, writes. Returns the exit code.
 int run(const RunArguments& arguments, const Provenance& provenance, const Session& session);
 
 }  // namespace nscdd

@@ -1,8 +1,6 @@
 // The run of one model. Included by the generated run_model_*.cpp only.
 #pragma once
 
-#include <time.h>
-
 #include <map>
 
 #include "calibrate_model.hpp"
@@ -13,32 +11,12 @@
 #include "recorder.hpp"
 #include "registry/schemes.hpp"
 #include "run_costs.hpp"
+#include "say.hpp"
 #include "window_model.hpp"
 
 namespace nscdd {
 
 namespace run_detail {
-
-inline SolveOptions solve_options(const SolverSettings& solver, const std::string& scheme) {
-    SolveOptions options;
-    options.tolerance = solver.tolerance;
-    options.velocity_error = solver.velocity_error;
-    options.energy_made = solver.energy_made;
-    options.penetration = solver.penetration;
-    options.gap_error = solver.gap_error;
-    options.distance = solver.distance;
-    options.check_every = solver.check_every;
-    options.max_iterations = solver.max_iterations;
-    if (!sweeps(scheme)) return options;
-    options.sweeps = solver.sweeps;
-    if (solver.method == "auto") {
-        options = options.accelerated();
-        options.newton_contacts = solver.newton_contacts;
-    }
-    if (solver.window) options.window = *solver.window;
-    options.relaxation = solver.relaxation;
-    return options;
-}
 
 template <class M>
 std::string model_name() {
@@ -51,24 +29,24 @@ std::string model_name(std::span<const Wall<M>> walls) {
 }
 
 template <class M>
-nlohmann::json final_measures(const Simulation<M>& simulation) {
+FinalMeasures final_measures(const Simulation<M>& simulation, const StepReport& last) {
     const Measures<M> m = measure(simulation);
-    const double volume = box_edges<M>(simulation.walls()).prod();
-    nlohmann::json json = {
-        {"kinetic_energy", m.kinetic_energy},
-        {"momentum", std::vector<double>(m.momentum.data(), m.momentum.data() + M::dim)},
-        {"angular_momentum", std::vector<double>(m.angular_momentum.data(), m.angular_momentum.data() + m.rotations)},
-        {"max_overlap", std::max(0.0, m.largest_overlap) / simulation.least_radius()},
-        {"coordination", m.coordination()}};
-    nlohmann::json rows = nlohmann::json::array();
+    FinalMeasures final;
+    final.kinetic_energy = m.kinetic_energy;
+    final.free_velocity_norm = last.free_norm;
+    final.velocity_change_norm = last.solve.velocity_change_norm;
+    final.coordination = m.coordination();
+    final.overlap = std::max(0.0, m.largest_overlap) / simulation.least_radius();
+    final.momentum.assign(m.momentum.data(), m.momentum.data() + M::dim);
+    final.angular_momentum.assign(m.angular_momentum.data(), m.angular_momentum.data() + m.rotations);
+    final.volume = box_edges<M>(simulation.walls()).prod();
+    final.grains_volume = m.grains_volume;
     for (int i = 0; i < M::dim; ++i) {
-        std::vector<double> row;
-        for (int j = 0; j < M::dim; ++j) row.push_back(volume > 0 ? m.virial(i, j) / volume : m.virial(i, j));
-        rows.push_back(row);
+        std::vector<double>& row = final.stress.emplace_back();
+        for (int j = 0; j < M::dim; ++j)
+            row.push_back(final.volume > 0 ? m.virial(i, j) / final.volume : m.virial(i, j));
     }
-    json[volume > 0 ? "stress" : "virial"] = rows;
-    if (volume > 0) json["solid_fraction"] = m.grains_volume / volume;
-    return json;
+    return final;
 }
 
 // Numbers of grains by their multiplicity in the last step.
@@ -96,25 +74,6 @@ std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulati
     return found;
 }
 
-// StepEnergy of every step, by name.
-struct EnergySeries {
-    std::vector<double> before, kinetic, external, walls, normal, friction, round_off;
-
-    void add(const StepEnergy& e) {
-        before.push_back(e.before);
-        kinetic.push_back(e.kinetic);
-        external.push_back(e.external);
-        walls.push_back(e.walls);
-        normal.push_back(e.normal);
-        friction.push_back(e.friction);
-        round_off.push_back(e.round_off());
-    }
-};
-inline void to_json(nlohmann::json& json, const EnergySeries& e) {
-    json = {{"before", e.before}, {"kinetic", e.kinetic},   {"external", e.external},  {"walls", e.walls},
-            {"normal", e.normal}, {"friction", e.friction}, {"round_off", e.round_off}};
-}
-
 // The problem of a step that sequential NLGS has solved, solved on to `options`.
 template <class M>
 ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
@@ -131,9 +90,9 @@ ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options)
 template <class M>
 State write_last_state(const Simulation<M>& simulation, const RunRequest& request, FileSet& files) {
     const State head = state_head(simulation, request);
-    if (!request.state.empty()) {
-        write_state(simulation, head, files, request.state);
-        write_on_first(simulation.comm(), [&] { write_xdmf(files, request.state, head, simulation.grain_count()); });
+    if (!request.outputs.state.empty()) {
+        write_state(simulation, head, files, request.outputs.state);
+        write_on_first(simulation.comm(), [&] { write_xdmf(files, request.outputs.state, head, simulation.grain_count()); });
     }
     return head;
 }
@@ -151,11 +110,76 @@ template <class M>
     if (simulation.steps() > 0) {
         if (before)
             told += fmt::format("; the state before it, of step {}, is in {}",
-                                write_last_state(*before, request, files).step, request.state);
+                                write_last_state(*before, request, files).step, request.outputs.state);
         recorder.save();
         write_on_first(simulation.comm(), [&] { files.commit(); });
     }
     throw InputError(told);
+}
+
+// The step solver, which also adds up what it communicates and spends.
+template <class M>
+class MeteredSolver {
+  public:
+    MeteredSolver(AnyStepSolver<M> solve) : solve_(std::move(solve)), communicated_(communicated_columns) {}
+    SolveReport operator()(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+        const Buffer before = communicated(comm);
+        const double cpu = cpu_seconds();
+        const SolveReport report = solve_(parts, comm, seconds);
+        cpu_ += cpu_seconds() - cpu;
+        const Buffer after = communicated(comm);
+        for (std::size_t n = 0; n < after.size(); ++n) communicated_[n] += after[n] - before[n];
+        return report;
+    }
+    double cpu() const { return cpu_; }  // [s]
+    const Buffer& traffic() const { return communicated_; }
+
+  private:
+    AnyStepSolver<M> solve_;
+    Buffer communicated_;
+    double cpu_ = 0;
+};
+
+// Makes the steps of the run into `result`: all of them, or those before SIGUSR1 stopped it. Collective.
+template <class M>
+void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRequest& request, FileSet& files,
+                RunResult& result) {
+    const Scene& scene = request.scene;
+    Communicator& comm = simulation.comm();
+    Progress progress(!request.quiet && comm.ranks()[0] == 0, scene.step.count);
+    std::optional<Checkpoints> checkpoints;
+    if (!request.outputs.checkpoint.empty()) checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
+    Recorder<M> recorder(simulation, request, files);
+    std::optional<Simulation<M>> before;  // the step under way
+    for (int step = 1; step <= scene.step.count && !result.stopped; ++step) {
+        if (!request.outputs.state.empty()) before.emplace(simulation);
+        push_walls<M>(scene, simulation.walls());
+        try {
+            result.steps.push_back(simulation.step(std::ref(solver)));
+        } catch (const StepRefused& refused) {
+            end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
+        }
+        recorder.after(result.steps.back());
+        progress.show(step, fmt::format("{} iterations", result.steps.back().solve.iterations));
+        if (!checkpoints || step == scene.step.count) continue;
+        const auto due = checkpoints->after(request.start_step + step);
+        if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
+        result.last_step = request.start_step + step;
+        result.stopped = due == Checkpoints::Due::write_and_stop;
+    }
+    recorder.save();
+}
+
+// Says the notes of a run at its start, and keeps them. Collective.
+template <class M>
+void begin_run(const BuiltScene<M>& built, const RunRequest& request, Communicator& comm, RunResult& result) {
+    const Problem problem = problem_of<M>(built, request.scene, comm);
+    result.problem = problem.checksum;
+    result.notes = notes(request, problem.grains_of);
+    for (const auto& material : request.scene.materials) result.densities.push_back(material.density);
+    for (const auto& wall : built.settings.walls) result.wall_masses.push_back(wall.mass);
+    if (!request.says_notes || comm.ranks()[0] != 0) return;
+    for (const std::string& note : result.notes) say(stderr, "nscdd: note: {}\n", one_line(note));
 }
 
 }  // namespace run_detail
@@ -170,173 +194,47 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     request.packing = {};
     request.from = {};
     const bool steps = !request.window && !request.calibration;
-    Problem problem;
-    std::vector<std::string> said;
-    if (steps) {
-        problem = problem_of<M>(built, scene, comm);
-        said = notes(request, problem.grains_of);
-        if (request.says_notes && comm.ranks()[0] == 0)
-            for (const std::string& note : said)
-                std::fputs(fmt::format("nscdd: note: {}\n", one_line(note)).c_str(), stderr);
-    }
-    const SolveOptions options = solve_options(scene.solver, request.scheme);
-    const auto [solve, interface] = choose_solver<M>(request, options);
-
     RunResult result;
-    std::vector<int> iterations;
-    std::vector<double> residual, velocity_error, energy_made, penetration, gap_error, distance, scene_distance,
-        rebounds_given_up, newton_contacts, contacts;
-    EnergySeries energy;
-    double interface_grains = 0, free_norm = 0, velocity_change_norm = 0, total_iterations = 0;
-    Buffer solving(communicated_columns);
-    double solver_cpu = 0;
-    const auto counted = [&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
-        const Buffer before = communicated(c);
-        const double cpu = cpu_seconds();
-        const SolveReport report = solve(parts, c, seconds);
-        solver_cpu += cpu_seconds() - cpu;
-        const Buffer after = communicated(c);
-        for (std::size_t n = 0; n < after.size(); ++n) solving[n] += after[n] - before[n];
-        return report;
-    };
-
-    std::vector<double> densities, wall_masses;
-    for (const auto& material : scene.materials) densities.push_back(material.density);
-    for (const auto& wall : built.settings.walls) wall_masses.push_back(wall.mass);
+    result.options = scene.solver.options(sweeps(request.scheme));
+    if (steps) begin_run(built, request, comm, result);
+    ChosenSolver<M> chosen = choose_solver<M>(request, result.options);
 
     const double began = comm.now();
     const LoadMeter load;
     Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
                              built.rough ? &*built.rough : nullptr);
-    const double grains = static_cast<double>(simulation.grain_count());
     built = {};
+    result.model = steps ? model_name<M>(simulation.walls()) : model_name<M>();
+    result.interface = chosen.interface;
+    result.partition = sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name();
+    result.grains = simulation.grain_count();
+    result.ranks = comm.size();
     if (!steps) {
         push_walls<M>(scene, simulation.walls());
-        result.json = request.provenance;
-        result.json.update(
-            {{"scene", scene.name},
-             {"model", model_name<M>()},
-             {"grains", grains},
-             {"scheme", request.scheme},
-             {"interface", interface},
-             {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
-             {"window", options.window},
-             {"ranks", comm.size()}});
         const auto solver = [&](const SolveOptions& o) { return choose_solver<M>(request, o).solve; };
-        result.json.update(request.window ? time_window(simulation, *request.window, options, solver)
-                                          : calibrate_work(simulation, *request.calibration, options));
+        if (request.window) result.window = time_window(simulation, *request.window, result.options, solver);
+        if (request.calibration) result.calibration = calibrate_work(simulation, *request.calibration, result.options);
         return result;
     }
-    Progress progress(request.progress && comm.ranks()[0] == 0, scene.step.count);
-    std::optional<Checkpoints> checkpoints;
-    if (!request.checkpoint.empty()) checkpoints.emplace(comm, request.every);
-    Recorder<M> recorder(simulation, request, files);
-    std::optional<Simulation<M>> before;  // the step under way
-    for (int step = 1; step <= scene.step.count; ++step) {
-        if (!request.state.empty()) before.emplace(simulation);
-        push_walls<M>(scene, simulation.walls());
-        StepReport report;
-        try {
-            report = simulation.step(counted);
-        } catch (const StepRefused& refused) {
-            end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
-        }
-        iterations.push_back(report.solve.iterations);
-        residual.push_back(report.solve.residual);
-        velocity_error.push_back(report.solve.velocity_error);
-        energy_made.push_back(report.solve.energy_made);
-        energy.add(report.energy);
-        penetration.push_back(report.solve.penetration / simulation.least_radius());
-        gap_error.push_back(report.solve.gap_error);
-        distance.push_back(report.solve.distance);
-        scene_distance.push_back(report.solve.scene_distance);
-        newton_contacts.push_back(report.solve.newton_contacts);
-        rebounds_given_up.push_back(report.solve.rebounds_given_up);
-        contacts.push_back(report.contacts);
-        interface_grains += report.interface_grains;
-        free_norm = report.free_norm;
-        velocity_change_norm = report.solve.velocity_change_norm;
-        total_iterations += report.solve.iterations;
-        result.unconverged_steps += !report.solve.converged;
-        recorder.after(report);
-        progress.show(step, fmt::format("{} iterations", report.solve.iterations));
-        if (!checkpoints || step == scene.step.count) continue;
-        const auto due = checkpoints->after(request.start_step + step);
-        if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
-        result.last_step = request.start_step + step;
-        result.stopped = due == Checkpoints::Due::write_and_stop;
-        if (!result.stopped) continue;
-        recorder.save();
-        return result;
-    }
-    recorder.save();
-    const double total = comm.now() - began;
+    MeteredSolver<M> solver(std::move(chosen.solve));
+    make_steps(simulation, solver, request, files, result);
+    if (result.stopped) return result;
 
-    nlohmann::json json = request.provenance;
-    json["load"] = load_of(load, comm, request.threads);
-    json.update(costs(simulation, total, solver_cpu, solving, total_iterations));
-    nlohmann::json measures = final_measures(simulation);
-    measures["free_velocity_norm"] = free_norm;
-    measures["turned_velocity_norm"] = velocity_change_norm;
+    const double total = comm.now() - began;
+    result.load = gather_load(load, comm);
+    result.costs = gather_costs(simulation, total, solver.cpu(), solver.traffic());
+    result.dimension = M::dim;
+    result.friction = M::friction;
+    result.least_radius = simulation.least_radius();
+    result.final = final_measures(simulation, result.steps.back());
     result.last_step = write_last_state(simulation, request, files).step;
-    const int processes = request.over_mpi ? request.share.parts : 1;
-    json.update({{"schema", "nscdd.run/1"},
-                 {"scene", scene.name},
-                 {"problem", problem.checksum},
-                 {"answer", answer_checksum(simulation)},
-                 {"notes", said},
-                 {"dimension", M::dim},
-                 {"grains", simulation.grain_count()},
-                 {"model", model_name<M>(simulation.walls())},
-                 {"friction", M::friction},
-                 {"subdomains", comm.size()},
-                 {"threads", request.threads},
-                 {"scheme", request.scheme},
-                 {"interface", interface},
-                 {"partition", sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name()},
-                 {"transport", request.over_mpi             ? "mpi"
-                               : sequential(request.scheme) ? "sequential"
-                                                            : "in-process"},
-                 {"processes", processes},
-                 {"ranks_measured", processes == comm.size() && processes <= request.provenance.machine.cores},
-                 {"steps", scene.step.count},
-                 {"start_step", request.start_step},
-                 {"h", scene.step.h},
-                 {"tolerance", options.tolerance},
-                 {"check_every", options.check_every},
-                 {"sweeps", options.sweeps},
-                 {"window", options.window},
-                 {"relaxation", options.relaxation},
-                 {"iterations", iterations},
-                 {"residual", residual},
-                 {"velocity_error", velocity_error},
-                 {"velocity_error_allowed", options.velocity_error},
-                 {"energy_made", energy_made},
-                 {"energy_made_allowed", options.energy_made},
-                 {"energy", energy},
-                 {"penetration", penetration},
-                 {"penetration_allowed", options.penetration},
-                 {"gap_error", gap_error},
-                 {"gap_error_allowed", options.gap_error},
-                 {"distance", distance},
-                 {"scene_distance", scene_distance},
-                 {"distance_allowed", options.distance},
-                 {"newton_contacts", newton_contacts},
-                 {"rebounds_given_up", rebounds_given_up},
-                 {"contacts", contacts},
-                 {"interface_grains", interface_grains / scene.step.count},
-                 {"interface_share", interface_grains / scene.step.count / grains},
-                 {"peak_memory", peak_memory(comm)},
-                 {"multiplicity", multiplicities(simulation)},
-                 {"converged", result.unconverged_steps == 0},
-                 {"unconverged_steps", result.unconverged_steps},
-                 {"densities", densities},
-                 {"wall_masses", wall_masses},
-                 {"final", measures}});
+    result.answer = answer_checksum(simulation);
+    const Memory memory = peak_memory(comm);
+    result.memory = memory.total;
+    result.most_memory = memory.most;
+    result.multiplicity = multiplicities(simulation);
     if constexpr (SolvedOnCone<typename M::Law>)
         if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
-    if (request.goes_on()) json["from"] = request.from_file;
-    result.json = std::move(json);
     return result;
 }
 

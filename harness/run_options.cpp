@@ -1,15 +1,89 @@
 #include "run_options.hpp"
 
-#include "nscdd/iterate/anderson.hpp"
 #include "number_option.hpp"
 
 namespace nscdd {
+namespace {
+
+std::vector<int> read_grid(const std::string& text) {
+    std::vector<int> cells;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t cross = std::min(text.find('x', at), text.size());
+        int cell = 0;
+        const auto [end, error] = std::from_chars(text.data() + at, text.data() + cross, cell);
+        if (error != std::errc{} || end != text.data() + cross || cell < 1)
+            throw InputError(fmt::format("--grid {}: expected cells per axis, such as 2x2x1", text));
+        cells.push_back(cell);
+        at = cross + 1;
+    }
+    return cells;
+}
+
+// An option for every field of SolveOptions; under the name that it had in earlier programs too, which no help tells.
+void add_solve_options(CLI::App& command, SolveSettings& solver) {
+    const SolveOptions defaults = default_options(Method::accelerated);
+    visit_options(defaults, [&](const OptionInfo& info, auto value) {
+        const std::function<void(const decltype(value)&)> take = [&solver, name = info.name](const auto& given) {
+            solver.given[name] = given;
+        };
+        add_table_option(command, info, fmt::format("the scene's, or {}", value), take);
+        OptionInfo earlier = info;
+        earlier.name = earlier_name(info.name);
+        if (earlier.name) add_table_option(command, earlier, "", take)->group("");
+    });
+}
+
+void add_subdomain_options(CLI::App& command, RunArguments& run) {
+    command
+        .add_option("-n,--subdomains", run.subdomains,
+                    "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
+        ->check(whole_number(1, largest_subdomains));
+    command.add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
+        ->check(whole_number());
+    add_grid_option(command, run);
+    command
+        .add_option("--imbalance", run.partition.imbalance,
+                    "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
+                    "(default: 1.1)")
+        ->check(number_in({1, 1e6}));
+    add_within_node_option(command, run);
+    add_choice(command, "--transport", transport_names, "auto: mpi when started by mpirun (default: auto)",
+               [&run](Transport value) { run.transport = value; });
+}
+
+void add_output_options(CLI::App& command, RunArguments::Outputs& outputs) {
+    command.add_option("--json", outputs.json, "Results to write, see reports/run.schema.json");
+    command.add_option(
+        "--state", outputs.state,
+        "Last state to write (HDF5), with an .xdmf beside it for ParaView; where a step is refused, the one before it");
+    command
+        .add_option("--series", outputs.series,
+                    "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
+                    "name ends in .h5 or .csv; may be given for each")
+        ->allow_extra_args(false);
+    command.add_option(
+        "--frames", outputs.frames,
+        "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
+        "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
+    command.add_option("--frame-every", outputs.frame_every, "Steps between frames (default: 1)")
+        ->check(whole_number());
+    command.add_option("--checkpoint", outputs.checkpoint,
+                       "State to write on the way, from which --from goes on to the end of this run, to the last bit "
+                       "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
+                       "written and the run stops, exit code 4, with series and frames so far and no other "
+                       "results");
+    add_text(command, "--every",
+             "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)",
+             [&outputs](const std::string& text) { outputs.every = read_checkpoint_every(text); });
+}
+
+}  // namespace
 
 void add_source_options(CLI::App& command, RunArguments& run, const std::string& going_on) {
-    command.add_option("scene", run.scene, "Scene (TOML)")->required();
-    command.add_option("--packing", run.packing, "HDF5 packing instead of the scene's own");
-    command.add_option("--from", run.from, going_on);
-    command.add_flag("--adopt", run.adopt, "Go on from the state of another scene with as many walls");
+    command.add_option("scene", run.start.scene, "Scene (TOML)")->required();
+    command.add_option("--packing", run.start.packing, "HDF5 packing instead of the scene's own");
+    command.add_option("--from", run.start.from, going_on);
+    command.add_flag("--adopt", run.start.adopt, "Go on from the state of another scene with as many walls");
 }
 
 void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&)) {
@@ -17,34 +91,33 @@ void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(con
     command.add_option("--scheme", run.scheme, help_of(offered_schemes(), wanted))
         ->check(CLI::IsMember(names_of(offered_schemes(), wanted)))
         ->capture_default_str();
+    add_choice(command, "--interface", interface_names,
+               "How the interface problem is solved (default: ccs factorised, dcs closed-form)",
+               [&run](Interface value) { run.interface = value; });
+    add_choice(command, "--multiplicity", multiplicity_names,
+               "Copies of a grain that share its mass and are glued: minimal, those with a contact; predicted, those "
+               "with a candidate of the last rough detection, as in the paper (default: minimal)",
+               [&run](Multiplicity value) { run.multiplicity = value; });
     command
-        .add_option("--interface", run.interface,
-                    "How the interface problem is solved (default: ccs factorised, dcs closed-form)")
-        ->check(CLI::IsMember({"closed-form", "factorised"}));
-    command
-        .add_option("--multiplicity", run.multiplicity,
-                    "Copies of a grain that share its mass and are glued: minimal, those with a contact; predicted, "
-                    "those with a candidate of the last rough detection, as in the paper")
-        ->check(CLI::IsMember({"minimal", "predicted"}))
-        ->capture_default_str();
-    command
-        .add_option("--partition", run.partition,
+        .add_option("--partition", run.partition.kind,
                     "How space is dealt to subdomains: " + help_of(offered_partitions(), every) +
                         " (default: bisection, with --grid grid)")
         ->check(CLI::IsMember(names_of(offered_partitions(), every)));
-    command
-        .add_option("--method", run.method,
-                    "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)")
-        ->check(CLI::IsMember({"auto", "paper"}));
+    add_choice(command, "--method", method_names,
+               "auto: accelerated; paper: Alg. 1 of the paper as it is written (default: the scene's, or auto)",
+               [&run](Method value) { run.solver.method = value; });
+}
+
+void add_grid_option(CLI::App& command, RunArguments& run) {
+    add_text(command, "--grid", "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)",
+             [&run](const std::string& text) { run.partition.grid = read_grid(text); });
 }
 
 void add_within_node_option(CLI::App& command, RunArguments& run) {
-    command
-        .add_option("--within-node", run.within_node,
-                    "How processes of one node send each other messages of the iteration: memory that they share, or "
-                    "messages of MPI")
-        ->check(CLI::IsMember({"memory", "messages"}))
-        ->capture_default_str();
+    add_choice(command, "--within-node", node_transport_names,
+               "How processes of one node send each other messages of the iteration: memory that they share, or "
+               "messages of MPI (default: memory)",
+               [&run](NodeTransport value) { run.within_node = value; });
 }
 
 CLI::App* add_run(CLI::App& app, RunArguments& run) {
@@ -58,91 +131,15 @@ CLI::App* add_run(CLI::App& app, RunArguments& run) {
         "radii and materials of the grains must be the same. Forces and motions, friction, "
         "restitution, h and the solver may change");
     add_scheme_options(*command, run, [](const SchemeInfo&) { return true; });
-    command
-        ->add_option("-n,--subdomains", run.subdomains,
-                     "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
-        ->check(whole_number(1, largest_subdomains));
-    command->add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
-        ->check(whole_number());
-    command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
-    command
-        ->add_option("--imbalance", run.imbalance,
-                     "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
-                     "(default: 1.1)")
-        ->check(between(1, 1e6, true));
-    add_within_node_option(*command, run);
-    command->add_option("--transport", run.transport, "auto: mpi when started by mpirun")
-        ->check(CLI::IsMember({"auto", "in-process", "mpi"}))
-        ->capture_default_str();
+    add_subdomain_options(*command, run);
     command->add_option("--steps", run.steps, "Instead of the scene's")->check(whole_number());
-    command->add_option("--tolerance", run.tolerance, "On eta, instead of the scene's")->check(positive_number());
-    command
-        ->add_option("--velocity-error", run.velocity_error,
-                     "Largest velocity error of a step, instead of the scene's (default: 0.1)")
-        ->check(positive_number());
-    command
-        ->add_option(
-            "--energy-made", run.energy_made,
-            "Largest share of energy that contacts may make in a step, of the scene and of each component, instead of "
-            "the scene's (default: 1e-3)")
-        ->check(positive_number());
-    command
-        ->add_option(
-            "--penetration", run.penetration,
-            "Deepest that a step may close a contact, over the least radius, instead of the scene's (default: 1e-3)")
-        ->check(positive_number());
-    command
-        ->add_option(
-            "--gap-error", run.gap_error,
-            "Proven: a step is exact for gaps that differ by at most this share of the contact's least radius, "
-            "instead of the scene's (default: 1e-3)")
-        ->check(positive_number());
-    command
-        ->add_option("--distance", run.distance,
-                     "Estimated: distance of the velocities from an answer over what contacts change, of the worst "
-                     "component, instead of the scene's (default: 0.3)")
-        ->check(positive_number());
-    command->add_option("--check-every", run.check_every, "Iterations between two tests; 1 for studies of counts")
-        ->check(whole_number());
-    command
-        ->add_option("--max-iterations", run.max_iterations,
-                     "Cap of each attempt at a step, also where fewer than --check-every are left")
-        ->check(whole_number());
-    command
-        ->add_option("--newton-contacts", run.newton_contacts,
-                     "Where sweeps get nowhere, Newton's method solves components of at most so many contacts, instead "
-                     "of the scene's (default: 2000, none by --method paper)")
-        ->check(whole_number(0));
-    command->add_option("--sweeps", run.sweeps, "Sweeps per iteration, n_GS")->check(whole_number());
-    command->add_option("--window", run.window, "Earlier iterates that Anderson acceleration combines")
-        ->check(whole_number(0, Anderson::largest_window));
-    command->add_option("--relaxation", run.relaxation, "Of every contact's step, omega")->check(between(0, 2));
+    add_solve_options(*command, run.solver);
     command
         ->add_option("--repeat", run.repeat,
                      "Runs from the start, to keep the one with the median CPU time of the solver")
         ->check(whole_number())
         ->capture_default_str();
-    command->add_option("--json", run.json, "Results to write, see reports/run.schema.json");
-    command->add_option(
-        "--state", run.state,
-        "Last state to write (HDF5), with an .xdmf beside it for ParaView; where a step is refused, the one before it");
-    command
-        ->add_option("--series", run.series,
-                     "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
-                     "name ends in .h5 or .csv; may be given for each")
-        ->allow_extra_args(false);
-    command->add_option(
-        "--frames", run.frames,
-        "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
-        "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
-    command->add_option("--frame-every", run.frame_every, "Steps between frames (default: 1)")->check(whole_number());
-    command->add_option("--checkpoint", run.checkpoint,
-                        "State to write on the way, from which --from goes on to the end of this run, to the last bit "
-                        "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
-                        "written and the run stops, exit code 4, with series and frames so far and no other "
-                        "results");
-    command->add_option("--every", run.every,
-                        "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)");
+    add_output_options(*command, run.outputs);
     command->add_flag("--quiet", run.quiet, "No progress, no summary");
     return command;
 }

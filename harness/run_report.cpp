@@ -22,6 +22,8 @@ class JsonObject {
     }
 
     bool has(const char* key) const { return object_.contains(key); }
+    // The key, or its name in files of earlier programs where only that is there.
+    const char* either(const char* key, const char* earlier) const { return !has(key) && has(earlier) ? earlier : key; }
 
     std::string text(const char* key) const {
         const json& value = at(key);
@@ -139,8 +141,8 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     run.tolerance = top.non_negative("tolerance");
     run.residual = top.numbers("residual", run.steps, true);
     run.velocity_error = top.numbers("velocity_error", run.steps, true);
-    run.velocity_error_allowed = top.non_negative("velocity_error_allowed");
-    run.energy_made = top.numbers("energy_made", run.steps, true);
+    run.max_velocity_error = top.non_negative(top.either("max_velocity_error", "velocity_error_allowed"));
+    run.energy_gain = top.numbers(top.either("energy_gain", "energy_made"), run.steps, true);
     run.penetration = top.numbers("penetration", run.steps, true);
     run.contacts = top.numbers("contacts", run.steps);
     run.densities = top.numbers("densities", -1);

@@ -16,8 +16,8 @@ struct RunReport {
     std::string problem;  // its checksum; empty in files of earlier programs
     std::int64_t dimension = 0, grains = 0, steps = 0, start_step = 0, subdomains = 0, unconverged_steps = 0;
     double h = 0, tolerance = 0, kinetic_energy = 0, free_velocity_norm = 0;
-    double velocity_error_allowed = 0;                                       // of a step
-    std::vector<double> residual, velocity_error, energy_made, penetration;  // per step; NaN where they were not finite
+    double max_velocity_error = 0;                                           // its bound, of a step
+    std::vector<double> residual, velocity_error, energy_gain, penetration;  // per step; NaN where they were not finite
     std::vector<double> contacts;                                            // per step
     std::vector<double> densities, wall_masses;
     std::vector<std::vector<double>> stress;  // or the virial: dimension x dimension

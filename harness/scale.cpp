@@ -13,6 +13,7 @@
 #include "nscdd/comm/in_process.hpp"
 #include "number_option.hpp"
 #include "replace_file.hpp"
+#include "run_json.hpp"
 #include "run_options.hpp"
 #include "say.hpp"
 
@@ -31,7 +32,7 @@ class Job {
   public:
     Job(const ScaleArguments& arguments, const Provenance& provenance)
         : arguments_(arguments), provenance_(provenance), hosts_(beside(arguments.platform)) {
-        for (const std::string* path : {&arguments.run.scene, &arguments.run.packing, &arguments.run.from,
+        for (const std::string* path : {&arguments.run.start.scene, &arguments.run.start.packing, &arguments.run.start.from,
                                         &arguments.costs, &arguments.platform, &arguments.output})
             if (path->find_first_of(" \t\n*?[]'\"\\") !=
                 std::string::npos)  // smpirun lets a shell split and expand them
@@ -77,24 +78,24 @@ class Job {
     Json settings() const {
         const auto content = [](const std::string& path) { return path.empty() ? "" : checksum(read_file(path)); };
         const RunArguments& run = arguments_.run;
-        return {{"scene", run.scene},
-                {"packing", run.packing},
-                {"from", run.from},
+        return {{"scene", run.start.scene},
+                {"packing", run.start.packing},
+                {"from", run.start.from},
                 {"scheme", run.scheme},
-                {"interface", run.interface},
-                {"multiplicity", run.multiplicity},
-                {"partition", run.chosen_partition()},
-                {"method", run.method},
-                {"steps", run.steps},
+                {"interface", name_of(interface_names, run.interface)},
+                {"multiplicity", name_of(multiplicity_names, run.multiplicity)},
+                {"partition", run.partition.chosen()},
+                {"method", name_of(method_names, run.solver.method)},
+                {"steps", run.steps.value()},
                 {"skip", arguments_.skip},
                 {"iterations", arguments_.iterations},
                 {"platform", arguments_.platform},
                 {"costs", arguments_.costs},
                 {"slower", arguments_.slower},
                 {"checksums",
-                 {{"scene", content(run.scene)},
-                  {"packing", content(run.packing)},
-                  {"from", content(run.from)},
+                 {{"scene", content(run.start.scene)},
+                  {"packing", content(run.start.packing)},
+                  {"from", content(run.start.from)},
                   {"platform", content(arguments_.platform)},
                   {"hosts", content(hosts_)},
                   {"costs", content(arguments_.costs)}}},
@@ -131,7 +132,7 @@ class Job {
         run.quiet = true;
         run.subdomains = ranks;
         if (ranks == 1) run.scheme = "nlgs";
-        if (ranks == 1) run.interface.clear();
+        if (ranks == 1) run.interface.reset();
         RunRequest request = prepare_run(run, provenance_, {}, false);
         check_outputs({{"--json", arguments_.output}}, inputs_of(run, request.scene));
         return request;
@@ -145,7 +146,7 @@ class Job {
         RunRequest request = prepare(ranks);
         InProcess comm(ranks, std::min(ranks, provenance_.machine.cores));
         FileSet none;
-        const Json result = choose_model(request.scene)(request, comm, none).json;
+        const Json result = run_json(request, choose_model(request.scene)(request, comm, none));
         for (const char* key : {"iterations", "contacts", "converged", "interface_share"}) p[key] = result[key];
         save();
     }
@@ -153,19 +154,19 @@ class Job {
     std::vector<std::string> window_words(const Json& p, const std::string& result) const {
         const RunArguments& run = arguments_.run;
         const std::string scheme = p["scheme"];
-        std::vector<std::string> words{"window", run.scene, "--scheme", scheme, "--json", result, "--quiet"};
+        std::vector<std::string> words{"window", run.start.scene, "--scheme", scheme, "--json", result, "--quiet"};
         const auto add = [&words](const char* option, const std::string& value) {
             if (!value.empty()) words.insert(words.end(), {option, value});
         };
-        add("--packing", run.packing);
-        add("--from", run.from);
-        if (scheme != "nlgs") add("--interface", run.interface);
-        add("--multiplicity", run.multiplicity);
-        add("--partition", scheme == "nlgs" ? "" : run.chosen_partition());
-        add("--method", run.method);
+        add("--packing", run.start.packing);
+        add("--from", run.start.from);
+        if (scheme != "nlgs") add("--interface", name_of(interface_names, run.interface));
+        add("--multiplicity", name_of(multiplicity_names, run.multiplicity));
+        add("--partition", scheme == "nlgs" ? "" : run.partition.chosen());
+        add("--method", name_of(method_names, run.solver.method));
         add("--skip", std::to_string(arguments_.skip));
         add("--iterations", std::to_string(arguments_.iterations));
-        if (run.adopt) words.push_back("--adopt");
+        if (run.start.adopt) words.push_back("--adopt");
         return words;
     }
 
@@ -328,9 +329,7 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     command->add_option("--slower", arguments.slower, "Times as slow as the core that was calibrated")
         ->check(positive_number())
         ->capture_default_str();
-    command->add_option("--steps", run.steps, "Steps whose iterations are counted")
-        ->check(whole_number())
-        ->capture_default_str();
+    command->add_option("--steps", run.steps, "Steps whose iterations are counted (default: 1)")->check(whole_number());
     command->add_option("--skip", arguments.skip, "Iterations of the step before those that are timed")
         ->check(whole_number())
         ->capture_default_str();

@@ -39,7 +39,7 @@ class SceneReader {
             top_.has(key);
         top_.finish();
         scene_.name = top_.text("name");
-        dim_ = top_.integer("dimension", 2);
+        dim_ = top_.integer("dimension", OptionRange{2});
         if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
         scene_.dimension = dim_;
         scene_.gravity = top_.vector("gravity", dim_, zero());
@@ -64,7 +64,10 @@ class SceneReader {
         auto step = top_.table("step");
         if (!step) top_.fail("", "no [step]");
         read_step(*step);
-        if (auto table = top_.table("solver")) read_solver(*table);
+        if (auto table = top_.table("solver")) {
+            scene_.solver = read_solve_settings(*table);
+            table->finish();
+        }
         if (!law_given && !needs_friction()) scene_.law = "frictionless";
         return std::move(scene_);
     }
@@ -197,30 +200,14 @@ class SceneReader {
     }
 
     void read_step(TomlTable& table) {
-        StepSettings& step = scene_.step;
-        step.h = table.number("h", positive);
-        step.count = table.integer("count", 1);
-        step.theta = table.number("theta", unit_interval, step.theta);
-        step.rough_every = table.integer("rough_every", 1, step.rough_every);
-        table.finish();
-    }
-
-    void read_solver(TomlTable& table) {
-        SolverSettings& solver = scene_.solver;
-        solver.tolerance = table.number("tolerance", positive, solver.tolerance);
-        solver.velocity_error = table.number("velocity_error", positive, solver.velocity_error);
-        solver.energy_made = table.number("energy_made", positive, solver.energy_made);
-        solver.penetration = table.number("penetration", positive, solver.penetration);
-        solver.newton_contacts = table.integer("newton_contacts", 0, solver.newton_contacts);
-        solver.gap_error = table.number("gap_error", positive, solver.gap_error);
-        solver.distance = table.number("distance", positive, solver.distance);
-        solver.check_every = table.integer("check_every", 1, solver.check_every);
-        solver.max_iterations = table.integer("max_iterations", 1, solver.max_iterations);
-        solver.sweeps = table.integer("sweeps", 1, solver.sweeps);
-        if (table.has("method")) solver.method = table.choice("method", {"auto", "paper"}) == 0 ? "auto" : "paper";
-        if (table.has("window")) solver.window = table.integer("window", 0);
-        solver.relaxation =
-            table.number("relaxation", {"in (0, 2)", [](double v) { return v > 0 && v < 2; }}, solver.relaxation);
+        visit_step(scene_.step, [&table](const OptionInfo& info, auto& value) {
+            using Value = std::remove_reference_t<decltype(value)>;
+            const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
+            if constexpr (std::is_same_v<Value, int>)
+                value = table.integer(info.name, info.range, otherwise);
+            else
+                value = table.number(info.name, info.range, otherwise);
+        });
         table.finish();
     }
 

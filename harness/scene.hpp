@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "error.hpp"
+#include "ranges.hpp"
+#include "solve_settings.hpp"
 
 namespace nscdd {
 
@@ -56,28 +58,20 @@ struct SceneWall {
 };
 
 struct StepSettings {
-    double h = 0;          // [s], > 0
-    int count = 0;         // steps, >= 1
-    double theta = 0.5;    // Moreau-Jean, in [0, 1]
-    int rough_every = 10;  // steps between rough detections, >= 1
+    double h = 0;
+    int count = 0;
+    double theta = 0.5;
+    int rough_every = 10;
 };
 
-struct SolverSettings {
-    double tolerance = 1e-4;      // on eta, > 0
-    double velocity_error = 0.1;  // > 0
-    double energy_made = 1e-3;    // > 0
-    double penetration = 1e-3;    // over the least radius, > 0
-    double gap_error = 1e-3;      // over the least radius of the contact, > 0
-    double distance = 0.3;        // of velocities, estimated, > 0
-    int check_every = 10;         // iterations between two evaluations of eta, >= 1
-    int max_iterations = 20000;   // per step, >= 1
-    int newton_contacts = 2000;   // of components handed to Newton's method at most, >= 0; none by method paper
-    int sweeps = 1;               // n_GS, >= 1
-    // auto: Anderson acceleration; paper: Alg. 1 as it is written
-    std::string method = "auto";
-    std::optional<int> window;  // of Anderson acceleration, 0 to 8; as the method says
-    double relaxation = 1;      // omega, in (0, 2)
-};
+// Calls each(info, value) for every key of [step]. A value that is out of its range has no default: it must be given.
+void visit_step(auto& step, auto&& each) {
+    each(OptionInfo{"h", "s", "Time step", positive}, step.h);
+    each(OptionInfo{"count", "steps", "Steps to make", {1}}, step.count);
+    each(OptionInfo{"theta", "", "Of the Moreau-Jean scheme", unit_interval}, step.theta);
+    each(OptionInfo{"rough_every", "steps", "Between rough detections; sooner where grains have moved too far", {1}},
+         step.rough_every);
+}
 
 struct Scene {
     std::string file;  // it was read from
@@ -92,7 +86,7 @@ struct Scene {
     std::vector<SceneGrain> grains;  // may be empty: then a packing must come from elsewhere
     std::vector<SceneWall> walls;
     StepSettings step;
-    SolverSettings solver;
+    SolveSettings solver;
 };
 
 // Throws InputError with one line, "file:line: thing: problem", for whatever cannot be meant: an unknown or missing

@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "choices.hpp"
 #include "error.hpp"
 #include "nscdd/comm/mpi_node.hpp"
 #include "say.hpp"
@@ -25,8 +26,8 @@ inline constexpr bool simulated = false;
 #endif
 
 // What --within-node asks for: memory that processes share is modelled on simulated machines.
-inline WithinNode within_node(const std::string& asked) {
-    if (asked == "messages") return WithinNode::messages;
+inline WithinNode within_node(NodeTransport asked) {
+    if (asked == NodeTransport::messages) return WithinNode::messages;
     return simulated ? WithinNode::modelled : WithinNode::memory;
 }
 

@@ -113,30 +113,39 @@ const toml::node& TomlTable::require(std::string_view key) {
     return *node;
 }
 
-double TomlTable::number(const toml::node& node, std::string_view what, Bound bound) const {
+std::string_view TomlTable::key_of(std::string_view name, std::string_view earlier) {
+    const bool known = has(name);
+    if (earlier.empty() || !table_.get(earlier)) return name;
+    if (known) fail(earlier, fmt::format("is the earlier name of {}, which is given too", name));
+    return earlier;
+}
+
+double TomlTable::number(const toml::node& node, std::string_view what, const OptionRange& range) const {
     if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
     const auto number = node.value<double>();  // none of an integer beyond 2^53
     if (!number)
         fail_at(node.source(), what, fmt::format("must be a number that a double holds, found {}", describe(node)));
     const double value = *number;
     if (!std::isfinite(value)) fail_at(node.source(), what, fmt::format("must be finite, found {}", value));
-    if (!bound.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", bound.text, value));
+    if (!range.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", told(range), value));
     return value;
 }
 
-double TomlTable::number(std::string_view key, Bound bound, std::optional<double> fallback) {
+double TomlTable::number(std::string_view key, const OptionRange& range, std::optional<double> fallback) {
     if (fallback && !has(key)) return *fallback;
-    return number(require(key), key, bound);
+    return number(require(key), key, range);
 }
 
-int TomlTable::integer(std::string_view key, int lowest, std::optional<int> fallback) {
+int TomlTable::integer(std::string_view key, const OptionRange& range, std::optional<int> fallback) {
     if (fallback && !has(key)) return *fallback;
     const toml::node& node = require(key);
     const auto* value = node.as_integer();
     if (!value) fail(key, fmt::format("must be an integer, found {}", describe(node)));
-    if (value->get() < lowest) fail(key, fmt::format("must be >= {}, found {}", lowest, value->get()));
-    constexpr int highest = std::numeric_limits<int>::max();
-    if (value->get() > highest) fail(key, fmt::format("must be <= {}, found {}", highest, value->get()));
+    const double highest = std::min<double>(range.high, std::numeric_limits<int>::max());
+    if (static_cast<double>(value->get()) < range.low)
+        fail(key, fmt::format("must be >= {}, found {}", range.low, value->get()));
+    if (static_cast<double>(value->get()) > highest)
+        fail(key, fmt::format("must be <= {:.0f}, found {}", highest, value->get()));
     return static_cast<int>(value->get());
 }
 

@@ -11,21 +11,12 @@
 #include <vector>
 
 #include "error.hpp"
+#include "ranges.hpp"
 
 namespace nscdd {
 
 // The file as TOML. Throws InputError, "file:line: problem".
 toml::table parse_toml(const std::string& path);
-
-// What a number must satisfy besides being finite.
-struct Bound {
-    const char* text;
-    bool (*holds)(double);
-};
-inline constexpr Bound any_number{"finite", [](double) { return true; }};
-inline constexpr Bound positive{"> 0", [](double v) { return v > 0; }};
-inline constexpr Bound non_negative{">= 0", [](double v) { return v >= 0; }};
-inline constexpr Bound unit_interval{"in [0, 1]", [](double v) { return v >= 0 && v <= 1; }};
 
 // Every read throws InputError, "file:line: thing: problem". With a fallback the key is optional.
 class TomlTable {
@@ -35,10 +26,12 @@ class TomlTable {
         : table_(table), file_(std::move(file)), thing_(std::move(thing)) {}
 
     bool has(std::string_view key) { return find(key) != nullptr; }
+    // Of a key that had an earlier name the one that the table uses. Throws where it has both.
+    std::string_view key_of(std::string_view name, std::string_view earlier);
     void name_thing(std::string thing) { thing_ = std::move(thing); }
 
-    double number(std::string_view key, Bound bound, std::optional<double> fallback = {});
-    int integer(std::string_view key, int lowest, std::optional<int> fallback = {});
+    double number(std::string_view key, const OptionRange& range, std::optional<double> fallback = {});
+    int integer(std::string_view key, const OptionRange& range, std::optional<int> fallback = {});
     std::string text(std::string_view key);                                   // not empty, no control characters
     int choice(std::string_view key, const std::vector<std::string>& names);  // index into names
     Eigen::VectorXd vector(std::string_view key, int size);                   // size 1: a bare number too
@@ -60,7 +53,7 @@ class TomlTable {
     const toml::node* find(std::string_view key);
     const toml::node& require(std::string_view key);
     [[noreturn]] void fail_at(const toml::source_region& where, std::string_view key, const std::string& problem) const;
-    double number(const toml::node& node, std::string_view what, Bound bound) const;
+    double number(const toml::node& node, std::string_view what, const OptionRange& range) const;
 
     const toml::table& table_;
     std::string file_, thing_;

@@ -50,7 +50,7 @@ Verdict verdict(const RunReport& reference, const RunReport& candidate, std::spa
     for (const RunReport* run : {&reference, &candidate})
         if (const auto why = inexact(*run))
             return untold(
-                fmt::format("{}; make both runs with --tolerance {:g} --velocity-error {:g}{}", *why, exact_eta,
+                fmt::format("{}; make both runs with --tolerance {:g} --max-velocity-error {:g}{}", *why, exact_eta,
                             exact_velocity_error,
                             run->unconverged_steps > 0 ? ", a higher --max-iterations or fewer --steps" : ""));
     if (reference.friction)

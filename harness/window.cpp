@@ -12,6 +12,7 @@
 #include "nscdd/comm/mpi.hpp"
 #include "number_option.hpp"
 #include "replace_file.hpp"
+#include "run_json.hpp"
 #include "run_options.hpp"
 #include "same_files.hpp"
 #include "say.hpp"
@@ -104,7 +105,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     run.scheme = "dcs";
     add_source_options(*command, run, "Go on from a state that `nscdd run --state` wrote: its next step is timed");
     add_scheme_options(*command, run, [](const SchemeInfo& s) { return s.sweeps; });
-    command->add_option("--grid", run.grid, "Cells per axis, e.g. 2x2x1 (default: nearest to cubes)");
+    add_grid_option(*command, run);
     command->add_option("--skip", arguments.skip, "Iterations before the window")
         ->check(whole_number())
         ->capture_default_str();
@@ -115,7 +116,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     command->add_option("--repeat", run.repeat, "Times that the window is measured; the median is told")
         ->check(whole_number())
         ->capture_default_str();
-    command->add_option("--json", run.json, "Result to write");
+    command->add_option("--json", run.outputs.json, "Result to write");
     command->add_flag("--quiet", run.quiet, "No summary");
     if (simulated) {
         command->add_option("--costs", arguments.costs, "What work costs: a file that `nscdd calibrate` wrote")
@@ -126,7 +127,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
         command
             ->add_option("--noise", arguments.noise,
                          "Standard deviation of the time of every piece of work over its mean, lognormal")
-            ->check(between(0, 10, true))
+            ->check(number_in({0, 10}))
             ->capture_default_str();
         command->add_option("--latency", arguments.latency, "Factor on what sending or receiving takes for a message")
             ->check(positive_number())
@@ -155,7 +156,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
                     fmt::format("{}: has no cost of driven walls, which {} has", arguments.costs, request.scene.file));
             inputs = inputs_of(arguments.run, request.scene);
             sums = sums_of_files(session, inputs);
-            if (session.rank() == 0) check_outputs({{"--json", arguments.run.json}}, inputs);
+            if (session.rank() == 0) check_outputs({{"--json", request.outputs.json}}, inputs);
         }) ||
         !session.together([&] { require_same_files(session, inputs, sums); }))
         return 1;
@@ -164,26 +165,26 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
             Mpi comm(MPI_COMM_WORLD, std::ref(*meter), 0, within_node(arguments.run.within_node));
             FileSet none;
             result = choose_model(request.scene)(request, comm, none);
-            const std::string model = result.json["model"];
-            if (simulated && meter->costs().model != model)
+            if (simulated && meter->costs().model != result.model)
                 throw InputError(fmt::format("{}: costs of a {} scene, {} is {}", arguments.costs, meter->costs().model,
-                                             request.scene.file, model));
+                                             request.scene.file, result.model));
         }))
         return 1;
     return session.together([&] {
         if (session.rank() != 0) return;
-        nlohmann::json& json = result.json;
+        nlohmann::json json = window_json(request, result);
         json["simulated"] = simulated;
         if (simulated) json.erase("load");  // of this machine, not of the simulated one
         if (simulated)
             json["injected"] = {{"costs", arguments.costs},         {"slower", arguments.slower},
                                 {"noise", arguments.noise},         {"latency", arguments.latency},
                                 {"bandwidth", arguments.bandwidth}, {"seed", arguments.seed}};
-        if (!arguments.run.json.empty()) write_json(arguments.run.json, json);
+        const std::string& file = request.outputs.json;
+        if (!file.empty()) write_json(file, json);
         if (!arguments.run.quiet)
             say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme, session.size(),
                 session.size() == 1 ? "" : "s", simulated ? ", simulated" : "",
-                1e6 * json["seconds_per_iteration"].get<double>());
+                1e6 * result.window->median());
     })
                ? 0
                : 1;

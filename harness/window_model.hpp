@@ -12,11 +12,7 @@ namespace nscdd::run_detail {
 // Thrown by a step solver to end the step without an answer.
 struct StepAbandoned {};
 
-// What a rank has spent and done so far, in this order, the last two the first of communicated(), whose others follow:
-inline constexpr std::array window_names{"seconds", "sweep", "interface", "wait", "transfer", "messages", "bytes"};
-inline constexpr std::size_t first_communicated = window_names.size() - 2,
-                             first_work = first_communicated + communicated_columns;
-
+// What a rank has spent and done so far, as WindowResult has it.
 inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
     const CommSeconds inside = comm.seconds();
     Buffer row{comm.now(), seconds.sweep.own, seconds.interface.own, inside.wait, inside.transfer};
@@ -29,7 +25,7 @@ inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds,
 // Solves the next step twice from one start, with `skip` iterations and with window.iterations more: the difference is
 // the time of those, without set-up. solver(options) returns the step solver.
 template <class M>
-nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
+WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
                            auto&& solver) {
     Communicator& comm = simulation.comm();
     const LoadMeter load;
@@ -73,22 +69,12 @@ nlohmann::json time_window(Simulation<M>& simulation, const WindowRequest& windo
     if (order[(order.size() - 1) / 2].first <= 0)
         throw InputError("the iterations of a window take less than the clock can tell, choose a longer window");
     const Buffer& median = repeats[order[(order.size() - 1) / 2].second];
-    const nlohmann::json load_seen = load_of(load, comm, 1);  // before `rows`, which the next call takes away
-    const std::span<const double> rows = comm.all_gather(std::vector<Buffer>{median});
-    nlohmann::json json = {{"contacts", contacts},
-                           {"skip", window.skip},
-                           {"iterations", window.iterations},
-                           {"repeats", window.repeat},
-                           {"seconds_per_iteration", order[(order.size() - 1) / 2].first},
-                           {"load", load_seen}};
-    for (const auto& [seconds, r] : order) json["all_repeats"].push_back(seconds);
-    for (std::size_t c = 1; c < window_names.size(); ++c)
-        json["per_iteration"][window_names[c]] = over_ranks(rows, median.size(), c);
-    const auto sent = [&](std::size_t c) { return over_ranks(rows, median.size(), first_communicated + c); };
-    json["operations_per_iteration"] = by_operation(sent, sent);
-    for (std::size_t w = 0; w < work_names.size(); ++w)
-        json["work_per_iteration"][work_names[w]] = over_ranks(rows, median.size(), first_work + w);
-    return json;
+    WindowResult result;
+    result.contacts = contacts;
+    for (const auto& [seconds, r] : order) result.repeats.push_back(seconds);
+    result.load = gather_load(load, comm);
+    result.rows = rows_of(comm.all_gather(std::vector<Buffer>{median}), median.size());
+    return result;
 }
 
 }  // namespace nscdd::run_detail

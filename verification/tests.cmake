@@ -47,7 +47,7 @@ if(TARGET nscdd_files)
     nscdd_test_program(wild_scenes "" wild/main.cpp wild/table.cpp wild/verdict.cpp wild/active_set.cpp)
     target_link_libraries(wild_scenes PRIVATE CLI11::CLI11 nscdd_files)
     add_test(NAME "accepted steps of random scenes are near the answer" COMMAND wild_scenes --scenes 50 --seed 1 --max-iterations 3000
-             --solvers nlgs,nlgs-accelerated,dcs-accelerated --distance 0.3 --energy-made 1e-3)
+             --solvers nlgs,nlgs-accelerated,dcs-accelerated --distance 0.3 --energy-gain 1e-3)
     set_tests_properties("accepted steps of random scenes are near the answer" PROPERTIES LABELS unit TIMEOUT 600)
     # scenes where impulses far larger than those of the answer left their round-off in the velocities: Newton's trials, and sweeps before them
     foreach(seed 1811 1571)

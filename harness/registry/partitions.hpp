@@ -15,9 +15,9 @@ namespace registry_detail {
 template <class M>
 GridCells<M::dim> grid_cells(const RunRequest& request) {
     GridCells<M::dim> cells{};
-    if (request.grid.empty()) return cells;
-    if (request.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
-    std::copy(request.grid.begin(), request.grid.end(), cells.begin());
+    if (request.partition.grid.empty()) return cells;
+    if (request.partition.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
+    std::copy(request.partition.grid.begin(), request.partition.grid.end(), cells.begin());
     return cells;
 }
 
@@ -27,14 +27,14 @@ inline constexpr std::tuple partitions{
     Offered{PartitionInfo{"grid", "equal cells, as in the paper"},
             []<class M>(const RunRequest& r) { return by_grid<M>(registry_detail::grid_cells<M>(r)); }},
     Offered{PartitionInfo{"bisection", "cut by cut, equal numbers of contacts"},
-            []<class M>(const RunRequest& r) { return by_bisection<M>(r.imbalance); }},
+            []<class M>(const RunRequest& r) { return r.partition.imbalance ? by_bisection<M>(*r.partition.imbalance) : by_bisection<M>(); }},
     Offered{PartitionInfo{"metis", "the same with few grains shared"},
-            []<class M>(const RunRequest& r) { return by_metis<M>(r.imbalance); }},
+            []<class M>(const RunRequest& r) { return r.partition.imbalance ? by_metis<M>(*r.partition.imbalance) : by_metis<M>(); }},
 };
 
 template <class M>
 Partitioner<M> choose_partition(const RunRequest& request) {
-    return make_offered<M, Partitioner<M>>(partitions, request.partition, request);
+    return make_offered<M, Partitioner<M>>(partitions, request.partition.chosen(), request);
 }
 
 }  // namespace nscdd

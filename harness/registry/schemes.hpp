@@ -30,52 +30,47 @@ ChosenSolver<typename Scheme::Model> glued_by(const SolveOptions& options, const
 }
 
 inline NewtonOptions newton_options(const SolveOptions& options) {
-    NewtonOptions newton;
-    newton.tolerance = options.tolerance;
-    newton.velocity_error = options.velocity_error;
-    newton.energy_made = options.energy_made;
-    newton.penetration = options.penetration;
-    newton.gap_error = options.gap_error;
-    newton.distance = options.distance;
+    NewtonOptions newton{.tolerance = options.tolerance, .bounds = options.bounds};
     newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);  // a scene's is of sweeps
     return newton;
 }
 
+using Asked = std::optional<Interface>;
+
 }  // namespace registry_detail
 
-// make<M>(factorised, options); factorised: what --interface asks for, 0 closed form, 1 factorised, -1 the default.
+// make<M>(interface, options); interface: what --interface asks for, if anything.
 inline constexpr std::tuple schemes{
     Offered{SchemeInfo{"nlgs", "sequential reference", false, true},
-            []<class M>(int, const SolveOptions& o) { return ChosenSolver<M>{by_nlgs<M>(o)}; }},
+            []<class M>(registry_detail::Asked, const SolveOptions& o) { return ChosenSolver<M>{by_nlgs<M>(o)}; }},
     Offered{SchemeInfo{"newton", "the same to high accuracy", false, false},
-            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
+            []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {
                 return ChosenSolver<M>{by_newton<M, UmfPack>(registry_detail::newton_options(o))};
             }},
     Offered{SchemeInfo{"spg", "spectral projected gradient", false, false},
-            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
+            []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {
                 return ChosenSolver<M>{by_gradient<M>(o, Descent::spectral)};
             }},
     Offered{SchemeInfo{"apgd", "accelerated projected gradient", false, false},
-            []<registry_detail::OnCone M>(int, const SolveOptions& o) {
+            []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {
                 return ChosenSolver<M>{by_gradient<M>(o, Descent::nesterov)};
             }},
     Offered{SchemeInfo{"ccs", "NSCDD, interface problem gathered and solved on rank 0", true, true},
-            []<class M>(int factorised, const SolveOptions& o) {
-                return factorised != 0 ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
+            []<class M>(registry_detail::Asked interface, const SolveOptions& o) {
+                return interface != Interface::closed_form ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
                                        : registry_detail::glued_by<Ccs<M, ClosedForm>>(o, "closed-form");
             }},
     Offered{SchemeInfo{"dcs", "NSCDD, interface problem between neighbours", true, true},
-            []<class M>(int factorised, const SolveOptions& o) {
+            []<class M>(registry_detail::Asked interface, const SolveOptions& o) {
                 // each rank factorises X of its own boundary, (10)
-                return factorised == 1 ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
+                return interface == Interface::factorised ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
                                        : registry_detail::glued_by<Dcs<M, ClosedForm>>(o, "closed-form");
             }},
 };
 
 template <class M>
 ChosenSolver<M> choose_solver(const RunRequest& request, const SolveOptions& options) {
-    const int factorised = request.interface.empty() ? -1 : request.interface == "factorised";
-    return make_offered<M, ChosenSolver<M>>(schemes, request.scheme, factorised, options);
+    return make_offered<M, ChosenSolver<M>>(schemes, request.scheme, request.interface, options);
 }
 
 }  // namespace nscdd

@@ -55,7 +55,7 @@ struct Mover {
 };
 
 struct Judged {
-    double eta, velocity_error, energy_made;
+    double eta, velocity_error, energy_gain;
 };
 
 // Of one step from the state before it and the impulses after it: V = V_free + M^-1 H r with whole masses.
@@ -187,7 +187,7 @@ TEMPLATE_TEST_CASE("the residual reported is that of the unsplit problem", "", E
                 CHECK(reported.residual > 0);
                 CHECK(judged.eta == Approx(reported.residual).epsilon(1e-6));
                 CHECK(judged.velocity_error == Approx(reported.velocity_error).epsilon(1e-5));
-                CHECK(judged.energy_made <= reported.energy_made * (1 + 1e-4) + 1e-9);  // of the worst component
+                CHECK(judged.energy_gain <= reported.energy_gain * (1 + 1e-4) + 1e-9);  // of the worst component
             }
 }
 

@@ -121,7 +121,7 @@ class Wedge(Judged):
     def test_what_is_not_exact_cannot_be_told(self):
         for changes, said in (
             ({"residual": [2e-8]}, "step 2 of told-holds.json has eta 2.0e-08 and velocity error"),
-            ({"velocity_error": [0.01]}, "and velocity error 1.0e-02; make both runs with --tolerance 1e-08 --velocity-error 0.001"),
+            ({"velocity_error": [0.01]}, "and velocity error 1.0e-02; make both runs with --tolerance 1e-08 --max-velocity-error 0.001"),
         ):
             told = self.told(self.holds, **changes)
             for pair in ((self.falls, told), (told, self.falls)):

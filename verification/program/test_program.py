@@ -107,20 +107,20 @@ class Program(ProgramTest):
                 f"{bound}",
                 "--tolerance",
                 1,
-                "--velocity-error",
+                "--max-velocity-error",
                 1e9,
-                "--energy-made",
+                "--max-energy-gain",
                 1e9,
-                "--gap-error",
+                "--max-gap-error",
                 1e9,
-                "--distance",
+                "--max-distance",
                 1e9,
                 "--check-every",
                 1,
-                "--penetration",
+                "--max-penetration",
                 bound,
             )
-            self.assertEqual(run["penetration_allowed"], bound)
+            self.assertEqual(run["max_penetration"], bound)
             self.assertLessEqual(max(run["penetration"]), bound)
             iterations.append(sum(run["iterations"]))
         self.assertLess(iterations[0], iterations[1])

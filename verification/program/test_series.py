@@ -161,7 +161,7 @@ class Series(SeriesTest):
                 self.assertGreater(columns["dissipated_impact_total"][-1], 0)
 
     def test_any_subdomains_and_ranks(self):
-        options = ("--scheme", "dcs", "--tolerance", 1e-9, "--velocity-error", 1e-5, "--method", "auto", "--steps", 10)
+        options = ("--scheme", "dcs", "--tolerance", 1e-9, "--max-velocity-error", 1e-5, "--method", "auto", "--steps", 10)
         one, _, _ = self.series(*self.biaxial(), *options, "-n", 1, name="one")
         eight, _, _ = self.series(*self.biaxial(), *options, "-n", 8, name="eight")
         for name in ("strain", "stress_contacts", "stress_walls", "solid_fraction", "kinetic_energy", "fabric", "work_walls_total", "time"):

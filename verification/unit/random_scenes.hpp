@@ -130,14 +130,14 @@ struct Run {
 #ifndef NSCDD_WITHOUT_COMPILED_KERNEL  // this takes longest to compile
             if (solver.scheme == Scheme::newton)
                 return simulation.step(by_newton<M>(
-                    {.tolerance = options.tolerance, .penetration = options.penetration, .warm_sweeps = 0}));
+                    {.tolerance = options.tolerance, .bounds = {.max_penetration = options.bounds.max_penetration}, .warm_sweeps = 0}));
 #endif
             if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<Ccs<M>>(options));
             return simulation.step(by_nscdd<Dcs<M>>(options));
         }();
         const SolveReport& solve = report.solve;
         INFO(solver.name() << ", step " << simulation.steps());
-        CAPTURE(solve.iterations, solve.residual, solve.velocity_error, solve.energy_made, solve.gap_error,
+        CAPTURE(solve.iterations, solve.residual, solve.velocity_error, solve.energy_gain, solve.gap_error,
                 solve.distance);
         REQUIRE(solve.converged);
         return report;
@@ -151,7 +151,7 @@ struct Run {
     }
 
     Solver solver;
-    SolveOptions options{.tolerance = 1e-10, .penetration = 1e-9, .check_every = 10, .max_iterations = 500000};
+    SolveOptions options{.tolerance = 1e-10, .bounds = {.max_penetration = 1e-9}, .check_every = 10, .max_iterations = 500000};
     InProcess comm;
     Simulation<M> simulation;
 };

@@ -62,7 +62,7 @@ TEST_CASE("a row that begins to touch is not done before it has stopped", "[dist
             simulation.step([](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
                 if (c.size() == 1) return by_newton<M>({.tolerance = 1e-11})(parts, c, seconds);
                 return by_nscdd<Dcs<M>>(
-                    SolveOptions{.tolerance = 1e-9, .velocity_error = 1e-6, .max_iterations = 100000}.accelerated())(
+                    SolveOptions{.tolerance = 1e-9, .bounds = {.max_velocity_error = 1e-6}, .max_iterations = 100000}.accelerated())(
                     parts, c, seconds);
             });
         return simulation;
@@ -275,7 +275,7 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                 const DistanceEstimate& alone = by_one.at(attempt++);
                 CHECK(all.worst == Approx(alone.worst).epsilon(1e-9));
                 CHECK(all.scene == Approx(alone.scene).epsilon(1e-9));
-                CHECK(all.energy_made == Approx(alone.energy_made).epsilon(1e-9));
+                CHECK(all.energy_gain == Approx(alone.energy_gain).epsilon(1e-9));
                 CHECK(all.gap_error == Approx(alone.gap_error).epsilon(1e-9));
                 return SolveReport{};
             });
@@ -288,7 +288,7 @@ TEST_CASE("spheres that rebound in corners with strong friction converge", "[dis
     using M = FrictionSpheres;
     for (const int ranks : {1, 3}) {
         SolveOptions options = SolveOptions{}.accelerated();
-        options.newton_contacts = 1000;
+        options.max_newton_contacts = 1000;
         Random random(5);
         auto grains = random_grains<M>(random, 20, 3.0, 0.3, 0.5);
         for (auto& grain : grains) grain.velocity = random_vector<typename M::Velocity>(random, 2);
@@ -336,7 +336,7 @@ TEST_CASE("a small sphere that lands on one in a corner, with friction 10, stops
     };
     SolveOptions options = SolveOptions{}.accelerated();
     CHECK_FALSE(step(by_nlgs<M>(options)).converged);
-    options.newton_contacts = 1000;
+    options.max_newton_contacts = 1000;
     const SolveReport report = step(by_nlgs<M>(options));
     CHECK(report.converged);
     CHECK(report.newton_contacts == 3);
@@ -360,7 +360,7 @@ TEST_CASE("steps of a sphere on 81 of a thousandth of its radius converge", "[di
     for (int k = 0; k < 81; ++k)
         grains.push_back(make_grain<M>(k + 1, small, 1, {2.2 * small * (k % 9 - 4), 2.2 * small * (k / 9 - 4), small}));
     SolveOptions options = SolveOptions{}.accelerated();
-    options.newton_contacts = 1000;
+    options.max_newton_contacts = 1000;
     InProcess comm(1);
     Simulation<M> simulation(comm, settings, grains);
     double newton = 0;

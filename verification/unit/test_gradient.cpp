@@ -105,7 +105,7 @@ TEMPLATE_TEST_CASE("walls that leave no room stop projected gradients at the cap
     for (const Descent descent : {Descent::spectral, Descent::nesterov}) {
         InProcess comm(1);
         const SolveReport report = Simulation<M>(comm, settings, grains)
-                                       .step(by_gradient<M>({.penetration = 1e-6, .max_iterations = 200}, descent))
+                                       .step(by_gradient<M>({.bounds = {.max_penetration = 1e-6}, .max_iterations = 200}, descent))
                                        .solve;
         CHECK_FALSE(report.converged);
         CHECK(report.iterations == 200);

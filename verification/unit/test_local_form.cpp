@@ -234,7 +234,7 @@ ContactProblem<M> lattice_problem(bool driven) {
     const int side = M::dim == 2 ? 5 : 3;
     Run<M> run(nlgs_alone, lattice_settings<M>(side, driven), shaken_lattice<M>(random, side));
     run.options.tolerance = 1e-2;
-    run.options.penetration = 1;
+    run.options.bounds.max_penetration = 1;
     run.simulation.walls()[0].velocity[1] = 0.1;
     for (int k = 0; k < 5; ++k) run.step();
     return run.simulation.parts()[0].problem;

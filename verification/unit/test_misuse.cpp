@@ -252,11 +252,11 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     };
     for (const double bad : {not_a_number, -1.0}) {
         CHECK(lacks(by({.tolerance = bad}), "tolerance") == "");
-        CHECK(lacks(by({.velocity_error = bad}), "velocity_error") == "");
-        CHECK(lacks(by({.energy_made = bad}), "energy_made") == "");
-        CHECK(lacks(by({.penetration = bad}), "penetration") == "");
-        CHECK(lacks(by({.gap_error = bad}), "gap_error") == "");
-        CHECK(lacks(by({.distance = bad}), "distance") == "");
+        CHECK(lacks(by({.bounds = {.max_velocity_error = bad}}), "velocity_error") == "");
+        CHECK(lacks(by({.bounds = {.max_energy_gain = bad}}), "energy_gain") == "");
+        CHECK(lacks(by({.bounds = {.max_penetration = bad}}), "penetration") == "");
+        CHECK(lacks(by({.bounds = {.max_gap_error = bad}}), "gap_error") == "");
+        CHECK(lacks(by({.bounds = {.max_distance = bad}}), "distance") == "");
     }
     for (const double bad : {not_a_number, 0.0, -1.0, 2.0}) CHECK(lacks(by({.relaxation = bad}), "relaxation") == "");
     for (const int bad : {0, -1}) {
@@ -275,11 +275,11 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     };
     for (const double bad : {not_a_number, -1.0}) {
         CHECK(lacks(exactly({.tolerance = bad, .warm_sweeps = 0}), "tolerance") == "");
-        CHECK(lacks(exactly({.velocity_error = bad, .warm_sweeps = 0}), "velocity_error") == "");
-        CHECK(lacks(exactly({.energy_made = bad, .warm_sweeps = 0}), "energy_made") == "");
-        CHECK(lacks(exactly({.penetration = bad, .warm_sweeps = 0}), "penetration") == "");
-        CHECK(lacks(exactly({.gap_error = bad, .warm_sweeps = 0}), "gap_error") == "");
-        CHECK(lacks(exactly({.distance = bad, .warm_sweeps = 0}), "distance") == "");
+        CHECK(lacks(exactly({.bounds = {.max_velocity_error = bad}, .warm_sweeps = 0}), "velocity_error") == "");
+        CHECK(lacks(exactly({.bounds = {.max_energy_gain = bad}, .warm_sweeps = 0}), "energy_gain") == "");
+        CHECK(lacks(exactly({.bounds = {.max_penetration = bad}, .warm_sweeps = 0}), "penetration") == "");
+        CHECK(lacks(exactly({.bounds = {.max_gap_error = bad}, .warm_sweeps = 0}), "gap_error") == "");
+        CHECK(lacks(exactly({.bounds = {.max_distance = bad}, .warm_sweeps = 0}), "distance") == "");
     }
     CHECK(lacks(exactly({.max_iterations = -1}), "negative") == "");
     const DelassusProblem<2> none;

@@ -249,7 +249,7 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
         wall.velocity = wall.normal;
     }
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, M::Vec::Zero())};
-    const NewtonOptions options{.penetration = 1e-6, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
+    const NewtonOptions options{.bounds = {.max_penetration = 1e-6}, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
     NewtonReport report;
     InProcess comm(1);
     Simulation<M>(comm, settings, grains).step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
@@ -267,7 +267,7 @@ TEST_CASE("a problem without a least radius is not asked how deep contacts close
     // from where eta is small already and the velocity error is not
     ContactProblem<Spheres> problem = next_problem(scenes::settled(scenes::heap<Spheres>(false), 100));
     REQUIRE(nlgs(problem, {.tolerance = 1e-8, .max_iterations = 200000}).penetration > 0);
-    const NewtonOptions options{.tolerance = 1e-7, .velocity_error = 1e-11, .warm_sweeps = 0};
+    const NewtonOptions options{.tolerance = 1e-7, .bounds = {.max_velocity_error = 1e-11}, .warm_sweeps = 0};
     for (const bool known : {true, false}) {
         CAPTURE(known);
         auto solved = problem;

@@ -109,13 +109,44 @@ TEST_CASE("a scene is read whole", "[scene]") {
     CHECK(scene.step.count == 50);
     CHECK(scene.step.theta == 0.5);
     CHECK(scene.step.rough_every == 10);
-    CHECK(scene.solver.tolerance == 1e-6);
-    CHECK(scene.solver.check_every == 10);
-    CHECK(scene.solver.max_iterations == 20000);
-    CHECK(scene.solver.sweeps == 1);
-    CHECK(scene.solver.method == "auto");
-    CHECK_FALSE(scene.solver.window);
-    CHECK(scene.solver.relaxation == 1);
+    CHECK_FALSE(scene.solver.method);
+    CHECK(scene.solver.given.size() == 1);
+    CHECK(scene.solver.given.at("tolerance") == 1e-6);
+}
+
+TEST_CASE("options of the solver follow from the method, and from what is given", "[scene]") {
+    const Scratch scratch;
+    const auto settings = [&](const std::string& text) {
+        return read_scene(scratch.write("own.toml", replaced(good, "tolerance = 1e-6", text))).solver;
+    };
+    CHECK(settings("sweeps = 2").options(true).window == 2);
+    CHECK(settings("sweeps = 2").options(true).sweeps == 2);
+    CHECK(settings("sweeps = 2").options(true).max_newton_contacts == 2000);
+    CHECK(settings("sweeps = 2").options(false).sweeps == 1);  // a solver that does not sweep
+    CHECK(settings("max_distance = 0.2").options(false).bounds.max_distance == 0.2);
+    CHECK(settings("method = \"paper\"").options(true).window == 0);
+    CHECK(settings("method = \"paper\"").options(true).max_newton_contacts == 0);
+    CHECK(settings("method = \"paper\"\nwindow = 3").options(true).window == 3);
+
+    SolveSettings later = settings("max_distance = 0.2\nrelaxation = 1.5");
+    later.override_by(settings("max_distance = 0.1"));
+    CHECK(later.options(true).bounds.max_distance == 0.1);
+    CHECK(later.options(true).relaxation == 1.5);
+}
+
+TEST_CASE("names of earlier programs are read", "[scene]") {
+    const Scratch scratch;
+    const std::string earlier =
+        "velocity_error = 0.2\nenergy_made = 2e-3\npenetration = 3e-3\ngap_error = 4e-3\ndistance = 0.5\n"
+        "newton_contacts = 6";
+    const SolveOptions options =
+        read_scene(scratch.write("own.toml", replaced(good, "tolerance = 1e-6", earlier))).solver.options(true);
+    CHECK(options.bounds.max_velocity_error == 0.2);
+    CHECK(options.bounds.max_energy_gain == 2e-3);
+    CHECK(options.bounds.max_penetration == 3e-3);
+    CHECK(options.bounds.max_gap_error == 4e-3);
+    CHECK(options.bounds.max_distance == 0.5);
+    CHECK(options.max_newton_contacts == 6);
 }
 
 TEST_CASE("a scene has the law that it names, else no friction where nothing needs it", "[scene]") {
@@ -244,10 +275,14 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"count = 50", "count = 50\ntheta = 1.5", "bad.toml:38: step: theta must be in [0, 1], found 1.5"},
         {"tolerance = 1e-6", "tolerance = 0", "bad.toml:39: solver: tolerance must be > 0, found 0"},
         {"tolerance = 1e-6", "window = -1", "bad.toml:39: solver: window must be >= 0, found -1"},
+        {"tolerance = 1e-6", "window = 9", "bad.toml:39: solver: window must be <= 8, found 9"},
+        {"tolerance = 1e-6", "distance = 0", "bad.toml:39: solver: distance must be > 0, found 0"},
+        {"tolerance = 1e-6", "distance = 1\nmax_distance = 1",
+         "bad.toml:39: solver: distance is the earlier name of max_distance, which is given too"},
         {"tolerance = 1e-6", "relaxation = 2", "bad.toml:39: solver: relaxation must be in (0, 2), found 2"},
         {"tolerance = 1e-6", "check_every = 0", "bad.toml:39: solver: check_every must be >= 1, found 0"},
         {"tolerance = 1e-6", "sweep = 2",
-         "bad.toml:39: solver: unknown key 'sweep' (known here: tolerance, velocity_error, "},
+         "bad.toml:39: solver: unknown key 'sweep' (known here: tolerance, max_velocity_error, "},
     };
     const Scratch scratch;
     for (const Bad& bad : cases) {

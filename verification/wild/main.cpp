@@ -83,7 +83,7 @@ int main(int argc, char** argv) {
     app.add_option("--threads", threads, "Scenes that are solved at a time")->check(CLI::Range(1, 1024));
     app.add_option("--json", json, "File for rows by solver and family, and the worst steps");
     app.add_option("--distance", distance, "Exit with 1 if an accepted step is farther from the answer than this");
-    app.add_option("--energy-made", made, "Exit with 1 if a component of an accepted step makes more energy than this");
+    app.add_option("--energy-gain", made, "Exit with 1 if a component of an accepted step makes more energy than this");
     app.add_option("--inconsistent", inconsistent,
                    "Exit with 1 if velocities differ from those of the impulses by more");
     CLI11_PARSE(app, argc, argv);

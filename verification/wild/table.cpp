@@ -91,7 +91,7 @@ void add_rows(nlohmann::json& list, const std::vector<Judged>& judged, const cha
                         {"iterations_median", quantile(row.iterations, 0.5)},
                         {"scene_distance", spread(row.scene, 0.3)},
                         {"distance", spread(row.component, 0.3)},
-                        {"energy_made", spread(row.made, 1e-3)}});
+                        {"energy_gain", spread(row.made, 1e-3)}});
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ void print_table(const std::vector<Judged>& judged, const Tally& tally, std::siz
         "{} scenes, {} steps; answers: violation at most {:.1e}, distance certified to {:.1e}\n"
         "not judged: {} without room, {} without an answer, {} refused at the start or by the step, {} without "
         "contact\n"
-        "distance |V - V*|_M over |V* - V_free|_M of the scene, and (c) of its worst component; makes: energy made by "
+        "distance |V - V*|_M over |V* - V_free|_M of the scene, and (c) of its worst component; makes: energy gain of "
         "a component above 1e-3;\nnear: refused within 0.3 of the answer; median: of the iterations of accepted "
         "steps\n",
         tally.scenes, judged.size(), tally.worst_violation, tally.worst_certificate, tally.no_room, tally.unsolved,
@@ -142,7 +142,7 @@ nlohmann::json to_json(const std::vector<Judged>& judged, const Tally& tally, st
                          {"scene_distance", j.verdict.distance},
                          {"distance", j.verdict.component},
                          {"contacts_component", j.verdict.worst_size},
-                         {"energy_made", j.verdict.made_component}});
+                         {"energy_gain", j.verdict.made_component}});
     return {{"schema", "nscdd.wild/1"},
             {"scenes", tally.scenes},
             {"steps", judged.size()},

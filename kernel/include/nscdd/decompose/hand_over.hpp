@@ -188,7 +188,7 @@ class CollectedComponent {
 
 }  // namespace detail
 
-/// Solves the components that are far from an answer (where none is, all) and have at most options.newton_contacts
+/// Solves the components that are far from an answer (where none is, all) and have at most options.max_newton_contacts
 /// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
 /// rebounds that were given up. sums: added up; residual: of the scene. Collective.
 template <class M>
@@ -196,14 +196,16 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
                      std::type_identity_t<std::span<DistanceSums<M>>> sums, JoinedComponents<M>& joined,
                      const ResidualParts& residual, const SolveOptions& options) {
     const auto near = [&options](const DistanceEstimate& e) {
-        return e.worst <= options.distance && e.gap_error <= options.gap_error && e.energy_made <= options.energy_made;
+        const Bounds& bounds = options.bounds;
+        return e.worst <= bounds.max_distance && e.gap_error <= bounds.max_gap_error &&
+               e.energy_gain <= bounds.max_energy_gain;
     };
     const bool all = near(joined.estimate(comm, sums, residual));
     std::vector<Outbox> out(parts.size());
     // By component: on the rank that has all of it, or on one that its number names.
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t c = 0; c < sums[k].components.size(); ++c) {
-            if ((!all && near(joined.estimate(k, c))) || joined.shape(k, c).contacts > options.newton_contacts)
+            if ((!all && near(joined.estimate(k, c))) || joined.shape(k, c).contacts > options.max_newton_contacts)
                 continue;
             const int number = joined.number(k, c);
             Buffer& to = out[k][number < 0 ? parts[k].rank : number % comm.size()];

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "nscdd/iterate/anderson.hpp"
-#include "nscdd/iterate/options.hpp"
+#include "nscdd/iterate/stop.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -84,7 +84,7 @@ TestResult tested(System& system, const SolveOptions& options, bool may_pass, Re
     const bool last = report.iterations >= options.max_iterations;
     const bool near = report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
     const double over_bounds = residual_over_bounds(report, options, system.least_radius());
-    if (near || last) report_distance(system.distance(residual), options, near, report);
+    if (near || last) report_distance(system.distance(residual), options, system.least_radius(), near, report);
     return {report.converged || last, over_bounds};
 }
 
@@ -96,7 +96,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     Anderson anderson(options.window);
     Marks marks;
     Stall stall;
-    const bool bounded = std::isfinite(options.distance);
+    const bool bounded = std::isfinite(options.bounds.max_distance);
     for (TestResult test{false, 0}; !test.over;) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
         const int count = until_test(options, report);
@@ -117,7 +117,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
         const bool stalled = stall.seen(error_over_bounds(report, options, system.least_radius()), report.iterations);
-        if (options.newton_contacts > 0 && options.tolerance > 0 &&
+        if (options.max_newton_contacts > 0 && options.tolerance > 0 &&
             (stalled || (last && report.iterations >= Stall::earliest))) {
             if (const HandedOver solved = system.hand_over(residual); solved.contacts > 0) {
                 report.newton_contacts += solved.contacts;

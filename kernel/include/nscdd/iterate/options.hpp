@@ -1,34 +1,55 @@
 /// @file
-/// When an iteration stops, and how it ended.
+/// When an iteration stops and how it iterates, each option with all that a user is told of it.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <array>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include "nscdd/iterate/anderson.hpp"
-#include "nscdd/law/distance.hpp"
+#include "nscdd/iterate/report.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// When NLGS or NSCDD stops, and how it iterates. The bounds: METHOD.md, section 5.6.
+/// Values that an option may have: low to high, both included. The program asks for finite numbers between them.
+struct OptionRange {
+    double low = 0, high = std::numeric_limits<double>::infinity();
+    bool open = false;  ///< low and high are no values themselves
+    bool holds(double value) const { return open ? value > low && value < high : value >= low && value <= high; }
+};
+
+/// All that a user is told of an option. Keys of files, the command line, its help and the checks are made of it.
+struct OptionInfo {
+    const char* name;         ///< of the member, and the key in files; on the command line with dashes
+    const char* unit;         ///< "" of a pure number
+    const char* meaning;      ///< a sentence
+    OptionRange range = {};   ///< of the value
+    bool of_sweeps = false;   ///< means nothing to a solver that does not sweep
+};
+
+/// Largest figures with which a step is done. Where a figure is larger the step goes on. METHOD.md, section 5.6.
+struct Bounds {
+    double max_velocity_error = 0.1;  ///< on SolveReport::velocity_error
+    double max_energy_gain = 1e-3;    ///< on SolveReport::energy_gain
+    double max_penetration = 1e-3;    ///< on SolveReport::penetration over the least radius, where the problem has one
+    double max_gap_error = 1e-3;      ///< on SolveReport::gap_error, where the problem has radii
+    double max_distance = 0.3;        ///< on SolveReport::distance
+};
+
+/// When NLGS or NSCDD stops, and how it iterates. As it is, the paper's own method.
 struct SolveOptions {
     double tolerance = 1e-4;  ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
-    /// On ResidualParts::velocity_error(): eta does not see wrong velocities where masses differ or columns are long.
-    double velocity_error = 0.1;
-    double energy_made = 1e-3;   ///< on ResidualParts::energy_made()
-    double penetration = 1e-3;   ///< on the penetration of the step over the least radius, where the problem has one
-    double gap_error = 1e-3;     ///< on DistanceEstimate::gap_error, where the problem has radii
-    double distance = 0.3;       ///< on DistanceEstimate::worst
-    int check_every = 10;        ///< iterations between two tests
-    int max_iterations = 20000;  ///< cap; one is made at least. A solve that it ends is reported as not converged
-    int sweeps = 1;              ///< n_GS of Alg. 1: sweeps between two gluings
-    double relaxation = 1;       ///< omega: a contact goes by 1/W times it; 0 to 2
+    Bounds bounds{};          ///< on the other figures: eta does not see all errors
+    int check_every = 10;     ///< iterations between two tests
+    int max_iterations = 20000;  ///< one is made at least. A solve that ends here is reported as not converged
     /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
     /// none
-    int newton_contacts = 0;
-    int window = 0;  ///< of Anderson acceleration: earlier iterates to combine; 0 is the paper's own method
+    int max_newton_contacts = 0;
+    int sweeps = 1;         ///< n_GS of Alg. 1: sweeps between two gluings
+    int window = 0;         ///< of Anderson acceleration: earlier iterates to combine; 0: none
+    double relaxation = 1;  ///< omega: a contact goes by 1/W times it
 
     /// These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
@@ -38,129 +59,80 @@ struct SolveOptions {
     }
 };
 
-/// Converged: every bound of the options is kept. Without a least radius the penetration is not tested but only
-/// reported, for the caller to judge; without radii there is no gap error.
-struct SolveReport {
-    int iterations = 0;               ///< made, each of SolveOptions::sweeps sweeps
-    double residual = 0;              ///< eta
-    double velocity_error = 0;        ///< ResidualParts::velocity_error()
-    double energy_made = 0;           ///< of the scene, or of the component where it is larger
-    double velocity_change_norm = 0;  ///< |V - V_free|_M, what the contacts changed [J^1/2]
-    double penetration = 0;           ///< deepest that the step would close a contact [m]
-    double gap_error = 0;             ///< DistanceEstimate::gap_error
-    double distance = 0;              ///< DistanceEstimate::worst, of the worst component
-    double scene_distance = 0;        ///< DistanceEstimate::scene, of all components together
-    double newton_contacts = 0;       ///< contacts in components that Newton's method solved, as sweeps got nowhere
-    double rebounds_given_up = 0;     ///< of them those without a rebound, as none was found with it
-    bool converged = true;            ///< all tests are passed
+/// A bound, and the figure that it is on.
+struct BoundOption {
+    OptionInfo info;
+    double Bounds::*limit;
+    double SolveReport::*figure;
+    const char* told;  ///< what messages call the figure
+    bool estimated;    ///< by report_distance(), once the others are kept
 };
 
-/// What an iteration has handed over to Newton's method.
-struct HandedOver {
-    double contacts = 0;           ///< in components that it has solved
-    double rebounds_given_up = 0;  ///< of them those without a rebound, as no answer was found with it
-    auto summed() { return std::tie(contacts, rebounds_given_up); }  ///< what reduce() adds up
-    auto largest() { return std::tie(); }                            ///< reduce() takes the largest of no member
+/// An option beside the bounds.
+template <class Value>
+struct SolveOption {
+    OptionInfo info;
+    Value SolveOptions::*member;
 };
 
-/// Throws std::invalid_argument unless the bounds of SolveOptions, or of NewtonOptions, are numbers and not negative.
-inline void check_bounds(const auto& options) {
-    for (const double bound : {options.tolerance, options.velocity_error, options.energy_made, options.penetration,
-                               options.gap_error, options.distance})
-        if (!(bound >= 0))
-            throw std::invalid_argument(
-                "tolerance, velocity_error, energy_made, penetration, gap_error and distance must be numbers and not "
-                "negative");
+inline constexpr std::array bound_options{
+    BoundOption{{"max_velocity_error", "", "Largest velocity error of a step: eta does not see wrong velocities where "
+                 "masses differ or columns are long"},
+                &Bounds::max_velocity_error, &SolveReport::velocity_error, "velocity error", false},
+    BoundOption{{"max_energy_gain", "", "Largest share of energy that contacts may make in a step, of the scene and of "
+                 "each component"},
+                &Bounds::max_energy_gain, &SolveReport::energy_gain, "energy gain", false},
+    BoundOption{{"max_penetration", "least radius", "Deepest that a step may close a contact"},
+                &Bounds::max_penetration, &SolveReport::penetration, "penetration", false},
+    BoundOption{{"max_gap_error", "contact's radius", "Proven: a step is exact for gaps that differ by at most "
+                 "this"},
+                &Bounds::max_gap_error, &SolveReport::gap_error, "gap error", true},
+    BoundOption{{"max_distance", "", "Estimated: distance of the velocities from an answer over what contacts change, "
+                 "of the worst component"},
+                &Bounds::max_distance, &SolveReport::distance, "distance", true},
+};
+
+/// Calls each(info, value) for every option of `options`, which may be const.
+constexpr void visit_options(auto&& options, auto&& each) {
+    constexpr double most = (std::numeric_limits<int>::max)();
+    constexpr std::tuple others{
+        SolveOption<int>{{"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, most}},
+                         &SolveOptions::check_every},
+        SolveOption<int>{{"max_iterations", "iterations", "Cap of each attempt at a step, also where fewer than "
+                          "check_every are left", {1, most}},
+                         &SolveOptions::max_iterations},
+        SolveOption<int>{{"max_newton_contacts", "contacts", "Largest component that Newton's method solves where "
+                          "sweeps get nowhere; none by the paper's method", {0, most}, true},
+                         &SolveOptions::max_newton_contacts},
+        SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, most}, true}, &SolveOptions::sweeps},
+        SolveOption<int>{{"window", "iterates", "Earlier iterates that Anderson acceleration combines",
+                          {0, Anderson::largest_window}, true},
+                         &SolveOptions::window},
+        SolveOption<double>{{"relaxation", "", "Of every contact's step, omega", {0, 2, true}, true},
+                            &SolveOptions::relaxation}};
+    each(OptionInfo{"tolerance", "", "On eta, the distance from the contact law"}, options.tolerance);
+    for (const BoundOption& bound : bound_options) each(bound.info, options.bounds.*bound.limit);
+    std::apply([&](const auto&... option) { (each(option.info, options.*option.member), ...); }, others);
 }
 
-/// Throws std::invalid_argument for options with which no solver ends.
+namespace detail {
+
+inline std::string described(const OptionRange& range) {
+    const auto whole = [](double value) { return std::to_string(static_cast<long long>(value)); };
+    if (range.high >= (std::numeric_limits<int>::max)()) return "of at least " + whole(range.low);
+    return "between " + whole(range.low) + " and " + whole(range.high);
+}
+
+inline void check_option(const OptionInfo& info, double value) {
+    if (info.range.holds(value)) return;
+    throw std::invalid_argument(std::string(info.name) + " must be a number " + described(info.range));
+}
+
+}  // namespace detail
+
+/// Throws std::invalid_argument for options with which no solver ends, and names the first.
 inline void check_options(const SolveOptions& options) {
-    const double omega = options.relaxation;
-    check_bounds(options);
-    if (options.newton_contacts < 0) throw std::invalid_argument("newton_contacts must not be negative");
-    if (options.max_iterations < 0) throw std::invalid_argument("max_iterations must not be negative");
-    if (options.check_every < 1 || options.sweeps < 1)
-        throw std::invalid_argument("check_every and sweeps must be at least 1");
-    if (!(omega > 0 && omega < 2)) throw std::invalid_argument("the relaxation must be between 0 and 2");
-    if (options.window < 0 || options.window > Anderson::largest_window)
-        throw std::invalid_argument("the window must be within 0 and " + std::to_string(Anderson::largest_window));
-}
-
-/// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
-template <class Options>
-int until_test(const Options& options, const SolveReport& report) {
-    return (std::max)(1, (std::min)(options.check_every, options.max_iterations - report.iterations));
-}
-
-/// Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
-/// Throws std::runtime_error when the measure is not finite.
-template <class Options>
-SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure) {
-    SolveReport report;
-    do {
-        const int count = until_test(options, report);
-        for (int k = 0; k < count; ++k) iterate();
-        report.iterations += count;
-        report.residual = measure();
-        if (!std::isfinite(report.residual)) throw std::runtime_error("the residual is not finite: check W and q");
-        report.converged = report.residual <= options.tolerance;
-    } while (!report.converged && report.iterations < options.max_iterations);
-    return report;
-}
-
-/// True from the first test at which iterations (counted as ten at least) times contacts is at least 360. Shorter steps
-/// do not pay for the set-up, measured to cost about 360 solved contacts.
-inline bool pays_to_accelerate(const SolveOptions& options, const SolveReport& report, double contacts) {
-    return options.window > 0 && report.iterations > 0 && (std::max)(report.iterations, 10) * contacts >= 360;
-}
-
-/// Whether the step would close a contact farther than the options allow. Never without a least radius.
-inline bool too_deep(const SolveReport& report, const SolveOptions& options, double least_radius) {
-    return least_radius > 0 && report.penetration > options.penetration * least_radius;
-}
-
-/// The largest figure of the residual over its bound; 1 or less where all bounds of it are kept.
-inline double residual_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
-    double worst = (std::max)({report.residual / options.tolerance, report.velocity_error / options.velocity_error,
-                               report.energy_made / options.energy_made});
-    if (least_radius > 0) worst = (std::max)(worst, report.penetration / (options.penetration * least_radius));
-    return worst;
-}
-
-/// How far the iterate is from being converged: as residual_over_bounds(), and of the estimate where it was asked for.
-inline double error_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
-    const double worst = residual_over_bounds(report, options, least_radius);
-    return worst > 1 ? worst
-                     : (std::max)({worst, report.gap_error / options.gap_error, report.distance / options.distance});
-}
-
-/// Writes the residual into the report; true when its bounds are kept, and those of the estimate are left to ask
-/// (report_distance()). least_radius: of the scene [m], 0 where it is not known. Throws std::runtime_error when eta is
-/// not finite.
-inline bool report_residual(const ResidualParts& parts, const SolveOptions& options, double least_radius,
-                            SolveReport& report) {
-    report.residual = parts.eta();
-    report.velocity_error = parts.velocity_error();
-    report.energy_made = parts.energy_made();
-    report.velocity_change_norm = std::sqrt(parts.velocity_change.energy);
-    report.penetration = parts.penetration;
-    report.converged = false;
-    if (!std::isfinite(report.residual))
-        throw std::runtime_error("the residual is not finite: check masses and velocities");
-    return options.tolerance > 0 && report.residual <= options.tolerance &&
-           report.velocity_error <= options.velocity_error && report.energy_made <= options.energy_made &&
-           !too_deep(report, options, least_radius);
-}
-
-/// Writes the estimate into the report. near: report_residual() was true.
-inline void report_distance(const DistanceEstimate& estimate, const SolveOptions& options, bool near,
-                            SolveReport& report) {
-    report.energy_made = (std::max)(report.energy_made, estimate.energy_made);
-    report.gap_error = estimate.gap_error;
-    report.distance = estimate.worst;
-    report.scene_distance = estimate.scene;
-    report.converged = near && report.energy_made <= options.energy_made && report.gap_error <= options.gap_error &&
-                       report.distance <= options.distance;
+    visit_options(options, [](const OptionInfo& info, auto value) { detail::check_option(info, value); });
 }
 
 }}  // namespace nscdd::NSCDD_ABI

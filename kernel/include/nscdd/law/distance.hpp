@@ -52,11 +52,11 @@ struct ComponentSums {
 struct DistanceEstimate {
     double worst = 0;        ///< estimate of |V - V*|_M / |V* - V_free|_M, of the component where it is largest
     double scene = 0;        ///< the same of all components together
-    double energy_made = 0;  ///< of the component where it is largest, over its own |V - V_free|_M^2
+    double energy_gain = 0;  ///< of the component where it is largest, over its own |V - V_free|_M^2
     /// Largest change of a gap that would make the iterate exact, over the contact's least radius.
     double gap_error = 0;
     auto summed() { return std::tie(); }                                ///< reduce() adds up no member
-    auto largest() { return std::tie(worst, energy_made, gap_error); }  ///< what reduce() takes the largest of
+    auto largest() { return std::tie(worst, energy_gain, gap_error); }  ///< what reduce() takes the largest of
 
     /// Takes in one component. residual: of the scene.
     void note(const ComponentSums& sums, double mass, double length, const ResidualParts& residual) {
@@ -75,11 +75,11 @@ struct DistanceEstimate {
         // The velocity error of the component by its worst contact, in the measure of a distance.
         const double own = sums.change > 0 ? std::sqrt(sums.quartic / sums.change) : 0;
         if (sums.miss > 0) take(worst, 3 * sums.miss / (std::max)(own, 1e-4 * mean));
-        take(energy_made, sums.made > 0 ? sums.made / scale : 0);
+        take(energy_gain, sums.made > 0 ? sums.made / scale : 0);
     }
     /// Takes in the estimate of one component.
     void note(const DistanceEstimate& other) {
-        take(worst, other.worst), take(energy_made, other.energy_made), take(gap_error, other.gap_error);
+        take(worst, other.worst), take(energy_gain, other.energy_gain), take(gap_error, other.gap_error);
     }
     /// Takes in the sums over all components.
     void note_scene(const ComponentSums& sums, const ResidualParts& residual) {

@@ -40,7 +40,7 @@ struct ResidualParts {
     }
 
     /// Energy that the contacts make out of nothing, over |V - V_free|_M^2 (METHOD.md, section 5.3).
-    double energy_made() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
+    double energy_gain() const { return made > 0 && eta() > 0 ? made / scale() : 0; }
 
     /// Members that reduce() adds up over subdomains.
     auto summed() {

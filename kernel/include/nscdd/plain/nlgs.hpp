@@ -3,7 +3,7 @@
 /// fast one.
 #pragma once
 
-#include "nscdd/iterate/options.hpp"
+#include "nscdd/iterate/report.hpp"
 #include "nscdd/law/residual.hpp"
 #include "nscdd/plain/sweep.hpp"
 

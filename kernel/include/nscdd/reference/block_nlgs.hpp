@@ -7,7 +7,7 @@
 #pragma once
 
 #include "nscdd/core/validate.hpp"
-#include "nscdd/iterate/options.hpp"
+#include "nscdd/iterate/stop.hpp"
 #include "nscdd/law/error_measures.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {

@@ -92,11 +92,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
     const SolveOptions stop{.tolerance = options.tolerance,
-                            .velocity_error = options.velocity_error,
-                            .energy_made = options.energy_made,
-                            .penetration = options.penetration,
-                            .gap_error = options.gap_error,
-                            .distance = options.distance,
+                            .bounds = options.bounds,
                             .max_iterations = (std::numeric_limits<int>::max)()};
     // Both take V_free from what is given: sweeps would leave round-off of their impulses, however large, in it.
     ConvergenceTest<M> test(problem, stop);

@@ -9,11 +9,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// When the Newton methods stop, and how they ended.
 struct NewtonOptions {
     double tolerance = 1e-10;     ///< on eta, or on the measure given
-    double velocity_error = 0.1;  ///< as in SolveOptions; bodies only
-    double energy_made = 1e-3;    ///< as in SolveOptions; bodies only
-    double penetration = 1e-3;    ///< as in SolveOptions; bodies only
-    double gap_error = 1e-3;      ///< as in SolveOptions; bodies only
-    double distance = 0.3;        ///< as in SolveOptions; bodies only
+    Bounds bounds{};              ///< as in SolveOptions; bodies only
     int max_iterations = 2000;    ///< Newton steps in all
     int max_interior = 100;       ///< of them by the interior-point method
     int warm_sweeps = 1000;       ///< of NLGS before, at most; bodies only. They cost what a factorisation does
@@ -22,7 +18,7 @@ struct NewtonOptions {
 
 /// Throws std::invalid_argument for options that are no numbers, or negative.
 inline void check_options(const NewtonOptions& options) {
-    check_bounds(options);
+    check_options(SolveOptions{.tolerance = options.tolerance, .bounds = options.bounds});
     if ((std::min)({options.max_iterations, options.max_interior, options.warm_sweeps, options.max_outer}) < 0)
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }

@@ -4,25 +4,10 @@
 
 #include "nscdd/comm/reduce.hpp"
 #include "nscdd/core/wall.hpp"
+#include "nscdd/step/report.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
-
-/// Works are impulses times the mean of the velocities before and after the step, so that their sum is the change of
-/// kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
-struct StepEnergy {
-    double before = 0;    ///< kinetic energy of grains and driven walls before the step [J]
-    double kinetic = 0;   ///< kinetic energy of grains and driven walls after the step [J]
-    double external = 0;  ///< work of gravity and of the grains' loads [J]
-    double walls = 0;     ///< work of the walls: prescribed motion, and forces on driven walls [J]
-    double normal = 0;    ///< work of the contacts along their normals [J]
-    double friction = 0;  ///< work of the contacts along their tangents [J]
-
-    double contacts() const { return normal + friction; }  ///< not above zero where no energy is made [J]
-    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }  ///< what reduce() adds up
-    auto largest() { return std::tie(); }  ///< reduce() takes the largest value of no member
-    double round_off() const { return kinetic - before - external - walls - contacts(); }  ///< left of the balance [J]
-};
 
 /// In: a solved step, whose velocities are in the problems and not yet in grains and walls. gravity [m/s^2], h [s].
 template <class M>

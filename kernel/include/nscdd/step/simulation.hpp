@@ -16,16 +16,6 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Of one step, the same on every rank.
-struct StepReport {
-    SolveReport solve;            ///< of the last attempt; the iterations are those of all
-    int attempts = 1;             ///< more than one when the answer changed which pairs are contacts
-    double contacts = 0;          ///< number in the whole scene
-    double interface_grains = 0;  ///< number in the whole scene: grains with contacts in several subdomains
-    double free_norm = 0;         ///< sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
-    StepEnergy energy;            ///< what changed the kinetic energy
-};
-
 /// Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
 /// ```
 /// nscdd::InProcess comm(8);

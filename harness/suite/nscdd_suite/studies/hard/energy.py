@@ -53,7 +53,7 @@ def stays(case):
     (result, code), scene = long_run(case), case.scene
     yield gained(case, result, code)
     h, radius = scene["step"]["h"], min(radii(scene))
-    each = 1.1 * result.json["velocity_error_allowed"] * gravity(scene) * h
+    each = 1.1 * result.json["max_velocity_error"] * gravity(scene) * h
     penetration = np.array(result.json["penetration"]) * radius
     sinks = float(np.minimum(penetration, h * each).sum() if code == 0 else penetration.sum())
     source = "law: the velocity error of its two contacts" if code == 0 else "law: what the steps were allowed"

@@ -32,7 +32,7 @@ DAMPINGS = (1.0, 0.5, 0.25)  # an impact of 1 m/s rebounds with 0.33, 0.57, 0.76
 STEPS = (1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25)  # of LAMMPS, over the time of an impact, of which a contact lasts 3.2
 CUSTOMARY = 0.32  # a tenth of the contact
 NEIGHBOURS = ((0.1, 1), (0.2, 1), (0.3, 1), (0.4, 1), (0.3, 5))  # skin [d], steps between two looks whether the list is due
-LOOSE = "--velocity-error 1 --energy-made 1 --gap-error 1 --distance 1e9 --check-every 5"
+LOOSE = "--max-velocity-error 1 --max-energy-gain 1 --max-gap-error 1 --max-distance 1e9 --check-every 5"
 DEEP = ((2e-3, "1e-2", "1e-2"), (1e-3, "1e-2", "1e-2"), (1e-3, "1e-2", "5e-3"), (1e-3, "3e-3", "2e-3"), (8e-4, "1e-3", "2e-3"))
 OURS = [
     *[(h, "--tolerance 1e-3") for h in (4e-3, 2e-3, 1.6e-3, 1.25e-3, 1e-3, 8e-4, 6.25e-4, 5e-4, 4e-4, 2.5e-4)],
@@ -40,7 +40,7 @@ OURS = [
     (1e-3, "--tolerance 3e-4"),
     (1e-3, "--tolerance 1e-3 --method paper"),
     *[(h, f"--tolerance {t} {LOOSE}") for h, t in ((2e-3, "1e-2"), (1e-3, "1e-2"), (1e-3, "3e-3"), (1e-3, "1e-3"), (5e-4, "3e-3"))],
-    *[(h, f"--tolerance {t} --penetration {p} {LOOSE}") for h, t, p in DEEP],
+    *[(h, f"--tolerance {t} --max-penetration {p} {LOOSE}") for h, t, p in DEEP],
 ]
 QUICK_OURS = [(2e-3, "--tolerance 1e-3"), (1e-3, "--tolerance 1e-3")]
 SICONOS_SCENES, LOADING = ("biaxial", "triaxial"), 20  # steps before the one that is solved
