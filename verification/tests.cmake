@@ -39,7 +39,7 @@ endif()
 
 if(TARGET nscdd_files)
     nscdd_test(test_files "sanitized" unit/test_scene.cpp unit/test_packing.cpp unit/test_shares.cpp
-               unit/test_fclib.cpp unit/test_costs.cpp ${PROJECT_SOURCE_DIR}/harness/costs.cpp)
+               unit/test_fclib.cpp unit/test_costs.cpp)
     target_link_libraries(test_files PRIVATE nscdd_files)
     nscdd_link_metis(test_files)
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "nscdd/nscdd.hpp"
-#include "packing.hpp"
+#include "files/packing.hpp"
 
 namespace nscdd::bench {
 

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "error.hpp"
+#include "files/error.hpp"
 
 namespace nscdd::fuzz {
 

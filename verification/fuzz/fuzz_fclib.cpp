@@ -1,7 +1,7 @@
 // FCLIB problems, local and global: the shapes, indices and values of a sound HDF5 file; what is read is condensed and
 // solved a little.
 #include "hdf5_image.hpp"
-#include "local_form.hpp"
+#include "model/local_form.hpp"
 #include "nscdd/reference/block_nlgs.hpp"
 
 using namespace nscdd;

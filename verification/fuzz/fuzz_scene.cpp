@@ -1,5 +1,5 @@
 // Any bytes as a scene file; what is read goes into a simulation, which may refuse it too.
-#include "build_scene.hpp"
+#include "model/build_scene.hpp"
 #include "fuzz.hpp"
 #include "nscdd/nscdd.hpp"
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "fuzz.hpp"
-#include "hdf5.hpp"
+#include "files/hdf5.hpp"
 
 namespace nscdd::fuzz {
 

@@ -1,5 +1,5 @@
 // One rank has an error while the others wait in a call for it: all end, with one line.
-#include "session.hpp"
+#include "commands/session.hpp"
 
 int main() {
     const nscdd::Session session(true);

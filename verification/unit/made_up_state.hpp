@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "../catch.hpp"
-#include "state.hpp"
+#include "files/state.hpp"
 
 namespace nscdd::test {
 

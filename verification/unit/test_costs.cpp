@@ -1,8 +1,8 @@
 // What counted work costs, between and beyond the sizes that were measured.
-#include "costs.hpp"
+#include "files/costs.hpp"
 
 #include "../catch.hpp"
-#include "error.hpp"
+#include "files/error.hpp"
 
 using namespace nscdd;
 

@@ -1,11 +1,11 @@
 // FCLIB files written and read back, and the ways between them and the kernel's blocks.
-#include "fclib.hpp"
+#include "files/fclib.hpp"
 
 #include <limits>
 
 #include "../catch.hpp"
-#include "hdf5.hpp"
-#include "local_form.hpp"
+#include "files/hdf5.hpp"
+#include "model/local_form.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;

@@ -10,9 +10,9 @@
 
 #include "../catch.hpp"
 #include "made_up_state.hpp"
-#include "packing.hpp"
-#include "replace_file.hpp"
-#include "report_json.hpp"
+#include "files/packing.hpp"
+#include "files/replace_file.hpp"
+#include "files/report_json.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "../catch.hpp"
-#include "scene.hpp"
+#include "model/scene.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;

@@ -8,7 +8,7 @@
 #include "../small_scenes.hpp"
 #include "made_up_state.hpp"
 #include "scratch.hpp"
-#include "simulation_state.hpp"
+#include "model/simulation_state.hpp"
 
 using namespace nscdd;
 using nscdd::test::check_equal;

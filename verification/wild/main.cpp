@@ -7,8 +7,8 @@
 #include <mutex>
 #include <thread>
 
-#include "progress.hpp"
-#include "report_json.hpp"
+#include "files/progress.hpp"
+#include "files/report_json.hpp"
 #include "table.hpp"
 
 namespace {

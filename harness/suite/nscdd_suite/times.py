@@ -1,4 +1,4 @@
-"""Which measured times are believed, those of processes that had their cores (harness/load.hpp); and which of two are different."""
+"""Which measured times are believed, those of processes that had their cores (harness/program/files/load.hpp); and which of two are different."""
 import math
 import statistics
 

@@ -1,0 +1,97 @@
+#include "commands/pack.hpp"
+
+#include <fmt/format.h>
+
+#include "commands/child_process.hpp"
+#include "commands/pack_generators.hpp"
+#include "commands/packing_checks.hpp"
+#include "files/replace_file.hpp"
+#include "files/say.hpp"
+#include "files/toml_table.hpp"
+
+namespace nscdd {
+
+namespace {
+
+const std::vector<std::string> generators{"auto", "lammps", "own"};
+
+// Sets `generator` to that of the file where the command line names none.
+PackSpecification read_specification(const std::string& path, std::string& generator) {
+    const toml::table root = parse_toml(path);
+    TomlTable table(root, path, "");
+    PackSpecification spec;
+    spec.path = path;
+    spec.dimension = table.integer("dimension", OptionRange{2});
+    if (spec.dimension > 3) table.fail("dimension", fmt::format("must be 2 or 3, found {}", spec.dimension));
+    spec.grains = table.integer("grains", OptionRange{1});
+    spec.seed = table.integer("seed", OptionRange{0}, 1);
+    spec.radius = table.number("radius", {"in [1e-50, 1e50]", [](double v) { return v >= 1e-50 && v <= 1e50; }}, 0.5);
+    spec.spread = table.number("spread", {"in [0, 0.9]", [](double v) { return v >= 0 && v <= 0.9; }}, 0.0);
+    spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
+    if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
+    spec.loose_fraction = spec.dimension == 3 ? 0.3 : 0.45;  // random placing gets slow above
+    if (table.has("solid_fraction"))
+        spec.solid_fraction = table.number("solid_fraction", {"above the loose start's 0.3 (0.45 in 2D) and below 0.9",
+                                                              [](double v) { return v > 0.3 && v < 0.9; }});
+    if (table.has("generator")) {
+        const std::string& named = generators[static_cast<std::size_t>(table.choice("generator", generators))];
+        if (generator.empty()) generator = named;
+    }
+    table.finish();
+    return spec;
+}
+
+bool choose_lammps(const std::string& generator) {
+    const bool found = generator != "own" && on_path("lmp");
+    if (generator == "lammps" && !found)
+        throw InputError(
+            "generator lammps: there is no lmp on PATH (scripts/setup installs it); --generator own needs none");
+    return found;
+}
+
+}  // namespace
+
+CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
+    CLI::App* command = app.add_subcommand(
+        "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
+    command
+        ->add_option("specification", arguments.specification,
+                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
+        ->required();
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box)")->required();
+    command
+        ->add_option("--generator", arguments.generator,
+                     "auto: LAMMPS if lmp is on PATH; lammps; own. Default: the specification's, or auto")
+        ->check(CLI::IsMember(generators));
+    command->add_flag("--quiet", arguments.quiet, "No progress");
+    return command;
+}
+
+int pack(const PackArguments& arguments, const Provenance& provenance) {
+    std::string generator = arguments.generator;
+    const PackSpecification spec = read_specification(arguments.specification, generator);
+    check_outputs({{"--output", arguments.output, 40 * static_cast<std::uint64_t>(spec.grains)}},
+                  {{"the specification", arguments.specification}});
+    const bool lammps = choose_lammps(generator);
+    auto [packing, by] = lammps ? pack_by_lammps(spec, arguments.output) : pack_by_walls(spec, arguments.quiet);
+    const PackingMeasures measures = remove_overlaps(packing);
+    check_packing(arguments.specification, measures, {spec.dimension, spec.spread, spec.solid_fraction});
+    write_packing(arguments.output, packing,
+                  {{"source", "nscdd pack by " + by},
+                   {"command", provenance.command},
+                   {"commit", provenance.commit},
+                   {"seed", std::to_string(spec.seed)},
+                   {"solid_fraction", fmt::format("{:.6f}", measures.solid_fraction)},
+                   {"solid_fraction_core", fmt::format("{:.6f}", measures.core_fraction)},
+                   {"coordination", fmt::format("{:.4f}", measures.core_coordination)},
+                   {"rattlers", fmt::format("{:.4f}", measures.rattlers)},
+                   {"largest_overlap", fmt::format("{:.2e}", measures.overlap)}});
+    say("{}: {} grains by {}\n", arguments.output, packing.size(), by);
+    say("solid fraction {:.4f}, {:.4f} in the core of {} grains; coordination there {:.3f} without rattlers ({:.1f} % "
+        "of all); largest overlap {:.1e} d, taken away by radii shrunk by {:.1e}\n",
+        measures.solid_fraction, measures.core_fraction, measures.core_grains, measures.core_coordination,
+        100 * measures.rattlers, measures.overlap, measures.shrink);
+    return 0;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "commands/launch.hpp"
+#include "registry/registry.hpp"
+#include "commands/run.hpp"
+#include "model/same_scene.hpp"
+#include "files/series.hpp"
+
+namespace nscdd {
+
+namespace {
+
+// What options ask for that they cannot have together.
+void check_outputs_asked(const RunArguments& arguments) {
+    const RunArguments::Outputs& outputs = arguments.outputs;
+    for (const auto& path : outputs.series) SeriesWriter::check_name(path);
+    if (outputs.frame_every && outputs.frames.empty())
+        throw InputError("--frame-every is of frames: give --frames");
+    if (outputs.every && outputs.checkpoint.empty()) throw InputError("--every is of checkpoints: give --checkpoint");
+    if (!outputs.checkpoint.empty() && arguments.repeat > 1)
+        throw InputError("--checkpoint is of one run, not of --repeat");
+    if (arguments.start.adopt && arguments.start.from.empty())
+        throw InputError("--adopt is of a state to go on from: give --from");
+}
+
+void check_scheme(const RunArguments& arguments) {
+    if (sweeps(arguments.scheme)) return;
+    std::string option = arguments.solver.method ? "--method" : "";
+    visit_options(SolveOptions{}, [&](const OptionInfo& info, auto) {
+        if (info.of_sweeps && option.empty() && arguments.solver.given.contains(info.name)) option = dashed(info.name);
+    });
+    if (!option.empty())
+        throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, arguments.scheme));
+}
+
+// Sets subdomains and threads.
+void deal_subdomains(RunRequest& request) {
+    const int processes = request.share.parts;
+    request.undivided = !sequential(request.scheme) && !request.subdomains && processes == 1 && !launched();
+    const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : 1);
+    const int threads = request.threads.value_or(1);
+    request.subdomains = subdomains;
+    request.threads = threads;
+    if (request.over_mpi && subdomains < processes)
+        throw InputError(fmt::format("--subdomains {}: mpirun started {} processes, which need at least one each",
+                                     subdomains, processes));
+    if (!request.over_mpi && processes > 1)
+        throw InputError("--transport in-process runs in one process, not under mpirun");
+    if (sequential(request.scheme) && subdomains > 1)
+        throw InputError(
+            fmt::format("--scheme {} is sequential: give {} for more than one subdomain", request.scheme,
+                        fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or ")));
+    if (threads > 1 && request.over_mpi)
+        throw InputError("--threads is of one process: under mpirun each has one thread");
+    if (threads > subdomains)
+        throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}", threads,
+                                     subdomains == 1 ? "is" : "are", subdomains));
+}
+
+void check_partition(const RunRequest& request) {
+    const PartitionChoice& partition = request.partition;
+    const bool grid = partition.chosen() == "grid";
+    if (!partition.grid.empty() && !grid)
+        throw InputError(fmt::format("--grid is not of --partition {}", partition.chosen()));
+    if (partition.imbalance && grid) throw InputError("--imbalance is not of --partition grid");
+    if (partition.grid.empty()) return;
+    double product = 1;  // never overflows, and is exact where it could be the number of subdomains
+    for (int cells : partition.grid) product *= cells;
+    if (product != *request.subdomains)
+        throw InputError(fmt::format("--grid {}: {:.0f} cells for {} subdomains", fmt::join(partition.grid, "x"),
+                                     product, *request.subdomains));
+}
+
+// Reads what the run starts from: its share of a state or of a packing.
+void read_start(RunRequest& request) {
+    const RunArguments::Start& start = request.start;
+    Scene& scene = request.scene;
+    Share share = request.share;
+    if (request.goes_on()) {
+        request.from = read_state(start.from, share);
+        require_fitting_state(request.from, start.from, scene);
+        if (!request.steps && request.from.steps_left > 0) scene.step.count = static_cast<int>(request.from.steps_left);
+        share.dealt =
+            request.from.packing.total();  // the same rows of the packing, which are compared with those of the state
+    }
+    // a run that goes on from a state needs no packing: that of the scene is compared if its file is still there
+    const std::string& packing = start.packing.empty() ? scene.packing_file : start.packing;
+    if (!packing.empty() && (!request.goes_on() || !start.packing.empty() || std::filesystem::exists(packing))) {
+        request.packing = read_packing(packing, share);
+        fit_packing(request.packing, packing, scene);
+    }
+    request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
+    if (!request.goes_on()) return;
+    if (!start.adopt) require_same_scene(request.from, start.from, scene, request.packing);
+    request.packing = {};
+    request.start_step = request.from.step;
+    request.start_time = request.from.time;
+}
+
+}  // namespace
+
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi) {
+    RunRequest request;
+    static_cast<RunArguments&>(request) = arguments;
+    request.share = share;
+    request.provenance = provenance;
+    request.over_mpi = over_mpi;
+    check_outputs_asked(arguments);
+    deal_subdomains(request);
+    check_scheme(arguments);
+    check_partition(request);
+    request.scene = read_scene(arguments.start.scene);
+    if (arguments.steps) request.scene.step.count = *arguments.steps;
+    request.scene.solver.override_by(arguments.solver);
+    read_start(request);
+    const std::int64_t last_step = request.start_step + request.scene.step.count;
+    const int every = request.frame_every();
+    if (!request.outputs.frames.empty() && last_step / every == request.start_step / every)
+        throw InputError(fmt::format("--frame-every {}: the run makes steps {} to {}, of which none is a multiple",
+                                     every, request.start_step + 1, last_step));
+    return request;
+}
+
+std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene) {
+    const RunArguments::Start& start = arguments.start;
+    return {{"the scene", start.scene},
+            {"the packing", start.packing.empty() ? scene.packing_file : start.packing},
+            {"--from", start.from}};
+}
+
+}  // namespace nscdd

@@ -1,0 +1,149 @@
+#include "commands/solve_fclib.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "files/load.hpp"
+#include "model/local_form.hpp"
+#include "commands/number_option.hpp"
+#include "registry/local_solvers.hpp"
+#include "registry/registry.hpp"
+#include "files/replace_file.hpp"
+#include "files/say.hpp"
+
+namespace nscdd {
+
+namespace {
+
+nlohmann::json to_json(const ErrorMeasures& e) {
+    return {{"natural_map", e.natural_map},
+            {"natural_map_velocity", e.natural_map_velocity},
+            {"natural_map_impulse", e.natural_map_impulse},
+            {"eta", e.eta},
+            {"least_normal_impulse", e.least_normal_impulse},
+            {"cone_excess", e.cone_excess},
+            {"least_normal_velocity", e.least_normal_velocity},
+            {"complementarity", e.complementarity},
+            {"dissipation", e.dissipation},
+            {"worst_contact", e.worst_contact},
+            {"worst", e.worst}};
+}
+
+std::span<const LocalSolverInfo> offered_solvers() {
+    static const std::vector<LocalSolverInfo> infos = infos_of<LocalSolverInfo>(local_solvers);
+    return infos;
+}
+
+// Of a name that the command line has let pass.
+const LocalSolverInfo& offered_solver(const std::string& name) {
+    return *std::ranges::find(offered_solvers(), name, &LocalSolverInfo::name);
+}
+
+struct Solved {
+    FclibSolution solution;
+    SolveReport report;
+    ErrorMeasures measures;
+    std::size_t blocks;
+    double cpu;  // [s]
+    nlohmann::json load;
+};
+
+template <int dim>
+Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
+    const DelassusProblem<dim> problem = to_blocks<dim>(local);
+    LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
+    Solved solved;
+    if (arguments.solver == "none") r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
+    const LocalTask<DelassusProblem<dim>> task{
+        problem, r, {arguments.tolerance, arguments.check_every, arguments.max_sweeps}};
+    const LoadMeter load;
+    const double began = cpu_seconds();
+    solved.report = make_offered<DelassusProblem<dim>, SolveReport>(local_solvers, arguments.solver, task);
+    solved.cpu = cpu_seconds() - began;
+    solved.load = load_json(load.row(), 1);
+    solved.measures = error_measures(problem, r);
+    solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
+    solved.blocks = problem.blocks.size();
+    return solved;
+}
+
+}  // namespace
+
+CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
+    CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
+    command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
+    const auto all = [](const LocalSolverInfo&) { return true; };
+    command->add_option("--solver", arguments.solver, help_of(offered_solvers(), all))
+        ->check(CLI::IsMember(names_of(offered_solvers(), all)))
+        ->capture_default_str();
+    command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
+        ->check(positive_number())
+        ->capture_default_str();
+    auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap on sweeps or gradient steps")
+                           ->check(whole_number())
+                           ->capture_default_str();
+    auto* check_every = command
+                            ->add_option("--check-every", arguments.check_every,
+                                         "Sweeps or gradient steps between two tests; 1 for studies of counts")
+                            ->check(whole_number())
+                            ->capture_default_str();
+    command->parse_complete_callback([&arguments, max_sweeps, check_every] {
+        for (const auto* option : {max_sweeps, check_every})
+            if (option->count() > 0 && !offered_solver(arguments.solver).capped)
+                throw CLI::ValidationError(option->get_name(),
+                                           "is of sweeps, which --solver " + arguments.solver + " does not make");
+    });
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution");
+    command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json");
+    command->footer("Example:\n  nscdd solve-fclib problem.hdf5 --tolerance 1e-6 -o solved.hdf5 --json solved.json");
+    return command;
+}
+
+int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenance) {
+    std::error_code none;
+    const auto size = std::filesystem::file_size(arguments.file, none);
+    check_outputs({{"--output", arguments.output, none ? 0 : 2 * size}, {"--json", arguments.json}},
+                  {{"the problem", arguments.file}});
+    const auto problem = read_fclib(arguments.file);
+    const auto* global = std::get_if<GlobalProblem>(&problem);
+    Solved solved;
+    LocalProblem local;
+    try {
+        local = global ? condense(*global) : std::get<LocalProblem>(problem);
+        solved = local.dim == 2 ? solve<2>(local, arguments) : solve<3>(local, arguments);
+        if (global) solved.solution.v = body_velocities(*global, solved.solution.r);
+    } catch (const std::runtime_error& error) {
+        throw InputError(fmt::format("{}: {}", arguments.file, error.what()));
+    }
+    FileSet files;
+    if (!arguments.output.empty()) write_fclib_solution(files, arguments.output, arguments.file, solved.solution);
+
+    const ErrorMeasures& e = solved.measures;
+    if (!arguments.json.empty()) {
+        nlohmann::json json = provenance;
+        if (offered_solver(arguments.solver).capped) json["check_every"] = arguments.check_every;
+        json.update({{"schema", "nscdd.fclib/1"},
+                     {"file", arguments.file},
+                     {"form", global ? "global" : "local"},
+                     {"dimension", local.dim},
+                     {"contacts", local.friction.size()},
+                     {"blocks", solved.blocks},
+                     {"solver", arguments.solver},
+                     {"tolerance", arguments.tolerance},
+                     {"iterations", solved.report.iterations},
+                     {"solver_cpu", solved.cpu},
+                     {"load", solved.load},
+                     {"converged", solved.report.converged},
+                     {"measures", to_json(e)}});
+        write_json(files, arguments.json, json);
+    }
+    files.commit();
+    say("{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
+        "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
+        arguments.file, local.friction.size(), local.dim, solved.report.iterations,
+        offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess, e.complementarity,
+        e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
+    return solved.report.converged ? 0 : 3;
+}
+
+}  // namespace nscdd

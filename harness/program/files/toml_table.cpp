@@ -1,0 +1,228 @@
+#include "files/toml_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <limits>
+
+#include "files/replace_file.hpp"
+
+namespace nscdd {
+namespace {
+
+std::string describe(const toml::node& node) {
+    if (const auto* v = node.as_string()) return fmt::format("'{}'", v->get());
+    if (const auto* v = node.as_floating_point()) return fmt::format("{}", v->get());
+    if (const auto* v = node.as_integer()) return fmt::format("{}", v->get());
+    if (const auto* v = node.as_boolean()) return v->get() ? "true" : "false";
+    if (node.is_array()) return "an array";
+    if (node.is_table()) return "a table";
+    return "a date or time";
+}
+
+constexpr int most_dots = 8;  // in a key; scenes have keys with one at most
+
+// The end of the string that begins at `at`, of any of TOML's four kinds.
+std::size_t skip_string(std::string_view text, std::size_t at) {
+    const char quote = text[at];
+    const bool long_one = text.substr(at, 3) == std::string(3, quote);
+    const std::string end(long_one ? 3 : 1, quote);
+    for (at += end.size(); at < text.size(); ++at) {
+        if (quote == '"' && text[at] == '\\')
+            ++at;
+        else if (!long_one && text[at] == '\n')
+            return at;
+        else if (text.substr(at, end.size()) == end)
+            break;
+    }
+    at = std::min(at + end.size(), text.size());
+    for (int more = 0; long_one && more < 2 && at < text.size() && text[at] == quote; ++more)
+        ++at;  // """it says "yes""""
+    return at;
+}
+
+// Line of the first key with more than most_dots dots, 0 if there is none. The parser makes a table of each part and
+// destroys the tables one in another: 200,000 parts overflow the stack. (It bounds the nesting of values itself.)
+int line_of_long_key(std::string_view text) {
+    int line = 1, dots = 0;
+    for (std::size_t at = 0; at < text.size();) {
+        const char c = text[at];
+        if (c == '"' || c == '\'') {
+            const std::size_t end = skip_string(text, at);
+            line += static_cast<int>(std::ranges::count(text.substr(at, end - at), '\n'));
+            at = end;
+            continue;
+        }
+        if (c == '#') {
+            at = std::min(text.find('\n', at), text.size());
+            continue;
+        }
+        if (c == '.' && ++dots > most_dots) return line;
+        if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots = 0;
+        line += c == '\n';
+        ++at;
+    }
+    return 0;
+}
+
+// Whether a text has control characters, which a terminal obeys: C0, DEL, and C1 as UTF-8 has them.
+bool has_control_characters(std::string_view text) {
+    for (std::size_t k = 0; k < text.size(); ++k) {
+        const auto c = static_cast<unsigned char>(text[k]);
+        if (std::iscntrl(c)) return true;
+        if (c == 0xc2 && k + 1 < text.size() && static_cast<unsigned char>(text[k + 1]) < 0xa0) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+toml::table parse_toml(const std::string& path) {
+    const std::string content = read_file(path);
+    if (const int line = line_of_long_key(content))
+        throw InputError(fmt::format("{}:{}: a key has more than {} dots", path, line, most_dots));
+    try {
+        return toml::parse(content, path);
+    } catch (const toml::parse_error& error) {
+        throw InputError(fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()));
+    }
+}
+
+void TomlTable::fail_at(const toml::source_region& where, std::string_view key, const std::string& problem) const {
+    std::string line = fmt::format("{}:{}: ", file_, where.begin.line);
+    if (!thing_.empty()) line += thing_ + ": ";
+    line += key.empty() ? problem : fmt::format("{} {}", key, problem);
+    throw InputError(line);
+}
+
+void TomlTable::fail(std::string_view key, const std::string& problem) const {
+    const toml::node* node = table_.get(key);
+    fail_at(node ? node->source() : table_.source(), key, problem);
+}
+
+const toml::node* TomlTable::find(std::string_view key) {
+    if (std::find(asked_.begin(), asked_.end(), key) == asked_.end()) asked_.emplace_back(key);
+    return table_.get(key);
+}
+
+const toml::node& TomlTable::require(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) fail_at(table_.source(), key, "is missing");
+    return *node;
+}
+
+std::string_view TomlTable::key_of(std::string_view name, std::string_view earlier) {
+    const bool known = has(name);
+    if (earlier.empty() || !table_.get(earlier)) return name;
+    if (known) fail(earlier, fmt::format("is the earlier name of {}, which is given too", name));
+    return earlier;
+}
+
+double TomlTable::number(const toml::node& node, std::string_view what, const OptionRange& range) const {
+    if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
+    const auto number = node.value<double>();  // none of an integer beyond 2^53
+    if (!number)
+        fail_at(node.source(), what, fmt::format("must be a number that a double holds, found {}", describe(node)));
+    const double value = *number;
+    if (!std::isfinite(value)) fail_at(node.source(), what, fmt::format("must be finite, found {}", value));
+    if (!range.holds(value)) fail_at(node.source(), what, fmt::format("must be {}, found {}", told(range), value));
+    return value;
+}
+
+double TomlTable::number(std::string_view key, const OptionRange& range, std::optional<double> fallback) {
+    if (fallback && !has(key)) return *fallback;
+    return number(require(key), key, range);
+}
+
+int TomlTable::integer(std::string_view key, const OptionRange& range, std::optional<int> fallback) {
+    if (fallback && !has(key)) return *fallback;
+    const toml::node& node = require(key);
+    const auto* value = node.as_integer();
+    if (!value) fail(key, fmt::format("must be an integer, found {}", describe(node)));
+    const double highest = std::min<double>(range.high, std::numeric_limits<int>::max());
+    if (static_cast<double>(value->get()) < range.low)
+        fail(key, fmt::format("must be >= {}, found {}", range.low, value->get()));
+    if (static_cast<double>(value->get()) > highest)
+        fail(key, fmt::format("must be <= {:.0f}, found {}", highest, value->get()));
+    return static_cast<int>(value->get());
+}
+
+std::string TomlTable::text(std::string_view key) {
+    const toml::node& node = require(key);
+    if (!node.is_string()) fail(key, fmt::format("must be a string, found {}", describe(node)));
+    if (node.as_string()->get().empty()) fail(key, "must not be empty");
+    if (has_control_characters(node.as_string()->get())) fail(key, "must have no control characters");
+    return node.as_string()->get();
+}
+
+int TomlTable::choice(std::string_view key, const std::vector<std::string>& names) {
+    const std::string value = text(key);
+    const auto found = std::find(names.begin(), names.end(), value);
+    if (found == names.end()) fail(key, fmt::format("must be one of {}, found '{}'", fmt::join(names, ", "), value));
+    return static_cast<int>(found - names.begin());
+}
+
+Eigen::VectorXd TomlTable::vector(std::string_view key, int size) {
+    const toml::node& node = require(key);
+    Eigen::VectorXd values(size);
+    if (size == 1 && node.is_number()) {
+        values[0] = number(node, key, any_number);
+        return values;
+    }
+    const toml::array* array = node.as_array();
+    const std::string wanted = size == 1 ? "must be 1 number" : fmt::format("must be {} numbers", size);
+    if (!array) fail(key, fmt::format("{}, found {}", wanted, describe(node)));
+    if (array->size() != static_cast<std::size_t>(size)) fail(key, fmt::format("{}, found {}", wanted, array->size()));
+    for (int k = 0; k < size; ++k)
+        values[k] = number((*array)[static_cast<std::size_t>(k)], fmt::format("{}[{}]", key, k), any_number);
+    return values;
+}
+
+Eigen::VectorXd TomlTable::vector(std::string_view key, int size, const Eigen::VectorXd& fallback) {
+    if (!has(key)) return fallback;
+    return vector(key, size);
+}
+
+std::vector<std::string> TomlTable::texts(std::string_view key, int size) {
+    const toml::array* array = require(key).as_array();
+    const bool fits = array && array->size() == static_cast<std::size_t>(size) && array->is_homogeneous<std::string>();
+    if (!fits) fail(key, fmt::format("must be {} strings", size));
+    std::vector<std::string> values;
+    for (const toml::node& node : *array) values.push_back(node.as_string()->get());
+    return values;
+}
+
+std::optional<TomlTable> TomlTable::table(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) return {};
+    if (!node->is_table()) fail(key, fmt::format("must be a table, [{}], found {}", key, describe(*node)));
+    return TomlTable(*node->as_table(), file_, std::string(key));
+}
+
+std::vector<TomlTable> TomlTable::tables(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) return {};
+    const toml::array* array = node->as_array();
+    if (!array || !std::all_of(array->begin(), array->end(), [](const toml::node& n) { return n.is_table(); }))
+        fail(key, fmt::format("must be tables, [[{}]]", key));
+    std::vector<TomlTable> tables;
+    for (const toml::node& item : *array) {
+        const toml::table& table = *item.as_table();
+        const auto name = table["name"].value<std::string>();
+        const std::string thing =
+            name ? fmt::format("{} '{}'", key, *name) : fmt::format("[[{}]] {}", key, tables.size());
+        tables.emplace_back(table, file_, thing);
+    }
+    return tables;
+}
+
+void TomlTable::finish() const {
+    for (const auto& [key, node] : table_) {
+        if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
+        fail_at(key.source(), "", fmt::format("unknown key '{}' (known here: {})", key.str(), fmt::join(asked_, ", ")));
+    }
+}
+
+}  // namespace nscdd

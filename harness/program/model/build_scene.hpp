@@ -1,0 +1,188 @@
+// From a scene and a packing or state, as read, to what the kernel steps.
+#pragma once
+
+#include <ranges>
+
+#include "model/exact_sum.hpp"
+#include "nscdd/step/simulation.hpp"
+#include "registry/laws.hpp"
+#include "registry/partitions.hpp"
+
+namespace nscdd {
+
+template <class M>
+struct BuiltScene {  // of grains, impulses and positions the share of one process
+    std::vector<Grain<M>> grains;
+    SimulationSettings<M> settings;
+    std::vector<PairImpulse<M>> impulses;
+    std::optional<RoughDetection<M>> rough;  // of a state to go on from
+};
+
+namespace build_detail {
+
+// Grains of a packing or a state, with the motion that it has.
+template <class M>
+std::vector<Grain<M>> stored_grains(const RunRequest& request) {
+    const Scene& scene = request.scene;
+    const State& from = request.from;
+    const Packing& packing = request.goes_on() ? from.packing : request.packing;
+    const auto& materials = request.goes_on() ? from.material : packing.material;
+    const auto& velocity = request.goes_on() ? from.velocity : packing.velocity;
+    const auto& spin = request.goes_on() ? from.spin : packing.spin;
+    std::vector<Grain<M>> grains;
+    for (std::size_t g = 0; g < packing.size(); ++g) {
+        const int material = materials.empty() ? scene.packing_material : materials[g];
+        Grain<M>& grain = grains.emplace_back(
+            make_grain<M>(static_cast<int>(packing.before + g), packing.radius[g],
+                          scene.materials[static_cast<std::size_t>(material)].density,
+                          Eigen::Map<const typename M::Vec>(packing.x.data() + g * M::dim), material));
+        if (!velocity.empty())
+            grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(velocity.data() + g * M::dim);
+        if constexpr (M::friction)
+            if (!spin.empty())
+                grain.velocity.template tail<M::spins>() =
+                    Eigen::Map<const typename M::Spin>(spin.data() + g * M::spins);
+    }
+    return grains;
+}
+
+template <class M>
+void load(Grain<M>& grain, const SceneGrain& single) {
+    grain.load.template head<M::dim>() = single.force;
+    if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
+}
+
+// Adds the scene's own grains behind those of the packing. A state has these grains already, but for their loads.
+template <class M>
+void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
+    const Scene& scene = request.scene;
+    const std::size_t own = scene.grains.size();
+    if (request.goes_on()) {
+        const std::size_t packed = request.from.packing.total() - own;
+        for (auto& grain : grains)
+            if (const auto id = static_cast<std::size_t>(grain.id); id >= packed)
+                load(grain, scene.grains[id - packed]);
+        return;
+    }
+    const hdf5::Rows rows = Share{request.share.part, request.share.parts}.of(own);
+    for (std::size_t k = rows.begin; k < rows.end; ++k) {
+        const SceneGrain& single = scene.grains[k];
+        Grain<M>& grain =
+            grains.emplace_back(make_grain<M>(static_cast<int>(request.packing.total() + k), single.radius,
+                                              scene.materials[static_cast<std::size_t>(single.material)].density,
+                                              typename M::Vec(single.position), single.material));
+        load(grain, single);
+        grain.velocity.template head<M::dim>() = single.velocity;
+        if constexpr (M::friction) grain.velocity.template tail<M::spins>() = single.spin;
+    }
+}
+
+}  // namespace build_detail
+
+// Builds the share of this process. Collective. Throws InputError, the same on every process, for errors that only show
+// once scene and packing meet.
+template <class M>
+BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
+    const Scene& scene = request.scene;
+    BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}};
+    build_detail::add_own_grains<M>(request, built.grains);
+    if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0)
+        throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
+    const double mass = sum_in_any_order(comm, std::views::transform(built.grains, &Grain<M>::mass));
+
+    SimulationSettings<M>& settings = built.settings;
+    settings.h = scene.step.h;
+    settings.theta = scene.step.theta;
+    settings.rough_every = scene.step.rough_every;
+    settings.gravity = scene.gravity;
+    settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
+    for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
+    settings.partition = choose_partition<M>(request.partition);
+    settings.multiplicity = request.multiplicity;
+    const State& from = request.from;
+    for (std::size_t w = 0; w < scene.walls.size(); ++w) {
+        const SceneWall& source = scene.walls[w];
+        Wall<M>& wall = settings.walls.emplace_back();
+        wall.material = source.material;
+        wall.normal = source.normal;
+        wall.driven = source.driven();
+        wall.velocity = source.velocity;
+        if (wall.driven) {
+            wall.velocity -= wall.velocity.dot(wall.normal) * wall.normal;
+            wall.mass = source.mass.value_or(mass);
+            wall.force = source.force;
+        }
+        if (request.goes_on()) {
+            wall.offset = from.walls.offset[w];
+            if (wall.driven) wall.speed = from.walls.normal_speed[w];
+        } else {
+            wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.box)));
+        }
+    }
+    for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
+        const typename M::Vec impulse = Eigen::Map<const typename M::Vec>(from.contacts.impulse.data() + c * M::dim);
+        if constexpr (M::friction)
+            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], impulse});
+        else
+            built.impulses.push_back(
+                {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});
+    }
+    if (request.goes_on()) {
+        RoughDetection<M>& rough = built.rough.emplace();
+        rough.kind = from.rough.kind;
+        rough.partition = from.rough.partition;
+        rough.imbalance = from.rough.imbalance;
+        rough.skin = from.rough.skin;
+        rough.steps_since = from.rough.steps_since;
+        for (std::size_t g = 0; g < from.packing.size(); ++g)
+            rough.positions.emplace_back(Eigen::Map<const typename M::Vec>(from.rough.x.data() + g * M::dim));
+        rough.offsets = from.rough.offset;
+    }
+    return built;
+}
+
+// The two walls across an axis, by number; -1 of none.
+struct OppositeWalls {
+    int low = -1, high = -1;
+    bool both() const { return low >= 0 && high >= 0; }
+};
+template <class M>
+std::array<OppositeWalls, M::dim> opposite_walls(std::span<const Wall<M>> walls) {
+    std::array<OppositeWalls, M::dim> pairs;
+    for (std::size_t w = 0; w < walls.size(); ++w)
+        for (int d = 0; d < M::dim; ++d) {
+            OppositeWalls& pair = pairs[static_cast<std::size_t>(d)];
+            if (walls[w].normal[d] == 1) pair.low = static_cast<int>(w);
+            if (walls[w].normal[d] == -1) pair.high = static_cast<int>(w);
+        }
+    return pairs;
+}
+
+// Distance between the two walls of each axis; 0 where there are not two.
+template <class M>
+typename M::Vec box_edges(std::span<const Wall<M>> walls) {
+    const auto pairs = opposite_walls<M>(walls);
+    typename M::Vec edges = M::Vec::Zero();
+    for (int d = 0; d < M::dim; ++d) {
+        const OppositeWalls& pair = pairs[static_cast<std::size_t>(d)];
+        if (pair.both())
+            edges[d] =
+                -walls[static_cast<std::size_t>(pair.high)].offset - walls[static_cast<std::size_t>(pair.low)].offset;
+    }
+    return edges;
+}
+
+// Forces of the walls under pressure for the box as it is now.
+template <class M>
+void push_walls(const Scene& scene, std::span<Wall<M>> walls) {
+    const typename M::Vec edges = box_edges<M>(walls);
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        if (scene.walls[w].motion != WallMotion::Pressure) continue;
+        double area = 1;
+        for (int d = 0; d < M::dim; ++d)
+            if (std::abs(walls[w].normal[d]) != 1) area *= edges[d];
+        walls[w].force = scene.walls[w].pressure * area;
+    }
+}
+
+}  // namespace nscdd

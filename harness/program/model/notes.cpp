@@ -1,0 +1,54 @@
+#include "model/notes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace nscdd {
+namespace {
+
+// The materials that can touch and have no [[pair]], as a line; empty where there are none.
+std::string unpaired(const Scene& scene, const std::vector<double>& grains_of) {
+    std::set<std::pair<int, int>> paired;
+    for (const ScenePair& pair : scene.pairs) paired.insert({pair.a, pair.b});
+    std::set<int> of_walls;
+    for (const SceneWall& wall : scene.walls) of_walls.insert(wall.material);
+
+    const int shown = 3, materials = static_cast<int>(scene.materials.size());
+    int count = 0;
+    std::string names;
+    for (int a = 0; a < materials; ++a)
+        for (int b = a; b < materials; ++b) {
+            const double mine = grains_of[static_cast<std::size_t>(a)], theirs = grains_of[static_cast<std::size_t>(b)];
+            const bool grains = a == b ? mine > 1 : mine > 0 && theirs > 0;
+            const bool wall = (mine > 0 && of_walls.contains(b)) || (theirs > 0 && of_walls.contains(a));
+            if (paired.contains({a, b}) || !(grains || wall) || count++ >= shown) continue;
+            names +=
+                fmt::format("{}'{}'-'{}'", names.empty() ? "" : ", ", scene.materials[static_cast<std::size_t>(a)].name,
+                            scene.materials[static_cast<std::size_t>(b)].name);
+        }
+    if (count == 0) return "";
+    if (count > shown) names += fmt::format(" and {} more", count - shown);
+    return fmt::format("{}: no [[pair]] of {}, which can touch: friction and restitution are 0 there", scene.file,
+                       names);
+}
+
+}  // namespace
+
+std::vector<std::string> notes(const RunRequest& request, const std::vector<double>& grains_of) {
+    const Scene& scene = request.scene;
+    std::vector<std::string> lines;
+    if (const std::string line = unpaired(scene, grains_of); !line.empty()) lines.push_back(line);
+    if (!scene.gravity.isZero(0) &&
+        std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
+        lines.push_back(
+            fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));
+    if (request.undivided)
+        lines.push_back(fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", request.scheme));
+    if (!Packet::fuses)
+        lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
+    return lines;
+}
+
+}  // namespace nscdd

@@ -1,0 +1,223 @@
+#include "model/run_json.hpp"
+
+#include <algorithm>
+
+#include "files/load.hpp"
+#include "files/over_ranks.hpp"
+#include "registry/registry.hpp"
+
+namespace nscdd {
+
+namespace {
+
+using Json = nlohmann::json;
+
+// By operation what messages(n) and seconds(n) make of the n-th column of what was communicated.
+Json by_operation(auto&& messages, auto&& seconds) {
+    constexpr std::size_t operations = operation_names.size();
+    Json json;
+    for (std::size_t o = 0; o < operations; ++o)
+        json[operation_names[o]] = {{"messages", messages(2 + o)},
+                                    {"wait", seconds(2 + operations + o)},
+                                    {"transfer", seconds(2 + 2 * operations + o)}};
+    return json;
+}
+
+// A process speaks through its first rank.
+Rows rows_of_processes(const Rows& ranks) {
+    Rows processes{{}, ranks.columns};
+    for (std::size_t at = 0; at < ranks.values.size(); at += ranks.columns)
+        if (ranks.values[at + cost_column::speaks] > 0)
+            processes.values.insert(processes.values.end(), ranks.values.begin() + std::ptrdiff_t(at),
+                                    ranks.values.begin() + std::ptrdiff_t(at + ranks.columns));
+    return processes;
+}
+
+Json costs_json(const RunResult& result) {
+    const Rows &ranks = result.costs, processes = rows_of_processes(ranks);
+    const auto spread = [&](std::size_t column) { return over_ranks(processes.values, processes.columns, column); };
+    const auto sum = [&](std::size_t column) { return processes.sum(column); };
+    const double count = double(processes.count()), per = result.iterations() > 0 ? 1 / result.iterations() : 0;
+    using namespace cost_column;
+    Json json = {{"neighbours", over_ranks(ranks.values, ranks.columns, neighbours)},
+                 {"messages", sum(messages)},
+                 {"bytes", sum(bytes)},
+                 {"messages_per_iteration", sum(messages) * per},
+                 {"bytes_per_iteration", sum(bytes) * per},
+                 {"operations", by_operation([&](std::size_t c) { return sum(messages + c); },
+                                             [&](std::size_t c) { return spread(messages + c); })}};
+    for (std::size_t at = work; at < ranks.values.size(); at += ranks.columns)
+        json["work_per_rank"].push_back(ranks.values[at]);
+    double wait = 0, transfer = 0;
+    for (std::size_t p = 0; p < phase_names.size(); ++p) {
+        const char* name = phase_names[p];
+        const std::size_t at = first_phase_column + 3 * p;
+        json["seconds"][name] = sum(at) / count;
+        json["mpi_seconds"][name] = {{"wait", spread(at + 1)}, {"transfer", spread(at + 2)}};
+        wait += sum(at + 1) / count;
+        transfer += sum(at + 2) / count;
+    }
+    json["seconds"]["total"] = spread(total)["largest"];
+    json["seconds"]["solver_cpu"] = sum(solver_cpu) / count;
+    json["seconds"]["mpi_wait"] = wait;
+    json["seconds"]["mpi_transfer"] = transfer;
+    json["mpi_fraction"] = sum(total) > 0 ? count * (wait + transfer) / sum(total) : 0;
+    return json;
+}
+
+// What every step has come to, a list for each figure.
+Json steps_json(const RunResult& result) {
+    Json json;
+    const auto list = [&](const char* name, auto&& figure) {
+        Json values = Json::array();
+        for (const StepReport& step : result.steps) values.push_back(figure(step));
+        json[name] = std::move(values);
+    };
+    list("iterations", [](const StepReport& s) { return s.solve.iterations; });
+    list("residual", [](const StepReport& s) { return s.solve.residual; });
+    list("velocity_error", [](const StepReport& s) { return s.solve.velocity_error; });
+    list("energy_gain", [](const StepReport& s) { return s.solve.energy_gain; });
+    list("penetration", [&](const StepReport& s) { return s.solve.penetration / result.least_radius; });
+    list("gap_error", [](const StepReport& s) { return s.solve.gap_error; });
+    list("distance", [](const StepReport& s) { return s.solve.distance; });
+    list("scene_distance", [](const StepReport& s) { return s.solve.scene_distance; });
+    list("newton_contacts", [](const StepReport& s) { return s.solve.newton_contacts; });
+    list("rebounds_given_up", [](const StepReport& s) { return s.solve.rebounds_given_up; });
+    list("contacts", [](const StepReport& s) { return s.contacts; });
+    return json;
+}
+
+Json energy_json(const RunResult& result) {
+    Json json;
+    const auto list = [&](const char* name, auto&& part) {
+        Json values = Json::array();
+        for (const StepReport& step : result.steps) values.push_back(part(step.energy));
+        json[name] = std::move(values);
+    };
+    list("before", [](const StepEnergy& e) { return e.before; });
+    list("kinetic", [](const StepEnergy& e) { return e.kinetic; });
+    list("external", [](const StepEnergy& e) { return e.external; });
+    list("walls", [](const StepEnergy& e) { return e.walls; });
+    list("normal", [](const StepEnergy& e) { return e.normal; });
+    list("friction", [](const StepEnergy& e) { return e.friction; });
+    list("round_off", [](const StepEnergy& e) { return e.round_off(); });
+    return json;
+}
+
+Json final_json(const FinalMeasures& final) {
+    const bool boxed = final.volume > 0;
+    Json json = {{"kinetic_energy", final.kinetic_energy},
+                 {"momentum", final.momentum},
+                 {"angular_momentum", final.angular_momentum},
+                 {"max_overlap", final.overlap},
+                 {"coordination", final.coordination},
+                 {"free_velocity_norm", final.free_velocity_norm},
+                 {"turned_velocity_norm", final.velocity_change_norm},
+                 {boxed ? "stress" : "virial", final.stress}};
+    if (boxed) json["solid_fraction"] = final.grains_volume / final.volume;
+    return json;
+}
+
+Json options_json(const SolveOptions& options) {
+    Json json;
+    visit_options(options, [&json](const OptionInfo& info, const auto& value) { json[info.name] = value; });
+    return json;
+}
+
+}  // namespace
+
+nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
+    double interface_grains = 0;
+    for (const StepReport& step : result.steps) interface_grains += step.interface_grains;
+    const double steps = double(result.steps.size());
+    const int processes = request.over_mpi ? request.share.parts : 1, unconverged = result.unconverged_steps();
+    Json json = request.provenance;
+    json["load"] = load_json(result.load, *request.threads);
+    json.update(costs_json(result));
+    json.update(options_json(result.options));
+    json.update(steps_json(result));
+    json.update({{"schema", "nscdd.run/1"},
+                 {"scene", request.scene.name},
+                 {"problem", result.problem},
+                 {"answer", result.answer},
+                 {"notes", result.notes},
+                 {"dimension", result.dimension},
+                 {"grains", result.grains},
+                 {"model", result.model},
+                 {"friction", result.friction},
+                 {"subdomains", result.ranks},
+                 {"threads", *request.threads},
+                 {"scheme", request.scheme},
+                 {"interface", result.interface},
+                 {"partition", result.partition},
+                 {"transport", request.over_mpi             ? "mpi"
+                               : sequential(request.scheme) ? "sequential"
+                                                            : "in-process"},
+                 {"processes", processes},
+                 {"ranks_measured",
+                  processes == result.ranks && processes <= request.provenance.machine.cores},
+                 {"steps", result.steps.size()},
+                 {"start_step", request.start_step},
+                 {"h", request.scene.step.h},
+                 {"energy", energy_json(result)},
+                 {"interface_grains", interface_grains / steps},
+                 {"interface_share", interface_grains / steps / result.grains},
+                 {"peak_memory", {{"total", result.memory}, {"largest", result.most_memory}}},
+                 {"multiplicity", result.multiplicity},
+                 {"converged", unconverged == 0},
+                 {"unconverged_steps", unconverged},
+                 {"densities", result.densities},
+                 {"wall_masses", result.wall_masses},
+                 {"repeats", result.repeats},
+                 {"final", final_json(result.final)}});
+    if (request.goes_on()) json["from"] = request.start.from;
+    return json;
+}
+
+nlohmann::json window_json(const RunRequest& request, const RunResult& result) {
+    const WindowResult& window = result.window.value();
+    const Rows& rows = window.rows;
+    Json json = request.provenance;
+    json.update({{"scene", request.scene.name},
+                 {"model", result.model},
+                 {"grains", result.grains},
+                 {"scheme", request.scheme},
+                 {"interface", result.interface},
+                 {"partition", result.partition},
+                 {"window", result.options.window},
+                 {"ranks", result.ranks},
+                 {"contacts", window.contacts},
+                 {"skip", request.window->skip},
+                 {"iterations", request.window->iterations},
+                 {"repeats", request.window->repeat},
+                 {"seconds_per_iteration", window.median()},
+                 {"all_repeats", window.repeats},
+                 {"load", load_json(window.load, 1)}});
+    const auto spread = [&](std::size_t column) { return over_ranks(rows.values, rows.columns, column); };
+    for (std::size_t c = 1; c < window_names.size(); ++c) json["per_iteration"][window_names[c]] = spread(c);
+    const auto sent = [&](std::size_t c) { return spread(first_communicated + c); };
+    json["operations_per_iteration"] = by_operation(sent, sent);
+    for (std::size_t w = 0; w < work_names.size(); ++w) json["work_per_iteration"][work_names[w]] = spread(first_work + w);
+    return json;
+}
+
+int RunResult::unconverged_steps() const {
+    return static_cast<int>(std::ranges::count_if(steps, [](const StepReport& s) { return !s.solve.converged; }));
+}
+
+double RunResult::iterations() const {
+    double sum = 0;
+    for (const StepReport& step : steps) sum += step.solve.iterations;
+    return sum;
+}
+
+double RunResult::solver_cpu() const {
+    const Rows processes = rows_of_processes(costs);
+    return processes.sum(cost_column::solver_cpu) / double(processes.count());
+}
+
+double RunResult::seconds() const {
+    return over_ranks(rows_of_processes(costs).values, costs.columns, cost_column::total)["largest"];
+}
+
+}  // namespace nscdd

@@ -1,0 +1,243 @@
+// The run of one model. Included by the generated run_model_*.cpp only.
+#pragma once
+
+#include <map>
+
+#include "model/calibrate_model.hpp"
+#include "model/local_form.hpp"
+#include "model/notes.hpp"
+#include "model/problem.hpp"
+#include "files/progress.hpp"
+#include "model/recorder.hpp"
+#include "registry/schemes.hpp"
+#include "model/run_costs.hpp"
+#include "files/say.hpp"
+#include "model/window_model.hpp"
+
+namespace nscdd {
+
+namespace run_detail {
+
+template <class M>
+std::string model_name() {
+    return std::to_string(M::dim) + "D " + M::Law::name;
+}
+template <class M>
+std::string model_name(std::span<const Wall<M>> walls) {
+    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
+    return model_name<M>() + (driven ? ", driven walls" : ", kinematic walls");
+}
+
+template <class M>
+FinalMeasures final_measures(const Simulation<M>& simulation, const StepReport& last) {
+    const Measures<M> m = measure(simulation);
+    FinalMeasures final;
+    final.kinetic_energy = m.kinetic_energy;
+    final.free_velocity_norm = last.free_norm;
+    final.velocity_change_norm = last.solve.velocity_change_norm;
+    final.coordination = m.coordination();
+    final.overlap = std::max(0.0, m.largest_overlap) / simulation.least_radius();
+    final.momentum.assign(m.momentum.data(), m.momentum.data() + M::dim);
+    final.angular_momentum.assign(m.angular_momentum.data(), m.angular_momentum.data() + m.rotations);
+    final.volume = box_edges<M>(simulation.walls()).prod();
+    final.grains_volume = m.grains_volume;
+    for (int i = 0; i < M::dim; ++i) {
+        std::vector<double>& row = final.stress.emplace_back();
+        for (int j = 0; j < M::dim; ++j)
+            row.push_back(final.volume > 0 ? m.virial(i, j) / final.volume : m.virial(i, j));
+    }
+    return final;
+}
+
+// Numbers of grains by their multiplicity in the last step.
+template <class M>
+std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulation) {
+    const auto visit = [&simulation](std::size_t k, auto&& count) {
+        const Subdomain<M>& part = simulation.parts()[k];
+        for (std::size_t g = 0; g < part.grains.size(); ++g)
+            if (part.primary(g)) count(static_cast<std::size_t>(part.problem.multiplicity[g]));
+    };
+    const double most = reduce(simulation.comm(), 0, [&visit](std::size_t k) {
+        Buffer largest{1};
+        visit(k, [&largest](std::size_t m) { largest[0] = std::max(largest[0], double(m)); });
+        return largest;
+    })[0];
+    const auto size = static_cast<std::size_t>(most);
+    const std::span<const double> counts = reduce(simulation.comm(), size, [&](std::size_t k) {
+        Buffer own(size);
+        visit(k, [&own](std::size_t m) { ++own[m - 1]; });
+        return own;
+    });
+    std::map<std::string, std::int64_t> found;
+    for (std::size_t m = 1; m <= size; ++m)
+        if (counts[m - 1] > 0) found[std::to_string(m)] = static_cast<std::int64_t>(counts[m - 1]);
+    return found;
+}
+
+// The problem of a step that sequential NLGS has solved, solved on to `options`.
+template <class M>
+ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
+    ExportedProblem out;
+    out.report = nlgs(problem, options);
+    const DelassusProblem<M::dim> local = assemble(problem);
+    const LocalVectors<M::dim> r = local_impulses(problem);
+    out.problem = to_sparse(local);
+    out.solution = to_solution(local, r, error_measures(local, r), "nlgs");
+    return out;
+}
+
+// Collective. With an .xdmf for ParaView.
+template <class M>
+State write_last_state(const Simulation<M>& simulation, const RunRequest& request, FileSet& files) {
+    const State head = state_head(simulation, request);
+    if (!request.outputs.state.empty()) {
+        write_state(simulation, head, files, request.outputs.state);
+        write_on_first(simulation.comm(), [&] { write_xdmf(files, request.outputs.state, head, simulation.grain_count()); });
+    }
+    return head;
+}
+
+// After a step that was refused: the state with which it began, series and frames take their places, and the reason is
+// told with the names of the walls. `before`: the simulation before the step, if a state is asked for. Collective.
+template <class M>
+[[noreturn]] void end_refused(Refusal refusal, const Simulation<M>& simulation,
+                              const std::optional<Simulation<M>>& before, const RunRequest& request,
+                              Recorder<M>& recorder, FileSet& files) {
+    refusal.step += static_cast<int>(request.start_step);
+    std::vector<std::string> walls;
+    for (const auto& wall : request.scene.walls) walls.push_back(wall.name);
+    std::string told = describe(refusal, walls);
+    if (simulation.steps() > 0) {
+        if (before)
+            told += fmt::format("; the state before it, of step {}, is in {}",
+                                write_last_state(*before, request, files).step, request.outputs.state);
+        recorder.save();
+        write_on_first(simulation.comm(), [&] { files.commit(); });
+    }
+    throw InputError(told);
+}
+
+// The step solver, which also adds up what it communicates and spends.
+template <class M>
+class MeteredSolver {
+  public:
+    MeteredSolver(AnyStepSolver<M> solve) : solve_(std::move(solve)), communicated_(communicated_columns) {}
+    SolveReport operator()(std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+        const Buffer before = communicated(comm);
+        const double cpu = cpu_seconds();
+        const SolveReport report = solve_(parts, comm, seconds);
+        cpu_ += cpu_seconds() - cpu;
+        const Buffer after = communicated(comm);
+        for (std::size_t n = 0; n < after.size(); ++n) communicated_[n] += after[n] - before[n];
+        return report;
+    }
+    double cpu() const { return cpu_; }  // [s]
+    const Buffer& traffic() const { return communicated_; }
+
+  private:
+    AnyStepSolver<M> solve_;
+    Buffer communicated_;
+    double cpu_ = 0;
+};
+
+// Makes the steps of the run into `result`: all of them, or those before SIGUSR1 stopped it. Collective.
+template <class M>
+void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRequest& request, FileSet& files,
+                RunResult& result) {
+    const Scene& scene = request.scene;
+    Communicator& comm = simulation.comm();
+    Progress progress(!request.quiet && comm.ranks()[0] == 0, scene.step.count);
+    std::optional<Checkpoints> checkpoints;
+    if (!request.outputs.checkpoint.empty()) checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
+    Recorder<M> recorder(simulation, request, files);
+    std::optional<Simulation<M>> before;  // the step under way
+    for (int step = 1; step <= scene.step.count && !result.stopped; ++step) {
+        if (!request.outputs.state.empty()) before.emplace(simulation);
+        push_walls<M>(scene, simulation.walls());
+        try {
+            result.steps.push_back(simulation.step(std::ref(solver)));
+        } catch (const StepRefused& refused) {
+            end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
+        }
+        recorder.after(result.steps.back());
+        progress.show(step, fmt::format("{} iterations", result.steps.back().solve.iterations));
+        if (!checkpoints || step == scene.step.count) continue;
+        const auto due = checkpoints->after(request.start_step + step);
+        if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
+        result.last_step = request.start_step + step;
+        result.stopped = due == Checkpoints::Due::write_and_stop;
+    }
+    recorder.save();
+}
+
+// Says the notes of a run at its start, and keeps them. Collective.
+template <class M>
+void begin_run(const BuiltScene<M>& built, const RunRequest& request, Communicator& comm, RunResult& result) {
+    const Problem problem = problem_of<M>(built, request.scene, comm);
+    result.problem = problem.checksum;
+    result.notes = notes(request, problem.grains_of);
+    for (const auto& material : request.scene.materials) result.densities.push_back(material.density);
+    for (const auto& wall : built.settings.walls) result.wall_masses.push_back(wall.mass);
+    if (!request.says_notes || comm.ranks()[0] != 0) return;
+    for (const std::string& note : result.notes) say(stderr, "nscdd: note: {}\n", one_line(note));
+}
+
+}  // namespace run_detail
+
+template <class M>
+RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
+    using namespace run_detail;
+    const Scene& scene = request.scene;
+    if (request.export_options && !SolvedOnCone<typename M::Law>)
+        throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
+    BuiltScene<M> built = build_scene<M>(request, comm);
+    request.packing = {};
+    request.from = {};
+    const bool steps = !request.window && !request.calibration;
+    RunResult result;
+    result.options = scene.solver.options(sweeps(request.scheme));
+    if (steps) begin_run(built, request, comm, result);
+    ChosenSolver<M> chosen = choose_solver<M>(request.scheme, request.interface, result.options);
+
+    const double began = comm.now();
+    const LoadMeter load;
+    Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
+                             built.rough ? &*built.rough : nullptr);
+    built = {};
+    result.model = steps ? model_name<M>(simulation.walls()) : model_name<M>();
+    result.interface = chosen.interface;
+    result.partition = sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name();
+    result.grains = simulation.grain_count();
+    result.ranks = comm.size();
+    if (!steps) {
+        push_walls<M>(scene, simulation.walls());
+        const auto solver = [&](const SolveOptions& o) {
+            return choose_solver<M>(request.scheme, request.interface, o).solve;
+        };
+        if (request.window) result.window = time_window(simulation, *request.window, result.options, solver);
+        if (request.calibration) result.calibration = calibrate_work(simulation, *request.calibration, result.options);
+        return result;
+    }
+    MeteredSolver<M> solver(std::move(chosen.solve));
+    make_steps(simulation, solver, request, files, result);
+    if (result.stopped) return result;
+
+    const double total = comm.now() - began;
+    result.load = gather_load(load, comm);
+    result.costs = gather_costs(simulation, total, solver.cpu(), solver.traffic());
+    result.dimension = M::dim;
+    result.friction = M::friction;
+    result.least_radius = simulation.least_radius();
+    result.final = final_measures(simulation, result.steps.back());
+    result.last_step = write_last_state(simulation, request, files).step;
+    result.answer = answer_checksum(simulation);
+    const Memory memory = peak_memory(comm);
+    result.memory = memory.total;
+    result.most_memory = memory.most;
+    result.multiplicity = multiplicities(simulation);
+    if constexpr (SolvedOnCone<typename M::Law>)
+        if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
+    return result;
+}
+
+}  // namespace nscdd

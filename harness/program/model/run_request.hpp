@@ -1,0 +1,91 @@
+// What a run is asked to do, and the run of each model.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/checkpoint.hpp"
+#include "registry/choices.hpp"
+#include "registry/registry.hpp"
+#include "files/replace_file.hpp"
+#include "files/report_json.hpp"
+#include "model/run_result.hpp"
+#include "model/scene.hpp"
+#include "files/state.hpp"
+
+namespace nscdd {
+
+using WorkDone = std::array<double, work_names.size()>;  // by Work
+
+// Asks to time some iterations of the next step, after `skip` others, and to make no step (window.hpp).
+struct WindowRequest {
+    int skip = 0, iterations = 0, repeat = 1;
+    std::function<WorkDone()> done;  // so far by this rank
+};
+
+// Asks to measure what the next step's work costs, and to make no step (calibrate.hpp).
+struct CalibrationRequest {
+    double least_seconds = 0;  // of a measurement
+    int cores = 1;             // that may be busy at once
+};
+
+// What a run is asked to do, as the command line says it. What is not given follows from the scene or the rest.
+struct RunArguments {
+    struct Start {
+        std::string scene, packing, from;  // files
+        bool adopt = false;                // `from` may be of another scene
+    } start;
+    std::string scheme = "nlgs";         // of offered_schemes()
+    std::optional<Interface> interface;  // the scheme's own unless given
+    Multiplicity multiplicity = Multiplicity::minimal;
+    PartitionChoice partition;
+    SolveSettings solver;
+    std::optional<int> steps, subdomains, threads;
+    int repeat = 1;
+    Transport transport = Transport::automatic;
+    NodeTransport within_node = NodeTransport::memory;
+    struct Outputs {
+        std::string json, state, checkpoint, frames;  // files to write, empty for none
+        std::vector<std::string> series;              // files to write a row a step into
+        std::optional<int> frame_every;               // steps between frames
+        std::optional<CheckpointEvery> every;         // between checkpoints
+    } outputs;
+    bool quiet = false;
+};
+
+// The same, decided, with what it starts from. Of packing and state each process has its share.
+struct RunRequest : RunArguments {
+    Share share;
+    Scene scene;              // with what the command line changed
+    Packing packing;          // empty if the scene has none
+    State from;               // to go on from
+    std::vector<double> box;  // of the packing or the state; empty if there is none
+    std::int64_t start_step = 0;
+    double start_time = 0;  // [s]
+    bool over_mpi = false;
+    bool undivided = false;  // one subdomain by default, though the scheme glues several
+    bool says_notes = true;
+    Provenance provenance;
+    std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
+    std::optional<WindowRequest> window;
+    std::optional<CalibrationRequest> calibration;
+
+    bool goes_on() const { return !start.from.empty(); }
+    int frame_every() const { return outputs.frame_every.value_or(1); }
+};
+
+// Collective. Frees the rows of packing and state once they are in the simulation. On the process that hosts rank 0 the
+// state, series and frames that are asked for are written into `files`.
+using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
+
+// The run of the model that the scene needs and no more.
+RunFunction choose_model(const Scene& scene);
+
+// The run of the law of this name; each dimension is compiled by itself, run_model.cpp.in.
+template <int dim>
+RunFunction choose_law(const std::string& law);
+
+}  // namespace nscdd

@@ -1,0 +1,236 @@
+#include "model/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "registry/laws.hpp"
+#include "files/toml_table.hpp"
+
+namespace nscdd {
+namespace {
+
+constexpr std::size_t most_materials = 1000;
+constexpr double unit_tolerance = 1e-9;  // on |n| - 1, and on a tangential velocity's normal part
+
+// x-, x+, y-, ... : index = 2 axis + upper
+std::vector<std::string> side_names(int dimension) {
+    const std::vector<std::string> all{"x-", "x+", "y-", "y+", "z-", "z+"};
+    return {all.begin(), all.begin() + 2 * dimension};
+}
+
+std::string side_name(const WallSide& side) {
+    return side_names(3)[static_cast<std::size_t>(2 * side.axis + (side.upper ? 1 : 0))];
+}
+
+class SceneReader {
+  public:
+    explicit SceneReader(const std::string& path) : root_(parse_toml(path)), top_(root_, path, "") {
+        scene_.file = path;
+    }
+
+    Scene read() {
+        // Unknown ones first: [[materials]] is a slip, not a scene without a material.
+        for (const char* key :
+             {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "wall", "step", "solver"})
+            top_.has(key);
+        top_.finish();
+        scene_.name = top_.text("name");
+        dim_ = top_.integer("dimension", OptionRange{2});
+        if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
+        scene_.dimension = dim_;
+        scene_.gravity = top_.vector("gravity", dim_, zero());
+        const bool law_given = top_.has("law");
+        const std::vector<std::string> laws = law_names();
+        scene_.law = law_given ? laws[static_cast<std::size_t>(top_.choice("law", laws))] : "coulomb";
+
+        std::vector<TomlTable> materials = top_.tables("material");
+        if (materials.size() > most_materials)  // each pair of them has a place in a table
+            top_.fail("material",
+                      fmt::format("must be given {} times at most, found {}", most_materials, materials.size()));
+        for (TomlTable& table : materials) read_material(table);
+        if (scene_.materials.empty()) top_.fail("", "no [[material]]");
+        for (TomlTable& table : top_.tables("pair")) read_pair(table);
+        if (auto table = top_.table("packing")) read_packing_source(*table);
+        for (TomlTable& table : top_.tables("grain")) read_grain(table);
+        std::vector<TomlTable> walls = top_.tables("wall");
+        for (TomlTable& table : walls) read_wall(table);
+        for (std::size_t w = 0; w < walls.size(); ++w)
+            if (scene_.walls[w].motion == WallMotion::Pressure) require_closed_box(walls[w]);
+
+        auto step = top_.table("step");
+        if (!step) top_.fail("", "no [step]");
+        read_step(*step);
+        if (auto table = top_.table("solver")) {
+            scene_.solver = read_solve_settings(*table);
+            table->finish();
+        }
+        if (!law_given && !needs_friction()) scene_.law = "frictionless";
+        return std::move(scene_);
+    }
+
+  private:
+    Eigen::VectorXd zero() const { return Eigen::VectorXd::Zero(dim_); }
+    int spins() const { return dim_ == 3 ? 3 : 1; }
+
+    bool needs_friction() const {
+        for (const ScenePair& pair : scene_.pairs)
+            for (const auto& [key, value] : pair.coefficients)
+                if (value > 0) return true;
+        // A grain with a spin or a torque needs the model with spins.
+        for (const SceneGrain& grain : scene_.grains)
+            if (!grain.spin.isZero(0) || !grain.torque.isZero(0)) return true;
+        return false;
+    }
+
+    int material(const TomlTable& table, std::string_view key, const std::string& name) const {
+        const auto& all = scene_.materials;
+        const auto found = std::find_if(all.begin(), all.end(), [&](const auto& m) { return m.name == name; });
+        if (found == all.end()) table.fail(key, fmt::format("'{}' is not a [[material]]", name));
+        return static_cast<int>(found - all.begin());
+    }
+
+    int material(TomlTable& table) const {
+        const std::string name = table.text("material");
+        return material(table, "material", name);
+    }
+
+    void read_material(TomlTable& table) {
+        SceneMaterial material{.name = table.text("name"), .density = table.number("density", positive)};
+        for (const SceneMaterial& other : scene_.materials)
+            if (other.name == material.name) table.fail("name", "is given twice");
+        scene_.materials.push_back(std::move(material));
+        table.finish();
+    }
+
+    void read_pair(TomlTable& table) {
+        const std::vector<std::string> names = table.texts("materials", 2);
+        table.name_thing(fmt::format("pair '{}'-'{}'", names[0], names[1]));
+        const auto [a, b] =
+            std::minmax({material(table, "materials", names[0]), material(table, "materials", names[1])});
+        if (!paired_.insert({a, b}).second) table.fail("", "is given twice");
+        ScenePair& pair = scene_.pairs.emplace_back();
+        pair.a = a;
+        pair.b = b;
+        pair.restitution = table.number("restitution", unit_interval, 0.0);
+        visit_law(scene_.law, [&](const auto& law) {
+            for (const auto& key : law.keys) pair.coefficients[key.name] = table.number(key.name, non_negative, 0.0);
+        });
+        table.finish();
+    }
+
+    void read_packing_source(TomlTable& table) {
+        scene_.packing_file = (std::filesystem::path(scene_.file).parent_path() / table.text("file")).string();
+        scene_.packing_material = material(table);
+        table.finish();
+    }
+
+    void read_grain(TomlTable& table) {
+        const Eigen::VectorXd no_spin = Eigen::VectorXd::Zero(spins());
+        const bool turns = law_has_friction(scene_.law);
+        scene_.grains.push_back({.position = table.vector("position", dim_),
+                                 .velocity = table.vector("velocity", dim_, zero()),
+                                 .spin = turns ? table.vector("spin", spins(), no_spin) : no_spin,
+                                 .force = table.vector("force", dim_, zero()),
+                                 .torque = turns ? table.vector("torque", spins(), no_spin) : no_spin,
+                                 .radius = table.number("radius", positive),
+                                 .material = material(table)});
+        table.finish();
+    }
+
+    void read_wall(TomlTable& table) {
+        SceneWall wall;
+        wall.name = table.text("name");
+        read_plane(table, wall);
+        wall.material = material(table);
+        read_motion(table, wall);
+        table.finish();
+        for (const SceneWall& other : scene_.walls) {
+            if (other.name == wall.name) table.fail("name", "is given twice");
+            if (other.side && wall.side && side_name(*other.side) == side_name(*wall.side))
+                table.fail("side", fmt::format("'{}' is taken by wall '{}'", side_name(*wall.side), other.name));
+        }
+        scene_.walls.push_back(std::move(wall));
+    }
+
+    void read_plane(TomlTable& table, SceneWall& wall) {
+        if (table.has("side")) {
+            const int index = table.choice("side", side_names(dim_));
+            wall.side = WallSide{.axis = index / 2, .upper = index % 2 == 1};
+            wall.normal = (wall.side->upper ? -1.0 : 1.0) * Eigen::VectorXd::Unit(dim_, wall.side->axis);
+            return;
+        }
+        if (!table.has("normal")) table.fail("", "needs side, or normal and through");
+        wall.normal = table.vector("normal", dim_);
+        const double length = wall.normal.norm();
+        if (!(std::abs(length - 1) <= unit_tolerance))
+            table.fail("normal", fmt::format("must have length 1, found {}", length));
+        wall.through = table.vector("through", dim_);
+    }
+
+    void read_motion(TomlTable& table, SceneWall& wall) {
+        wall.motion = static_cast<WallMotion>(table.choice("motion", {"fixed", "velocity", "force", "pressure"}));
+        wall.velocity = zero();
+        if (wall.motion == WallMotion::Fixed) return;
+        if (wall.motion == WallMotion::Velocity) {
+            wall.velocity = table.vector("velocity", dim_);
+            return;
+        }
+        if (wall.motion == WallMotion::Force)
+            wall.force = table.number("force", any_number);
+        else
+            wall.pressure = table.number("pressure", any_number);
+        if (table.has("mass")) wall.mass = table.number("mass", positive);
+        wall.velocity = table.vector("velocity", dim_, zero());
+        if (std::abs(wall.velocity.dot(wall.normal)) > unit_tolerance * wall.velocity.norm())
+            table.fail("velocity", "must be tangential: along the normal the wall is pushed");
+    }
+
+    // Requires walls on all sides, as only then the area of a face is known.
+    void require_closed_box(const TomlTable& table) const {
+        for (const std::string& name : side_names(dim_)) {
+            const auto& all = scene_.walls;
+            if (std::none_of(all.begin(), all.end(),
+                             [&](const auto& w) { return w.side && side_name(*w.side) == name; }))
+                table.fail("", fmt::format("pressure needs a wall on every side of the box, found none on '{}'", name));
+        }
+    }
+
+    void read_step(TomlTable& table) {
+        visit_step(scene_.step, [&table](const OptionInfo& info, auto& value) {
+            using Value = std::remove_reference_t<decltype(value)>;
+            const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
+            if constexpr (std::is_same_v<Value, int>)
+                value = table.integer(info.name, info.range, otherwise);
+            else
+                value = table.number(info.name, info.range, otherwise);
+        });
+        table.finish();
+    }
+
+    toml::table root_;
+    TomlTable top_;
+    Scene scene_;
+    std::set<std::pair<int, int>> paired_;
+    int dim_ = 0;
+};
+
+}  // namespace
+
+Scene read_scene(const std::string& path) { return SceneReader(path).read(); }
+
+Eigen::VectorXd wall_point(const Scene& scene, const SceneWall& wall, const std::vector<double>& box) {
+    if (!wall.side) return wall.through;
+    if (box.size() != static_cast<std::size_t>(scene.dimension))
+        throw InputError(fmt::format("{}: wall '{}': side '{}' needs a {}D packing, found {}", scene.file, wall.name,
+                                     side_name(*wall.side), scene.dimension,
+                                     box.empty() ? "none" : fmt::format("one in {}D", box.size())));
+    Eigen::VectorXd point = Eigen::VectorXd::Zero(scene.dimension);
+    if (wall.side->upper) point[wall.side->axis] = box[static_cast<std::size_t>(wall.side->axis)];
+    return point;
+}
+
+}  // namespace nscdd

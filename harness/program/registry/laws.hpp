@@ -1,0 +1,81 @@
+// Contact laws that a scene may name by its key `law`, a line each.
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "nscdd/core/contact_law.hpp"
+
+namespace nscdd {
+
+template <class Pairing>
+struct LawKey {
+    const char* name;  // of [[pair]], beside `restitution`
+    double Pairing::*value;
+};
+
+template <class L, std::size_t N>
+struct OfferedLaw {
+    using Law = L;
+    const char* name;
+    std::array<LawKey<typename L::Pairing>, N> keys;  // optional, >= 0
+};
+// The kernel asks no name of a law, messages of the program do.
+template <class L>
+concept NamedLaw = requires {
+    { L::name } -> std::convertible_to<std::string>;
+};
+
+template <class L, class... Keys>
+constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... keys) {
+    static_assert(NamedLaw<L>, "a law that scenes may name needs `static constexpr const char* name`, for messages");
+    return {name, {keys...}};
+}
+
+inline constexpr std::tuple laws{
+    offer_law<Frictionless>("frictionless"),
+    offer_law<Coulomb>("coulomb", LawKey<Pairing>{"friction", &Pairing::friction}),
+};
+
+// visit.operator()<L>(law) for the one that the scene names.
+void visit_law(const std::string& name, auto&& visit) {
+    const auto try_one = [&]<class L, std::size_t N>(const OfferedLaw<L, N>& law) {
+        if (name != law.name) return false;
+        visit(law);
+        return true;
+    };
+    if (!std::apply([&](const auto&... law) { return (try_one(law) || ...); }, laws))
+        throw std::logic_error(name + " is not offered");
+}
+
+inline std::vector<std::string> law_names() {
+    return std::apply([](const auto&... law) { return std::vector<std::string>{law.name...}; }, laws);
+}
+
+inline bool law_has_friction(const std::string& name) {
+    bool friction = false;
+    visit_law(name, [&]<class L, std::size_t N>(const OfferedLaw<L, N>&) { friction = L::friction; });
+    return friction;
+}
+
+// Of a law that the scene need not have named: keys that it lacks are 0.
+template <class L>
+typename L::Pairing make_pairing(double restitution, const std::map<std::string, double>& coefficients) {
+    typename L::Pairing pairing;
+    pairing.restitution = restitution;
+    const auto fill = [&]<class Other, std::size_t N>(const OfferedLaw<Other, N>& law) {
+        if constexpr (std::same_as<Other, L>)
+            for (const auto& key : law.keys)
+                if (const auto found = coefficients.find(key.name); found != coefficients.end())
+                    pairing.*key.value = found->second;
+    };
+    std::apply([&](const auto&... law) { (fill(law), ...); }, laws);
+    return pairing;
+}
+
+}  // namespace nscdd

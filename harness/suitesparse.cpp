@@ -1,8 +1,0 @@
-#include "suitesparse.hpp"
-
-namespace nscdd {
-
-template class FactorsBy<UmfPack>;
-template class Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
-
-}  // namespace nscdd
