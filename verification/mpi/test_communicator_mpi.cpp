@@ -248,14 +248,14 @@ TEST_CASE("wrong shapes and disagreeing sizes are errors") {
     CHECK_THROWS_AS(comm.open({{{size, 0, 0}}}), std::logic_error);
     CHECK_THROWS_AS(comm.route({}), std::logic_error);
     CHECK_THROWS_AS(comm.route({{{size, {1}}}}), std::logic_error);
-    CHECK_THROWS_AS(comm.charge(1, nscdd::Work::sweep, 1, 0), std::out_of_range);
+    CHECK_THROWS_AS(comm.meter().charge(1, nscdd::Work::sweep, 1, 0), std::out_of_range);
     if (size > 1) {
         comm.start_reduce({{1}}, 1);
         CHECK_THROWS_AS(comm.start_reduce({{1}}, 1), std::logic_error);  // one is under way
         CHECK(comm.finish_reduce()[0] == size);
     }
-    comm.charge(0, nscdd::Work::sweep, 3, 1e3);
-    CHECK(comm.work()[0] == 3.0);
+    comm.meter().charge(0, nscdd::Work::sweep, 3, 1e3);
+    CHECK(comm.meter().swept()[0] == 3.0);
 
     // Everyone to everyone, so that every rank meets the error and none is left waiting.
     std::vector<Links> shorter(1), longer(1);

@@ -183,15 +183,15 @@ TEST_CASE("sums are taken in the order of the tree, and a NaN is the largest", "
     CHECK(!std::signbit(all[4]));
 }
 
-TEST_CASE("work is charged to a rank, of which work() counts contacts swept", "[communicator]") {
+TEST_CASE("work is charged to a rank, of which swept() tells the contacts", "[communicator]") {
     InProcess comm(2);
-    comm.charge(1, nscdd::Work::sweep, 10, 1e3);
-    comm.charge(1, nscdd::Work::accelerated, 5, 1e3);
+    comm.meter().charge(1, nscdd::Work::sweep, 10, 1e3);
+    comm.meter().charge(1, nscdd::Work::accelerated, 5, 1e3);
     for (const nscdd::Work other : {nscdd::Work::residual, nscdd::Work::pack, nscdd::Work::glue})
-        comm.charge(1, other, 7, 1e3);
-    CHECK(comm.work()[0] == 0);
-    CHECK(comm.work()[1] == 15);
-    CHECK_THROWS_AS(comm.charge(2, nscdd::Work::sweep, 1, 0), std::out_of_range);
+        comm.meter().charge(1, other, 7, 1e3);
+    CHECK(comm.meter().swept()[0] == 0);
+    CHECK(comm.meter().swept()[1] == 15);
+    CHECK_THROWS_AS(comm.meter().charge(2, nscdd::Work::sweep, 1, 0), std::out_of_range);
     const double before = comm.now();
     CHECK(comm.now() >= before);
 }

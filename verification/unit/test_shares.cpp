@@ -49,8 +49,7 @@ class Watched final : public Communicator {
     std::span<const double> finish_reduce() override { return comm_.finish_reduce(); }
     void advance() override { comm_.advance(); }
     double now() const override { return comm_.now(); }
-    void charge(int rank, Work kind, double count, double bytes) override { comm_.charge(rank, kind, count, bytes); }
-    std::span<const double> work() const override { return comm_.work(); }
+    Meter& meter() override { return comm_.meter(); }
     Traffic traffic() const override { return comm_.traffic(); }
     CommSeconds seconds() const override { return comm_.seconds(); }
 

@@ -60,9 +60,9 @@ std::vector<CallCost> calls_of_host([[maybe_unused]] const char* property, [[may
 }
 
 // Counts the work of this rank, and on a simulated machine takes the time that it costs.
-class Meter {
+class WorkClock {
   public:
-    Meter(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
+    WorkClock(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
         if (simulated) costs_ = read_costs(arguments.costs);
         calls_ = calls_of_host("call", arguments.latency, arguments.bandwidth);
         shared_ = calls_of_host("shared", arguments.latency, arguments.bandwidth);
@@ -141,7 +141,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
 }
 
 int window(const WindowArguments& arguments, const Provenance& provenance, const Session& session) {
-    std::optional<Meter> meter;
+    std::optional<WorkClock> meter;
     RunRequest request;
     std::vector<NamedFile> inputs;
     std::vector<std::string> sums;

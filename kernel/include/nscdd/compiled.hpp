@@ -34,7 +34,8 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
     prefix template std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>&, Ids);                           \
     prefix template std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>&, Ids);                       \
     prefix template SolveReport nlgs(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&);                           \
-    prefix template SolveReport nlgs_of_valid(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&, NothingElse);     \
+    prefix template SolveReport nlgs_of_valid(ContactProblem<M>&, const SolveOptions&, Sweeper<M>&, NothingElse,      \
+                                              Meter*);                                                                \
     prefix template void sweep(ContactProblem<M>&);                                                                   \
     prefix template NewtonReport newton_solve(ContactProblem<M>&, const NewtonOptions&);                              \
     prefix template Partitioner<M> by_grid(const GridCells<M::dim>&);                                                 \

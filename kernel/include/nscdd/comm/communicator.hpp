@@ -21,6 +21,7 @@
 #include <span>
 #include <vector>
 
+#include "nscdd/comm/meter.hpp"
 #include "nscdd/comm/turn.hpp"
 #include "nscdd/core/abi.hpp"
 
@@ -104,27 +105,6 @@ struct CommSeconds {
     }
 };
 
-/// Kinds of work, each with the unit in which it is counted.
-enum class Work {
-    sweep,          ///< contacts swept
-    accelerated,    ///< contacts swept from a combination of iterates
-    driven,         ///< batches with driven walls: the cost beyond their contacts, as each waits for the one before
-    residual,       ///< contacts tested
-    pack,           ///< copies of grains put into messages
-    glue,           ///< copies of grains made to agree, in closed form
-    factorised,     ///< copies of grains made to agree, by a factorised operator
-    message,        ///< messages that a process sends or receives in an iteration: what MPI's calls do for them
-    shared_message  ///< those through memory that processes share: what copying them takes
-};
-/// Names of the kinds of Work, in their order, as files have them.
-constexpr std::array<const char*, 9> work_names{"sweep", "accelerated", "driven",  "residual",      "pack",
-                                                "glue",  "factorised",  "message", "shared_message"};
-
-/// Called for work on a rank: `count` units of a kind, on data of `bytes` that the rank goes through repeatedly; their
-/// size says which cache holds them; of messages it is the size of one. A simulated machine advances its clock by the
-/// time of this work.
-using Charged = std::function<void(Work kind, double count, double bytes)>;
-
 /// Calls are coarse (one per superstep), so that a virtual call costs nothing and a solver is compiled once for all
 /// machines. Throws: each implementation says what.
 class Communicator {
@@ -139,7 +119,7 @@ class Communicator {
     Turn& turn() { return turn_; }
 
     /// task(k) once for each hosted rank ranks()[k], perhaps several at a time: it must not touch what is another's,
-    /// and of the communicator it may call size(), ranks(), now() and charge() alone.
+    /// and of the communicator it may call size(), ranks(), now() and meter() alone.
     virtual void each_rank(const std::function<void(std::size_t)>& task) {
         const Turn::Hold hold(turn_, "each_rank", true);
         for (std::size_t k = 0; k < ranks().size(); ++k) task(k);
@@ -169,21 +149,13 @@ class Communicator {
     virtual void advance() = 0;
 
     virtual double now() const = 0;  ///< [s], the clock of this machine, real or simulated
-    /// Notes `count` units of work of the hosted rank with index `rank`; within each_rank() a task may charge its own
-    /// rank only. Bytes: see Charged.
-    virtual void charge(int rank, Work kind, double count, double bytes) = 0;
-    virtual std::span<const double> work() const = 0;  ///< contacts swept so far, per hosted rank
+    virtual Meter& meter() = 0;           ///< of the work of the hosted ranks
     virtual Traffic traffic() const = 0;               ///< so far, of the ranks that this process hosts
     virtual CommSeconds seconds() const = 0;           ///< so far, of this process
 
   private:
     Turn turn_;
 };
-
-/// How much of `count` units Communicator::work() counts: all of swept contacts, nothing of other work.
-constexpr double contacts_swept(Work kind, double count) {
-    return kind == Work::sweep || kind == Work::accelerated ? count : 0;
-}
 
 /// The tree of reduce(): with p the largest power of two that is not above the number of ranks, rank r >= p first adds
 /// its numbers to those of r - p; then neighbours add theirs to each other's, pairs of neighbours, and so on. Both of a

@@ -32,7 +32,7 @@ class InProcess final : public Communicator {
                                         std::to_string(size) + " ranks, needs 1 to as many as ranks");
         ranks_.resize(static_cast<std::size_t>(size));
         std::iota(ranks_.begin(), ranks_.end(), 0);
-        work_.resize(ranks_.size());
+        meter_ = Meter(ranks_.size());
     }
 
     int size() const override { return static_cast<int>(ranks_.size()); }
@@ -102,11 +102,7 @@ class InProcess final : public Communicator {
     double now() const override {
         return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
     }
-    /// Throws std::out_of_range for a rank that is not hosted.
-    void charge(int rank, Work kind, double count, double) override {
-        work_.at(static_cast<std::size_t>(rank)) += contacts_swept(kind, count);
-    }
-    std::span<const double> work() const override { return work_; }
+    Meter& meter() override { return meter_; }
     Traffic traffic() const override { return traffic_; }
     CommSeconds seconds() const override { return {}; }
 
@@ -191,7 +187,7 @@ class InProcess final : public Communicator {
 
     Team team_;
     std::vector<int> ranks_;
-    std::vector<double> work_;
+    Meter meter_;
     Buffer gathered_;
     std::vector<Buffer> tree_;
     Traffic traffic_;

@@ -37,7 +37,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 class Mpi final : public Communicator {
   public:
     /// Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
-    /// if given, is called at every charge(), and for the messages of channels and reductions. `size`: ranks in all,
+    /// if given, is called at every charge of the meter, and for the messages of channels and reductions. `size`: ranks in all,
     /// the same on every process; 0: one a process. `within`: how messages go between processes of a node. Throws
     /// std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0,
@@ -186,12 +186,7 @@ class Mpi final : public Communicator {
     }
 
     double now() const override { return mpi_.now(); }
-    /// Throws std::out_of_range for a rank that is not hosted.
-    void charge(int rank, Work kind, double count, double bytes) override {
-        work_.at(static_cast<std::size_t>(rank)) += contacts_swept(kind, count);
-        mpi_.charge(kind, count, bytes);
-    }
-    std::span<const double> work() const override { return work_; }
+    Meter& meter() override { return mpi_.meter(); }
     Traffic traffic() const override { return mpi_.traffic(); }
     CommSeconds seconds() const override { return mpi_.seconds(); }
 
@@ -219,7 +214,6 @@ class Mpi final : public Communicator {
     std::vector<MPI_Request> requests_;
     int routes_ = 0;
 
-    std::vector<double> work_ = std::vector<double>(mpi_.hosted().count());
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -31,7 +31,7 @@ class MpiProcess {
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
           node_(comm_.handle, within),
-          charged_(std::move(charged)) {
+          meter_(hosted_.count(), std::move(charged)) {
         synchronise_clock();
     }
 
@@ -48,12 +48,10 @@ class MpiProcess {
     void count(Operation operation, std::size_t messages, std::size_t doubles) {  // in traffic()
         traffic_.add(operation, messages, doubles);
     }
-    void charge(Work kind, double count, double bytes) const {
-        if (charged_) charged_(kind, count, bytes);
-    }
+    Meter& meter() { return meter_; }
     /// What sending or receiving takes for a message, on a simulated machine, which lets messages pass without it.
     void charge_call(std::size_t doubles, bool shared) const {
-        charge(shared ? Work::shared_message : Work::message, 1, double(doubles * sizeof(double)));
+        meter_.charge_message(double(doubles * sizeof(double)), shared);
     }
     /// A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
     void spent(Operation operation, double entry, double latest) {
@@ -122,7 +120,7 @@ class MpiProcess {
     NodeMemory node_;
     double offset_ = 0;  ///< to the clock of rank 0 [s]
     int channels_ = 0;
-    Charged charged_;
+    Meter meter_;
     Traffic traffic_;
     CommSeconds seconds_;
 };

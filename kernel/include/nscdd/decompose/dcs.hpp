@@ -47,7 +47,7 @@ class Dcs final : public CommunicationScheme<M> {
         comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);
             parts[k].sweeper.read_rows(parts[k].problem, parts[k].interface);
-            charge(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
+            detail::count(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
         });
     }
 

@@ -46,7 +46,7 @@ struct Copies {
 /// setup(copies)     once per step
 /// glue(copies)      reads the velocities at `from`, writes those on which the copies of a body agree at `to`; copies
 ///                   as at setup()
-/// name, work        constexpr: a const char* for reports, and what a copy is charged as
+/// name, work        constexpr: a const char* for reports, and what a copy is counted as
 /// ```
 template <class G>
 concept GluesCopies =

@@ -31,6 +31,8 @@ class SweptTogether {
           watch_(comm),
           walls_(parts[0].wall_active.size()),
           sums_(parts.size(), Buffer(Anderson::largest_window + 1 + walls_)) {
+        for (std::size_t k = 0; k < parts.size(); ++k)
+            sweepers_.emplace_back(parts[k].sweeper, parts[k].problem, front(parts[k]), &comm.meter(), k);
         load();
         comm_.each_rank([this](std::size_t k) {
             parts_[k].sweeper.store(parts_[k].problem);
@@ -45,7 +47,7 @@ class SweptTogether {
     const double* iterate(const Anderson* anderson, bool tested) {
         const bool interface_last = tested || anderson;
         comm_.each_rank([&](std::size_t k) {
-            begin_sweep(k, anderson);
+            begin_last_sweep(k, anderson);
             if (interface_last) pass(k, SweepPass::rest, anderson);
             pass(k, SweepPass::first, anderson);
         });
@@ -66,10 +68,8 @@ class SweptTogether {
 
     /// The same bits on every rank.
     ResidualParts residual() {
-        const ResidualParts all = nscdd::reduce<ResidualParts>(comm_, [this](std::size_t k) {
-            charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
-            return parts_[k].sweeper.residual(parts_[k].problem);
-        });
+        const ResidualParts all =
+            nscdd::reduce<ResidualParts>(comm_, [this](std::size_t k) { return sweepers_[k].residual(); });
         watch_.lap(seconds_.sweep);
         return all;
     }
@@ -114,39 +114,21 @@ class SweptTogether {
     }
 
   private:
+    static SweepFront front(const Subdomain<M>& part) {
+        return {part.interface_contacts, part.interface_wall_contacts};
+    }
+
     /// Makes all sweeps of the iteration but the last, and begins that one. With `anderson` the first sweep is
     /// accelerated.
-    void begin_sweep(std::size_t k, const Anderson* anderson) {
-        ContactProblem<M>& problem = parts_[k].problem;
-        Sweeper<M>& sweeper = parts_[k].sweeper;
+    void begin_last_sweep(std::size_t k, const Anderson* anderson) {
         products_[k] = {};
-        if (anderson) sweeper.accelerate(problem, options_.window);
-        for (int s = 1; s < options_.sweeps; ++s) {
-            if (anderson && s == 1)
-                sweeper.sweep(problem, *anderson, products_[k]);
-            else
-                sweeper.sweep(problem);
-            charge_sweep(k, anderson && s == 1, problem.contact_count(), SweepPass::all);
-        }
-        sweeper.begin(problem, accelerated_pass(anderson));
+        if (anderson) parts_[k].sweeper.accelerate(parts_[k].problem, options_.window);
+        for (int s = 1; s < options_.sweeps; ++s) sweepers_[k].sweep(s == 1 ? anderson : nullptr, products_[k]);
+        sweepers_[k].begin(accelerated_pass(anderson));
     }
 
     void pass(std::size_t k, SweepPass which, const Anderson* anderson, SweepPiece piece = {}) {
-        const Subdomain<M>& part = parts_[k];
-        parts_[k].sweeper.pass(parts_[k].problem, which, accelerated_pass(anderson), &products_[k], piece);
-        const std::size_t grains = part.problem.contacts.size() - part.interface_contacts,
-                          walls = part.problem.wall_contacts.size() - part.interface_wall_contacts;
-        charge_sweep(k, accelerated_pass(anderson),
-                     which == SweepPass::first        ? part.interface_contacts + part.interface_wall_contacts
-                     : which == SweepPass::rest       ? walls + grains
-                     : which == SweepPass::rest_walls ? walls
-                                                      : piece.end(grains) - piece.begin(grains),
-                     which);
-    }
-
-    void charge_sweep(std::size_t k, bool accelerated, std::size_t contacts, SweepPass which) {
-        charge(comm_, parts_[k], k, accelerated ? Work::accelerated : Work::sweep, contacts);
-        charge(comm_, parts_[k], k, Work::driven, parts_[k].sweeper.driven_batches(which));
+        sweepers_[k].pass(which, accelerated_pass(anderson), products_[k], piece);
     }
 
     /// Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
@@ -167,7 +149,7 @@ class SweptTogether {
     /// The sums that an estimate is made of, and the components when first asked for.
     void add_up() {
         comm_.each_rank([this](std::size_t k) {
-            charge(comm_, parts_[k], k, Work::residual, parts_[k].problem.contact_count());
+            sweepers_[k].count_test();
             parts_[k].sweeper.store(parts_[k].problem);
             distance_[k].add_contacts(parts_[k].problem, parts_[k].sweeper.kept(parts_[k].problem));
         });
@@ -186,8 +168,7 @@ class SweptTogether {
         // V.
         comm_.each_rank([this](std::size_t k) {
             Subdomain<M>& part = parts_[k];
-            part.sweeper.load(part.problem, options_.relaxation,
-                              {part.interface_contacts, part.interface_wall_contacts});
+            part.sweeper.load(part.problem, options_.relaxation, front(part));
         });
         watch_.lap(seconds_.sweep);
         scheme_.setup(parts_, comm_);
@@ -234,6 +215,7 @@ class SweptTogether {
     Stopwatch watch_;
     std::size_t walls_;  ///< 0 where none is driven
     std::vector<Buffer> sums_;
+    std::vector<MeteredSweeper<M>> sweepers_;  ///< by hosted rank
     std::vector<Anderson::Products> products_{sums_.size()};
     std::vector<DistanceSums<M>> distance_{sums_.size()};  ///< by hosted rank
     std::optional<JoinedComponents<M>> joined_;            ///< found when first asked for

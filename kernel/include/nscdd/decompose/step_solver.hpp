@@ -21,7 +21,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// over multiplicity) and V_free + M_E^-1 H_E r [m/s], r the impulses of the warm start [N s]. Out: impulses of the
 /// contacts, and velocities that satisfy V = V_free + M^-1 H r, the same in all active copies of a body and of a driven
 /// wall on all ranks. There are the contacts, bodies and walls of before, in their order. The report is the same on
-/// every rank. Its time goes to `seconds`, its work to comm.charge() where simulated machines are to know of it.
+/// every rank. Its time goes to `seconds`, its work to comm.meter() where simulated machines are to know of it.
 template <class S, class M>
 concept StepSolver = std::copy_constructible<S> &&
                      requires(S& solve, std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
@@ -32,24 +32,26 @@ concept StepSolver = std::copy_constructible<S> &&
 template <class M>
 using AnyStepSolver = std::function<SolveReport(std::span<Subdomain<M>>, Communicator&, PhaseSeconds&)>;
 
-/// Charges a sweep's work for each iteration.
+/// A solver of one problem as a StepSolver, for scenes on one rank. solve(part, meter) returns a SolveReport.
 template <class M>
-void charge_iterations(Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
-    comm.charge(0, Work::sweep, double(report.iterations) * double(part.problem.contact_count()), 0);
-}
-
-/// A solver of one problem as a StepSolver, for scenes on one rank. solve(part) returns a SolveReport, charge(comm,
-/// part, report) notes its work.
-template <class M>
-AnyStepSolver<M> on_one_rank(const char* name, auto solve, auto charge) {
+AnyStepSolver<M> on_one_rank(const char* name, auto solve) {
     return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         if (comm.size() != 1) throw std::logic_error(std::string(name) + " runs on one rank");
         Stopwatch watch(comm);
-        const SolveReport report = solve(parts[0]);
-        charge(comm, parts[0], report);
+        const SolveReport report = solve(parts[0], comm.meter());
         watch.lap(seconds.sweep);
         return report;
     };
+}
+
+/// The same of a solver whose iterations are counted as sweeps; solve(problem) returns a SolveReport.
+template <class M>
+AnyStepSolver<M> counted_as_sweeps(const char* name, auto solve) {
+    return on_one_rank<M>(name, [=](Subdomain<M>& part, Meter& meter) -> SolveReport {
+        const SolveReport report = solve(part.problem);
+        meter.charge(0, Work::sweep, double(report.iterations) * double(part.problem.contact_count()), 0);
+        return report;
+    });
 }
 
 }}  // namespace nscdd::NSCDD_ABI

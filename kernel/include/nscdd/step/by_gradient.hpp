@@ -10,10 +10,9 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
 template <class M>
 AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
-    return on_one_rank<M>(
-        "a projected gradient",
-        [options, descent](Subdomain<M>& part) { return projected_gradient(part.problem, options, descent); },
-        charge_iterations<M>);
+    return counted_as_sweeps<M>("a projected gradient", [options, descent](ContactProblem<M>& problem) {
+        return projected_gradient(problem, options, descent);
+    });
 }
 
 }}  // namespace nscdd::NSCDD_ABI

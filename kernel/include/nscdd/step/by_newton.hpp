@@ -10,10 +10,9 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// The step throws std::logic_error on more than one rank, else what newton_solve() throws.
 template <class M, class Factorisation = SparseLU>
 AnyStepSolver<M> by_newton(const NewtonOptions& options) {
-    return on_one_rank<M>(
-        "Newton's method",
-        [options](Subdomain<M>& part) -> SolveReport { return newton_solve<Factorisation>(part.problem, options); },
-        charge_iterations<M>);
+    return counted_as_sweeps<M>("Newton's method", [options](ContactProblem<M>& problem) {
+        return newton_solve<Factorisation>(problem, options);
+    });
 }
 
 }}  // namespace nscdd::NSCDD_ABI

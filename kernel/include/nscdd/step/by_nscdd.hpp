@@ -10,23 +10,9 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// The sequential reference; the step throws std::logic_error on more than one rank.
 template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
-    const auto charge = [options](Communicator& comm, const Subdomain<M>& part, const SolveReport& report) {
-        const double contacts = double(part.problem.contact_count()), bytes = double(part.sweeper.bytes()),
-                     driven = double(part.sweeper.driven_batches(SweepPass::all));
-        // One iteration after the other, as NSCDD does: a machine that draws noise for each charge draws as often.
-        for (int done = 1; done <= report.iterations; ++done) {
-            // acceleration begins with the first test
-            const bool accelerated = options.window > 0 && done > options.check_every;
-            comm.charge(0, Work::sweep, (options.sweeps - (accelerated ? 1 : 0)) * contacts, bytes);
-            comm.charge(0, Work::accelerated, accelerated ? contacts : 0, bytes);
-            comm.charge(0, Work::driven, options.sweeps * driven, bytes);
-            const bool tested = done % options.check_every == 0 || done == report.iterations;
-            comm.charge(0, Work::residual, tested ? contacts : 0, bytes);
-        }
-    };
     return on_one_rank<M>(
         "sequential NLGS",
-        [options](Subdomain<M>& part) {
+        [options](Subdomain<M>& part, Meter& meter) {
             const auto by_newton = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
                 if constexpr (SolvedOnCone<typename M::Law>) {
                     InProcess alone(1);
@@ -36,9 +22,8 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
                 }
                 return HandedOver{};
             };
-            return nlgs_of_valid(part.problem, options, part.sweeper, by_newton);
-        },
-        charge);
+            return nlgs_of_valid(part.problem, options, part.sweeper, by_newton, &meter);
+        });
 }
 
 /// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.

@@ -7,7 +7,7 @@
 
 #include "nscdd/core/validate.hpp"
 #include "nscdd/iterate/iteration.hpp"
-#include "nscdd/sweep/sweeper.hpp"
+#include "nscdd/sweep/metered.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -23,26 +23,28 @@ namespace detail {
 template <class M, class HandOver>
 class SweptAlone {
   public:
-    SweptAlone(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper, HandOver hand_over)
-        : problem_(problem), options_(options), sweeper_(sweeper), hand_over_(std::move(hand_over)) {
+    SweptAlone(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper, HandOver hand_over,
+               Meter* meter)
+        : problem_(problem),
+          options_(options),
+          sweeper_(sweeper),
+          metered_(sweeper, problem, {}, meter),
+          hand_over_(std::move(hand_over)) {
         sweeper_.load(problem_, options_.relaxation);
         sums_.begin(problem_, sweeper_.free_velocities(problem_));
     }
 
     void keep() { sweeper_.keep(problem_); }
     const double* iterate(const Anderson* anderson, bool /*tested*/) {
-        if (anderson) {
-            sweeper_.accelerate(problem_, options_.window);
-            products_ = {};
-            sweeper_.sweep(problem_, *anderson, products_);
-        } else {
-            sweeper_.sweep(problem_);
-        }
-        for (int s = 1; s < options_.sweeps; ++s) sweeper_.sweep(problem_);
+        if (anderson) sweeper_.accelerate(problem_, options_.window);
+        products_ = {};
+        metered_.sweep(anderson, products_);
+        for (int s = 1; s < options_.sweeps; ++s) metered_.sweep(nullptr, products_);
         return products_.data();
     }
-    ResidualParts residual() const { return sweeper_.residual(problem_); }
+    ResidualParts residual() { return metered_.residual(); }
     DistanceEstimate distance(const ResidualParts& residual) {
+        metered_.count_test();
         sweeper_.store(problem_);
         return estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
     }
@@ -66,6 +68,7 @@ class SweptAlone {
     ContactProblem<M>& problem_;
     const SolveOptions& options_;
     Sweeper<M>& sweeper_;
+    MeteredSweeper<M> metered_;
     HandOver hand_over_;
     DistanceSums<M> sums_;
     Anderson::Products products_{};
@@ -73,13 +76,14 @@ class SweptAlone {
 
 }  // namespace detail
 
-/// nlgs() of a problem that validate() has let pass, or that our own detection has filled.
+/// nlgs() of a problem that validate() has let pass, or that our own detection has filled. meter: counts the work, of
+/// its first rank, unless it is null.
 template <class M, class HandOver = NothingElse>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper,
-                          HandOver hand_over = {}) {
+                          HandOver hand_over = {}, Meter* meter = nullptr) {
     check_options(options);
     if (problem.contact_count() == 0) return {};
-    detail::SweptAlone<M, HandOver> system(problem, options, sweeper, std::move(hand_over));
+    detail::SweptAlone<M, HandOver> system(problem, options, sweeper, std::move(hand_over), meter);
     const SolveReport report = iterate(system, options);
     sweeper.store(problem);
     return report;
