@@ -9,6 +9,12 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
+/// The weight of a contact in the products of an Anderson: Anderson::metric() of its diagonal of W.
+template <class M>
+double anderson_metric(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
+    return Anderson::metric(delassus(problem, c, true, kind).normal, delassus(problem, c, false, kind).normal);
+}
+
 /// Past velocities of bodies and driven walls, combined as the impulses of the contacts will be.
 template <class M>
 class PastVelocities {

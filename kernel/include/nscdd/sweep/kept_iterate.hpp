@@ -13,14 +13,9 @@ class KeptIterate {
   public:
     void forget() { there_ = false; }
 
-    /// The iterate as the problem has it.
-    void take(const ContactProblem<M>& problem) {
-        there_ = true, batched_ = false;
-        iterate_.take(problem);
-    }
     /// The iterate as the layout has it: a fifth of a sweep.
     void take(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls, const Group& grains) {
-        there_ = batched_ = true;
+        there_ = true;
         rows_ = rows.data;
         iterate_.speeds.clear();
         for (const WallBody<M>& wall : problem.walls) iterate_.speeds.push_back(wall.speed);
@@ -36,7 +31,6 @@ class KeptIterate {
     const Iterate<M>* read(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls,
                            const Group& grains) {
         if (!there_) return nullptr;
-        if (!batched_) return &iterate_;
         iterate_.velocities.clear();
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) iterate_.velocities.push_back(rows.velocity(g, rows_));
         iterate_.impulses.resize(problem.contact_count());
@@ -54,8 +48,8 @@ class KeptIterate {
     }
 
   private:
-    bool there_ = false, batched_ = false;
-    Iterate<M> iterate_;  ///< where batched_ as read() has made it
+    bool there_ = false;
+    Iterate<M> iterate_;  ///< as read() has made it
     AlignedDoubles rows_;
     std::vector<double> wall_impulses_, impulses_;  ///< batch by batch
 };
