@@ -101,7 +101,8 @@ double slide(const Solver& solve, int ranks) {
 
 int main() {
     int wrong = 0;
-    const nscdd::SolveOptions plain{.tolerance = 1e-9, .bounds = {.max_velocity_error = 1e-7}, .max_iterations = 200000};
+    const nscdd::SolveOptions plain{
+        .tolerance = 1e-9, .bounds = {.max_velocity_error = 1e-7}, .max_iterations = 200000};
     for (const auto& options : {plain, plain.accelerated()})
         for (const int ranks : {1, 4}) {
             const Solver solve =

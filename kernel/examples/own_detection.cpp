@@ -53,8 +53,8 @@ int main() {
         }
     }
 
-    const nscdd::SolveReport report =
-        nscdd::nlgs(problem, nscdd::SolveOptions{.tolerance = 1e-8, .bounds = {.max_velocity_error = 1e-6}}.accelerated());
+    const nscdd::SolveReport report = nscdd::nlgs(
+        problem, nscdd::SolveOptions{.tolerance = 1e-8, .bounds = {.max_velocity_error = 1e-6}}.accelerated());
 
     double carried = 0, fastest = 0;
     for (const auto& contact : problem.wall_contacts) carried += contact.r[1];  // on i [N s], in world axes

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <random>
 
-#include "nscdd/nscdd.hpp"
 #include "files/packing.hpp"
+#include "nscdd/nscdd.hpp"
 
 namespace nscdd::bench {
 

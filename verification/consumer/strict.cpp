@@ -8,7 +8,7 @@
 #define verify(assertion) not_the_kernels(assertion)
 #define require(assertion, label) not_the_kernels(assertion, label)
 
-#include <nscdd/nscdd.hpp>
+#include <nscdd/reference.hpp>
 #if __has_include(<metis.h>)
 #include <nscdd/partition/metis.hpp>
 #endif

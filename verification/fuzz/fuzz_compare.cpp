@@ -1,6 +1,6 @@
 // Any bytes as the JSON of a run; what is read is judged with states of the sizes that it says, and of others.
-#include "fuzz.hpp"
 #include "files/verdict.hpp"
+#include "fuzz.hpp"
 
 using namespace nscdd;
 

@@ -1,6 +1,6 @@
 // Any bytes as a scene file; what is read goes into a simulation, which may refuse it too.
-#include "model/build_scene.hpp"
 #include "fuzz.hpp"
+#include "model/build_scene.hpp"
 #include "nscdd/nscdd.hpp"
 
 using namespace nscdd;

@@ -1,7 +1,7 @@
 // Packings and states: the shapes and values of a sound HDF5 file.
-#include "hdf5_image.hpp"
 #include "files/packing.hpp"
 #include "files/state.hpp"
+#include "hdf5_image.hpp"
 
 using namespace nscdd;
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "fuzz.hpp"
 #include "files/hdf5.hpp"
+#include "fuzz.hpp"
 
 namespace nscdd::fuzz {
 

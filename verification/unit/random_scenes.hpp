@@ -129,8 +129,9 @@ struct Run {
             if (solver.scheme == Scheme::nlgs) return simulation.step(by_nlgs<M>(options));
 #ifndef NSCDD_WITHOUT_COMPILED_KERNEL  // this takes longest to compile
             if (solver.scheme == Scheme::newton)
-                return simulation.step(by_newton<M>(
-                    {.tolerance = options.tolerance, .bounds = {.max_penetration = options.bounds.max_penetration}, .warm_sweeps = 0}));
+                return simulation.step(by_newton<M>({.tolerance = options.tolerance,
+                                                     .bounds = {.max_penetration = options.bounds.max_penetration},
+                                                     .warm_sweeps = 0}));
 #endif
             if (solver.scheme == Scheme::ccs) return simulation.step(by_nscdd<Ccs<M>>(options));
             return simulation.step(by_nscdd<Dcs<M>>(options));
@@ -151,7 +152,8 @@ struct Run {
     }
 
     Solver solver;
-    SolveOptions options{.tolerance = 1e-10, .bounds = {.max_penetration = 1e-9}, .check_every = 10, .max_iterations = 500000};
+    SolveOptions options{
+        .tolerance = 1e-10, .bounds = {.max_penetration = 1e-9}, .check_every = 10, .max_iterations = 500000};
     InProcess comm;
     Simulation<M> simulation;
 };

@@ -267,7 +267,8 @@ TEST_CASE("velocities stay those of the impulses", "[anderson]") {
     auto solved = free;
     for (const char* start : {"cold", "warm, other velocities"}) {  // warm: open contacts are known
         INFO(start);
-        const SolveReport report = nlgs(solved, SolveOptions{.tolerance = 1e-8, .bounds = {.max_penetration = 1}}.accelerated());
+        const SolveReport report =
+            nlgs(solved, SolveOptions{.tolerance = 1e-8, .bounds = {.max_penetration = 1}}.accelerated());
         CHECK(report.converged);
         CHECK(report.residual <= 1e-8);
         CHECK(report.iterations > 10);  // the first ten are not accelerated
@@ -329,7 +330,8 @@ TEMPLATE_TEST_CASE("a long column takes few iterations for each grain, and keeps
     for (const Solver& solver : {nlgs_alone, Solver{Scheme::dcs, 3}, Solver{Scheme::ccs, 2}}) {
         INFO(solver.name() << ", inertia " << inertia);
         Run<M> run(solver, Column<M>::settings(n, driven), Column<M>::grains(n, inertia));
-        run.options = SolveOptions{.tolerance = 1e-11, .bounds = {.max_penetration = 1}, .max_iterations = 20000}.accelerated();
+        run.options =
+            SolveOptions{.tolerance = 1e-11, .bounds = {.max_penetration = 1}, .max_iterations = 20000}.accelerated();
         const int iterations = run.step().solve.iterations;
         CHECK(iterations > 2 * Anderson::many);  // else round-off is too small to be seen
         CHECK(iterations <= 10 * n);
@@ -391,7 +393,8 @@ TEST_CASE("a long solve goes on when the velocities of its impulses say that it 
             Run<M> run(solver, Column<M>::settings(n, false), Column<M>::grains(n, 1));
             const double tolerance = 1e-13 * (1 + 0.1 * k);
             run.options =
-                SolveOptions{.tolerance = tolerance, .bounds = {.max_penetration = 1}, .check_every = 1, .max_iterations = 20000}
+                SolveOptions{
+                    .tolerance = tolerance, .bounds = {.max_penetration = 1}, .check_every = 1, .max_iterations = 20000}
                     .accelerated();
             const auto report = run.step().solve;  // which has to converge
             CHECK(report.iterations > 2 * Anderson::many);

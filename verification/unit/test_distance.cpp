@@ -62,8 +62,8 @@ TEST_CASE("a row that begins to touch is not done before it has stopped", "[dist
             simulation.step([](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds& seconds) {
                 if (c.size() == 1) return by_newton<M>({.tolerance = 1e-11})(parts, c, seconds);
                 return by_nscdd<Dcs<M>>(
-                    SolveOptions{.tolerance = 1e-9, .bounds = {.max_velocity_error = 1e-6}, .max_iterations = 100000}.accelerated())(
-                    parts, c, seconds);
+                    SolveOptions{.tolerance = 1e-9, .bounds = {.max_velocity_error = 1e-6}, .max_iterations = 100000}
+                        .accelerated())(parts, c, seconds);
             });
         return simulation;
     };
@@ -302,8 +302,10 @@ TEST_CASE("spheres that rebound in corners with strong friction converge", "[dis
         double newton = 0;
         int stopped = 0;
         for (int step = 0; step < 2500; ++step) {
-            const SolveReport report =
-                simulation.step(ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options)).solve;
+            const SolveReport report = simulation
+                                           .step(ranks > 1 ? by_nscdd<Dcs<M>>(options, newton_where_stalled<M>())
+                                                           : by_nlgs<M>(options, newton_where_stalled<M>()))
+                                           .solve;
             newton += report.newton_contacts;
             stopped += !report.converged;
         }
@@ -337,7 +339,8 @@ TEST_CASE("a small sphere that lands on one in a corner, with friction 10, stops
     SolveOptions options = SolveOptions{}.accelerated();
     CHECK_FALSE(step(by_nlgs<M>(options)).converged);
     options.max_newton_contacts = 1000;
-    const SolveReport report = step(by_nlgs<M>(options));
+    CHECK_THROWS_AS(by_nlgs<M>(options), std::invalid_argument);  // nothing to hand over to
+    const SolveReport report = step(by_nlgs<M>(options, newton_where_stalled<M>()));
     CHECK(report.converged);
     CHECK(report.newton_contacts == 3);
 
@@ -365,7 +368,7 @@ TEST_CASE("steps of a sphere on 81 of a thousandth of its radius converge", "[di
     Simulation<M> simulation(comm, settings, grains);
     double newton = 0;
     for (int step = 0; step < 3; ++step) {
-        const SolveReport report = simulation.step(by_nlgs<M>(options)).solve;
+        const SolveReport report = simulation.step(by_nlgs<M>(options, newton_where_stalled<M>())).solve;
         CHECK(report.converged);
         newton += report.newton_contacts;
     }

@@ -104,9 +104,10 @@ TEMPLATE_TEST_CASE("walls that leave no room stop projected gradients at the cap
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, M::Vec::Zero())};
     for (const Descent descent : {Descent::spectral, Descent::nesterov}) {
         InProcess comm(1);
-        const SolveReport report = Simulation<M>(comm, settings, grains)
-                                       .step(by_gradient<M>({.bounds = {.max_penetration = 1e-6}, .max_iterations = 200}, descent))
-                                       .solve;
+        const SolveReport report =
+            Simulation<M>(comm, settings, grains)
+                .step(by_gradient<M>({.bounds = {.max_penetration = 1e-6}, .max_iterations = 200}, descent))
+                .solve;
         CHECK_FALSE(report.converged);
         CHECK(report.iterations == 200);
         CHECK(std::isfinite(report.residual));

@@ -249,7 +249,8 @@ TEMPLATE_TEST_CASE("walls that leave no room: not converged, within the caps", "
         wall.velocity = wall.normal;
     }
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, M::Vec::Zero())};
-    const NewtonOptions options{.bounds = {.max_penetration = 1e-6}, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
+    const NewtonOptions options{
+        .bounds = {.max_penetration = 1e-6}, .max_iterations = 200, .warm_sweeps = 0, .max_outer = 50};
     NewtonReport report;
     InProcess comm(1);
     Simulation<M>(comm, settings, grains).step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {

@@ -17,7 +17,8 @@ namespace {
 
 using M = example::Model;
 
-const SolveOptions tight{.tolerance = 1e-11, .bounds = {.max_velocity_error = 1e-10, .max_energy_gain = 1e-10}, .max_iterations = 200000};
+const SolveOptions tight{
+    .tolerance = 1e-11, .bounds = {.max_velocity_error = 1e-10, .max_energy_gain = 1e-10}, .max_iterations = 200000};
 
 Grain<M> ball(int id, double weight, const M::Vec& at) { return example::sphere(id, weight / example::gravity, at); }
 

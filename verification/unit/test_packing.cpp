@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "../catch.hpp"
-#include "made_up_state.hpp"
 #include "files/packing.hpp"
 #include "files/replace_file.hpp"
 #include "files/report_json.hpp"
+#include "made_up_state.hpp"
 #include "scratch.hpp"
 
 using namespace nscdd;

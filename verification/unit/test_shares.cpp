@@ -7,8 +7,8 @@
 #include "../catch.hpp"
 #include "../small_scenes.hpp"
 #include "made_up_state.hpp"
-#include "scratch.hpp"
 #include "model/simulation_state.hpp"
+#include "scratch.hpp"
 
 using namespace nscdd;
 using nscdd::test::check_equal;

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
-#include "files/costs.hpp"
-#include "nscdd/comm/in_process.hpp"
 #include "commands/number_option.hpp"
-#include "files/replace_file.hpp"
 #include "commands/run_options.hpp"
+#include "files/costs.hpp"
+#include "files/replace_file.hpp"
 #include "files/say.hpp"
+#include "nscdd/comm/in_process.hpp"
 
 namespace nscdd {
 

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "nscdd/comm/in_process.hpp"
 #include "commands/number_option.hpp"
 #include "commands/run_options.hpp"
 #include "files/say.hpp"
+#include "nscdd/comm/in_process.hpp"
 
 namespace nscdd {
 
@@ -45,8 +45,8 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     const RunResult result = choose_model(request.scene)(request, comm, none);
     const auto& [problem, solution, report] = result.exported.value();
     if (problem.friction.size() == 0)
-        throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export", arguments.run.start.scene,
-                                     arguments.step));
+        throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export",
+                                     arguments.run.start.scene, arguments.step));
     write_fclib(arguments.output, problem, solution,
                 {.title = fmt::format("{}, step {}", request.scene.name, result.last_step),
                  .description = fmt::format("Moreau-Jean, h = {}; r are impulses, u velocities at the end of the step "

@@ -13,10 +13,10 @@
 #include "commands/libraries.hpp"
 #include "commands/pack.hpp"
 #include "commands/run_options.hpp"
-#include "files/say.hpp"
 #include "commands/scale.hpp"
 #include "commands/solve_fclib.hpp"
 #include "commands/window.hpp"
+#include "files/say.hpp"
 
 namespace {
 

@@ -10,9 +10,9 @@
 #include <limits>
 #include <string>
 
-#include "registry/choices.hpp"
 #include "files/error.hpp"
 #include "files/ranges.hpp"
+#include "registry/choices.hpp"
 
 namespace nscdd {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "files/error.hpp"
-#include "nscdd/nscdd.hpp"
 #include "files/packing.hpp"
+#include "nscdd/nscdd.hpp"
 
 namespace nscdd {
 

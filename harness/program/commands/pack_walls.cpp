@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "model/build_scene.hpp"
-#include "nscdd/compiled.hpp"
 #include "commands/pack_generators.hpp"
 #include "files/progress.hpp"
+#include "model/build_scene.hpp"
+#include "nscdd/compiled.hpp"
 
 namespace nscdd {
 
@@ -33,7 +33,7 @@ Generated pack_model(const PackSpecification& spec, bool quiet) {
     const double h = settings.h;
     Simulation<M> simulation(comm, std::move(settings), grains);
     SolveOptions options = SolveOptions{}.accelerated();  // else steps end at the cap, and walls creep on
-    options.bounds.max_penetration = 1e-5;  // overlaps are never undone, and hundreds of steps add up
+    options.bounds.max_penetration = 1e-5;                // overlaps are never undone, and hundreds of steps add up
     // a packing is judged by its gaps
     options.bounds.max_gap_error = options.bounds.max_distance = std::numeric_limits<double>::infinity();
     options.max_iterations = 2000;

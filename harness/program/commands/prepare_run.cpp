@@ -4,10 +4,10 @@
 #include <filesystem>
 
 #include "commands/launch.hpp"
-#include "registry/registry.hpp"
 #include "commands/run.hpp"
-#include "model/same_scene.hpp"
 #include "files/series.hpp"
+#include "model/same_scene.hpp"
+#include "registry/registry.hpp"
 
 namespace nscdd {
 
@@ -17,8 +17,7 @@ namespace {
 void check_outputs_asked(const RunArguments& arguments) {
     const RunArguments::Outputs& outputs = arguments.outputs;
     for (const auto& path : outputs.series) SeriesWriter::check_name(path);
-    if (outputs.frame_every && outputs.frames.empty())
-        throw InputError("--frame-every is of frames: give --frames");
+    if (outputs.frame_every && outputs.frames.empty()) throw InputError("--frame-every is of frames: give --frames");
     if (outputs.every && outputs.checkpoint.empty()) throw InputError("--every is of checkpoints: give --checkpoint");
     if (!outputs.checkpoint.empty() && arguments.repeat > 1)
         throw InputError("--checkpoint is of one run, not of --repeat");

@@ -7,13 +7,13 @@
 #include <filesystem>
 
 #include "commands/launch.hpp"
+#include "commands/same_files.hpp"
+#include "commands/session.hpp"
+#include "files/replace_file.hpp"
+#include "files/say.hpp"
+#include "model/run_json.hpp"
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/comm/mpi.hpp"
-#include "files/replace_file.hpp"
-#include "model/run_json.hpp"
-#include "commands/same_files.hpp"
-#include "files/say.hpp"
-#include "commands/session.hpp"
 
 namespace nscdd {
 
@@ -73,7 +73,8 @@ std::string handed_over(const RunResult& result) {
     const auto steps_with = [&result](double SolveReport::*contacts) {
         return std::ranges::count_if(result.steps, [&](const StepReport& s) { return s.solve.*contacts > 0; });
     };
-    const auto newton = steps_with(&SolveReport::newton_contacts), given_up = steps_with(&SolveReport::rebounds_given_up);
+    const auto newton = steps_with(&SolveReport::newton_contacts),
+               given_up = steps_with(&SolveReport::rebounds_given_up);
     if (newton == 0) return {};
     std::string said = fmt::format("in {} of {} steps sweeps got nowhere, and Newton's method solved components",
                                    newton, result.steps.size());
@@ -134,8 +135,8 @@ void say_results(const RunRequest& request, const RunResult& result) {
 }  // namespace
 
 int run(const RunArguments& arguments, const Provenance& provenance, const Session& session) {
-    const bool over_mpi = arguments.transport == Transport::mpi ||
-                          (arguments.transport == Transport::automatic && launched());
+    const bool over_mpi =
+        arguments.transport == Transport::mpi || (arguments.transport == Transport::automatic && launched());
     if (!arguments.outputs.checkpoint.empty()) listen_for_checkpoint_signal();
     RunRequest request;
     std::vector<NamedFile> inputs;

@@ -61,10 +61,9 @@ void add_output_options(CLI::App& command, RunArguments::Outputs& outputs) {
                     "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
                     "name ends in .h5 or .csv; may be given for each")
         ->allow_extra_args(false);
-    command.add_option(
-        "--frames", outputs.frames,
-        "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
-        "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
+    command.add_option("--frames", outputs.frames,
+                       "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
+                       "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
     command.add_option("--frame-every", outputs.frame_every, "Steps between frames (default: 1)")
         ->check(whole_number());
     command.add_option("--checkpoint", outputs.checkpoint,

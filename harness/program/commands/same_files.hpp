@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "files/replace_file.hpp"
 #include "commands/session.hpp"
+#include "files/replace_file.hpp"
 
 namespace nscdd {
 

@@ -8,14 +8,14 @@
 #include <sstream>
 
 #include "commands/child_process.hpp"
+#include "commands/number_option.hpp"
+#include "commands/run_options.hpp"
 #include "files/costs.hpp"
 #include "files/load.hpp"
-#include "nscdd/comm/in_process.hpp"
-#include "commands/number_option.hpp"
 #include "files/replace_file.hpp"
-#include "model/run_json.hpp"
-#include "commands/run_options.hpp"
 #include "files/say.hpp"
+#include "model/run_json.hpp"
+#include "nscdd/comm/in_process.hpp"
 
 namespace nscdd {
 
@@ -32,8 +32,9 @@ class Job {
   public:
     Job(const ScaleArguments& arguments, const Provenance& provenance)
         : arguments_(arguments), provenance_(provenance), hosts_(beside(arguments.platform)) {
-        for (const std::string* path : {&arguments.run.start.scene, &arguments.run.start.packing, &arguments.run.start.from,
-                                        &arguments.costs, &arguments.platform, &arguments.output})
+        for (const std::string* path :
+             {&arguments.run.start.scene, &arguments.run.start.packing, &arguments.run.start.from, &arguments.costs,
+              &arguments.platform, &arguments.output})
             if (path->find_first_of(" \t\n*?[]'\"\\") !=
                 std::string::npos)  // smpirun lets a shell split and expand them
                 throw InputError(fmt::format("{}: smpirun takes no paths with blanks, quotes or wildcards", *path));

@@ -11,10 +11,10 @@
 #include <string>
 #include <thread>
 
-#include "registry/choices.hpp"
 #include "files/error.hpp"
-#include "nscdd/comm/mpi_node.hpp"
 #include "files/say.hpp"
+#include "nscdd/comm/mpi_node.hpp"
+#include "registry/choices.hpp"
 
 namespace nscdd {
 

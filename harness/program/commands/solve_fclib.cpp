@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "files/load.hpp"
-#include "model/local_form.hpp"
 #include "commands/number_option.hpp"
-#include "registry/local_solvers.hpp"
-#include "registry/registry.hpp"
+#include "files/load.hpp"
 #include "files/replace_file.hpp"
 #include "files/say.hpp"
+#include "model/local_form.hpp"
+#include "registry/local_solvers.hpp"
+#include "registry/registry.hpp"
 
 namespace nscdd {
 

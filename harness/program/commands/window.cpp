@@ -8,15 +8,15 @@
 #include <sstream>
 #include <vector>
 
-#include "files/costs.hpp"
-#include "nscdd/comm/mpi.hpp"
 #include "commands/number_option.hpp"
-#include "files/replace_file.hpp"
-#include "model/run_json.hpp"
 #include "commands/run_options.hpp"
 #include "commands/same_files.hpp"
-#include "files/say.hpp"
 #include "commands/session.hpp"
+#include "files/costs.hpp"
+#include "files/replace_file.hpp"
+#include "files/say.hpp"
+#include "model/run_json.hpp"
+#include "nscdd/comm/mpi.hpp"
 #ifdef NSCDD_SIMULATED
 #include <simgrid/host.h>
 #endif
@@ -183,8 +183,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
         if (!file.empty()) write_json(file, json);
         if (!arguments.run.quiet)
             say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme, session.size(),
-                session.size() == 1 ? "" : "s", simulated ? ", simulated" : "",
-                1e6 * result.window->median());
+                session.size() == 1 ? "" : "s", simulated ? ", simulated" : "", 1e6 * result.window->median());
     })
                ? 0
                : 1;

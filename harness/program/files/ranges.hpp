@@ -17,7 +17,9 @@ inline constexpr OptionRange any_number{-infinite, infinite}, positive{0, infini
 
 // What files and the command line take of an option: a solver can do with a tolerance of 0 and bounds without an end,
 // which no user means.
-inline OptionRange in_files(OptionRange range, double) { return {range.low, range.high, range.open || std::isinf(range.high)}; }
+inline OptionRange in_files(OptionRange range, double) {
+    return {range.low, range.high, range.open || std::isinf(range.high)};
+}
 inline OptionRange in_files(OptionRange range, int) { return range; }
 
 // "> 0", ">= 0", "in [0, 1]", "in (0, 2)", of any number "finite".

@@ -96,7 +96,8 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     settings.rough_every = scene.step.rough_every;
     settings.gravity = scene.gravity;
     settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
-    for (const auto& pair : scene.pairs) settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
+    for (const auto& pair : scene.pairs)
+        settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
     settings.partition = choose_partition<M>(request.partition);
     settings.multiplicity = request.multiplicity;
     const State& from = request.from;

@@ -6,10 +6,10 @@
 #include <array>
 #include <thread>
 
-#include "nscdd/nscdd.hpp"
 #include "model/run_request.hpp"
-#include "registry/suitesparse.hpp"
 #include "model/window_model.hpp"
+#include "nscdd/nscdd.hpp"
+#include "registry/suitesparse.hpp"
 
 namespace nscdd::run_detail {
 
@@ -178,7 +178,8 @@ CalibrationResult calibrate_work(Simulation<M>& simulation, const CalibrationReq
     const AnyStepSolver<M> measure = [&](std::span<Subdomain<M>> parts, Communicator& comm,
                                          PhaseSeconds& seconds) -> SolveReport {
         by_nscdd<Dcs<M, ClosedForm>>(options)(parts, comm, seconds);
-        for (const Subdomain<M>& part : parts) result.contacts += double(part.problem.contact_count()) / double(parts.size());
+        for (const Subdomain<M>& part : parts)
+            result.contacts += double(part.problem.contact_count()) / double(parts.size());
         if (parts[parts.size() / 2].problem.contact_count() == 0) throw StepAbandoned{};  // the one that is measured
         calibrate_gluing<Dcs<M, ClosedForm>>(parts, comm, request.least_seconds, Work::glue, result.costs);
         calibrate_gluing<Dcs<M, Cholmod>>(parts, comm, request.least_seconds, Work::factorised, result.costs);

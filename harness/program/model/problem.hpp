@@ -6,8 +6,8 @@
 
 #include <cstring>
 
-#include "model/build_scene.hpp"
 #include "files/replace_file.hpp"
+#include "model/build_scene.hpp"
 
 namespace nscdd {
 

@@ -34,7 +34,8 @@ class Recorder {
                 for (auto& series : series_) series->add(row);
             });
         }
-        if (!request_.outputs.frames.empty() && step % request_.frame_every() == 0) write_frame(simulation_, request_, frames_);
+        if (!request_.outputs.frames.empty() && step % request_.frame_every() == 0)
+            write_frame(simulation_, request_, frames_);
     }
 
     // After the last step.

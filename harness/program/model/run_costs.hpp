@@ -6,8 +6,8 @@
 #include <array>
 
 #include "files/load.hpp"
-#include "nscdd/nscdd.hpp"
 #include "model/run_result.hpp"
+#include "nscdd/nscdd.hpp"
 
 namespace nscdd::run_detail {
 
@@ -33,7 +33,8 @@ Rows gather_costs(const Simulation<M>& simulation, double total, double solver_c
         Buffer& row = mine.emplace_back();
         row = {comm.meter().swept()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu};
         row.insert(row.end(), solving.begin(), solving.end());
-        for (const PhaseTime& time : {seconds.detect, seconds.sweep, seconds.interface, seconds.advance})  // phase_names
+        for (const PhaseTime& time :
+             {seconds.detect, seconds.sweep, seconds.interface, seconds.advance})  // phase_names
             row.insert(row.end(), {time.own, time.wait, time.transfer});
     }
     const std::size_t columns = mine[0].size();

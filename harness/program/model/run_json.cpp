@@ -154,8 +154,7 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
                                : sequential(request.scheme) ? "sequential"
                                                             : "in-process"},
                  {"processes", processes},
-                 {"ranks_measured",
-                  processes == result.ranks && processes <= request.provenance.machine.cores},
+                 {"ranks_measured", processes == result.ranks && processes <= request.provenance.machine.cores},
                  {"steps", result.steps.size()},
                  {"start_step", request.start_step},
                  {"h", request.scene.step.h},
@@ -197,7 +196,8 @@ nlohmann::json window_json(const RunRequest& request, const RunResult& result) {
     for (std::size_t c = 1; c < window_names.size(); ++c) json["per_iteration"][window_names[c]] = spread(c);
     const auto sent = [&](std::size_t c) { return spread(first_communicated + c); };
     json["operations_per_iteration"] = by_operation(sent, sent);
-    for (std::size_t w = 0; w < work_names.size(); ++w) json["work_per_iteration"][work_names[w]] = spread(first_work + w);
+    for (std::size_t w = 0; w < work_names.size(); ++w)
+        json["work_per_iteration"][work_names[w]] = spread(first_work + w);
     return json;
 }
 

@@ -3,16 +3,16 @@
 
 #include <map>
 
+#include "files/progress.hpp"
+#include "files/say.hpp"
 #include "model/calibrate_model.hpp"
 #include "model/local_form.hpp"
 #include "model/notes.hpp"
 #include "model/problem.hpp"
-#include "files/progress.hpp"
 #include "model/recorder.hpp"
-#include "registry/schemes.hpp"
 #include "model/run_costs.hpp"
-#include "files/say.hpp"
 #include "model/window_model.hpp"
+#include "registry/schemes.hpp"
 
 namespace nscdd {
 
@@ -92,7 +92,8 @@ State write_last_state(const Simulation<M>& simulation, const RunRequest& reques
     const State head = state_head(simulation, request);
     if (!request.outputs.state.empty()) {
         write_state(simulation, head, files, request.outputs.state);
-        write_on_first(simulation.comm(), [&] { write_xdmf(files, request.outputs.state, head, simulation.grain_count()); });
+        write_on_first(simulation.comm(),
+                       [&] { write_xdmf(files, request.outputs.state, head, simulation.grain_count()); });
     }
     return head;
 }
@@ -148,7 +149,8 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRe
     Communicator& comm = simulation.comm();
     Progress progress(!request.quiet && comm.ranks()[0] == 0, scene.step.count);
     std::optional<Checkpoints> checkpoints;
-    if (!request.outputs.checkpoint.empty()) checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
+    if (!request.outputs.checkpoint.empty())
+        checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
     Recorder<M> recorder(simulation, request, files);
     std::optional<Simulation<M>> before;  // the step under way
     for (int step = 1; step <= scene.step.count && !result.stopped; ++step) {

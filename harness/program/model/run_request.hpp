@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "model/checkpoint.hpp"
-#include "registry/choices.hpp"
-#include "registry/registry.hpp"
 #include "files/replace_file.hpp"
 #include "files/report_json.hpp"
+#include "files/state.hpp"
+#include "model/checkpoint.hpp"
 #include "model/run_result.hpp"
 #include "model/scene.hpp"
-#include "files/state.hpp"
+#include "registry/choices.hpp"
+#include "registry/registry.hpp"
 
 namespace nscdd {
 

@@ -89,9 +89,9 @@ struct RunResult {
     SolveOptions options;
     std::vector<StepReport> steps;
     FinalMeasures final;
-    Rows costs;                // of each rank
-    std::vector<double> load;  // rows of load_json()
-    double memory = 0, most_memory = 0;  // peak, of all processes and of one [bytes]
+    Rows costs;                                        // of each rank
+    std::vector<double> load;                          // rows of load_json()
+    double memory = 0, most_memory = 0;                // peak, of all processes and of one [bytes]
     std::map<std::string, std::int64_t> multiplicity;  // grains by it, in the last step
     std::vector<double> densities, wall_masses;
     std::int64_t last_step = 0;

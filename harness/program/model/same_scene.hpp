@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "model/scene.hpp"
 #include "files/state.hpp"
+#include "model/scene.hpp"
 
 namespace nscdd {
 

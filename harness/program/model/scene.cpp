@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <set>
 
-#include "registry/laws.hpp"
 #include "files/toml_table.hpp"
+#include "registry/laws.hpp"
 
 namespace nscdd {
 namespace {

@@ -1,9 +1,9 @@
 // Rows of the time series of a simulation: reports/series.md says what is in them.
 #pragma once
 
-#include "nscdd/step/observables.hpp"
 #include "files/series.hpp"
 #include "model/simulation_state.hpp"
+#include "nscdd/step/observables.hpp"
 
 namespace nscdd {
 

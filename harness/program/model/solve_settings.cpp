@@ -10,10 +10,12 @@ namespace {
 constexpr int most_newton_contacts = 2000;
 
 // Keys of earlier programs, and what they are called now.
-constexpr std::array earlier_names{
-    std::pair{"velocity_error", "max_velocity_error"}, std::pair{"energy_made", "max_energy_gain"},
-    std::pair{"penetration", "max_penetration"},       std::pair{"gap_error", "max_gap_error"},
-    std::pair{"distance", "max_distance"},             std::pair{"newton_contacts", "max_newton_contacts"}};
+constexpr std::array earlier_names{std::pair{"velocity_error", "max_velocity_error"},
+                                   std::pair{"energy_made", "max_energy_gain"},
+                                   std::pair{"penetration", "max_penetration"},
+                                   std::pair{"gap_error", "max_gap_error"},
+                                   std::pair{"distance", "max_distance"},
+                                   std::pair{"newton_contacts", "max_newton_contacts"}};
 
 }  // namespace
 
@@ -60,7 +62,8 @@ SolveSettings read_solve_settings(TomlTable& table) {
         else
             settings.given[info.name] = table.number(key, range);
     });
-    if (table.has("method")) settings.method = method_names[static_cast<std::size_t>(table.choice("method", {"auto", "paper"}))].second;
+    if (table.has("method"))
+        settings.method = method_names[static_cast<std::size_t>(table.choice("method", {"auto", "paper"}))].second;
     return settings;
 }
 

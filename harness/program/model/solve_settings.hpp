@@ -20,7 +20,7 @@ inline constexpr std::array method_names{std::pair{"auto", Method::accelerated},
 
 // Only what was given; the rest follows from the method.
 struct SolveSettings {
-    std::optional<Method> method;                     // Method::accelerated unless given
+    std::optional<Method> method;                      // Method::accelerated unless given
     std::map<std::string, double, std::less<>> given;  // options of visit_options(), by name
 
     void override_by(const SolveSettings& later);

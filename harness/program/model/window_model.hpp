@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "nscdd/nscdd.hpp"
-#include "model/run_request.hpp"
 #include "model/run_costs.hpp"
+#include "model/run_request.hpp"
+#include "nscdd/nscdd.hpp"
 
 namespace nscdd::run_detail {
 
@@ -25,8 +25,7 @@ inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds,
 // Solves the next step twice from one start, with `skip` iterations and with window.iterations more: the difference is
 // the time of those, without set-up. solver(options) returns the step solver.
 template <class M>
-WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options,
-                           auto&& solver) {
+WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window, SolveOptions options, auto&& solver) {
     Communicator& comm = simulation.comm();
     const LoadMeter load;
     options.tolerance = 0;  // never reached: both solves end at their cap

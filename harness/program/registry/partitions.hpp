@@ -4,9 +4,9 @@
 #include "nscdd/partition/bisection.hpp"
 #include "nscdd/partition/grid.hpp"
 #include "nscdd/partition/metis.hpp"
+#include "registry/choices.hpp"
 #include "registry/offered.hpp"
 #include "registry/registry.hpp"
-#include "registry/choices.hpp"
 
 namespace nscdd {
 
@@ -27,7 +27,9 @@ inline constexpr std::tuple partitions{
     Offered{PartitionInfo{"grid", "equal cells, as in the paper"},
             []<class M>(const PartitionChoice& r) { return by_grid<M>(registry_detail::grid_cells<M>(r)); }},
     Offered{PartitionInfo{"bisection", "cut by cut, equal numbers of contacts"},
-            []<class M>(const PartitionChoice& r) { return r.imbalance ? by_bisection<M>(*r.imbalance) : by_bisection<M>(); }},
+            []<class M>(const PartitionChoice& r) {
+                return r.imbalance ? by_bisection<M>(*r.imbalance) : by_bisection<M>();
+            }},
     Offered{PartitionInfo{"metis", "the same with few grains shared"},
             []<class M>(const PartitionChoice& r) { return r.imbalance ? by_metis<M>(*r.imbalance) : by_metis<M>(); }},
 };

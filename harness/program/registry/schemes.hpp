@@ -1,9 +1,7 @@
 // Ways to solve a step that --scheme names, a line each: solvers on one rank, and schemes of gluing.
 #pragma once
 
-#include "nscdd/step/by_gradient.hpp"
-#include "nscdd/step/by_newton.hpp"
-#include "nscdd/step/by_nscdd.hpp"
+#include "nscdd/reference.hpp"
 #include "registry/choices.hpp"
 #include "registry/offered.hpp"
 #include "registry/registry.hpp"
@@ -26,7 +24,8 @@ concept OnCone = SolvedOnCone<typename M::Law>;
 
 template <class Scheme>
 ChosenSolver<typename Scheme::Model> glued_by(const SolveOptions& options, const char* interface) {
-    return {by_nscdd<Scheme>(options), interface};
+    using M = typename Scheme::Model;
+    return {by_nscdd<Scheme>(options, newton_where_stalled<M>()), interface};
 }
 
 inline NewtonOptions newton_options(const SolveOptions& options) {
@@ -42,7 +41,9 @@ using Asked = std::optional<Interface>;
 // make<M>(interface, options); interface: what --interface asks for, if anything.
 inline constexpr std::tuple schemes{
     Offered{SchemeInfo{"nlgs", "sequential reference", false, true},
-            []<class M>(registry_detail::Asked, const SolveOptions& o) { return ChosenSolver<M>{by_nlgs<M>(o)}; }},
+            []<class M>(registry_detail::Asked, const SolveOptions& o) {
+                return ChosenSolver<M>{by_nlgs<M>(o, newton_where_stalled<M>())};
+            }},
     Offered{SchemeInfo{"newton", "the same to high accuracy", false, false},
             []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {
                 return ChosenSolver<M>{by_newton<M, UmfPack>(registry_detail::newton_options(o))};
@@ -57,14 +58,16 @@ inline constexpr std::tuple schemes{
             }},
     Offered{SchemeInfo{"ccs", "NSCDD, interface problem gathered and solved on rank 0", true, true},
             []<class M>(registry_detail::Asked interface, const SolveOptions& o) {
-                return interface != Interface::closed_form ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
-                                       : registry_detail::glued_by<Ccs<M, ClosedForm>>(o, "closed-form");
+                return interface != Interface::closed_form
+                           ? registry_detail::glued_by<Ccs<M, Cholmod>>(o, "factorised")
+                           : registry_detail::glued_by<Ccs<M, ClosedForm>>(o, "closed-form");
             }},
     Offered{SchemeInfo{"dcs", "NSCDD, interface problem between neighbours", true, true},
             []<class M>(registry_detail::Asked interface, const SolveOptions& o) {
                 // each rank factorises X of its own boundary, (10)
-                return interface == Interface::factorised ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
-                                       : registry_detail::glued_by<Dcs<M, ClosedForm>>(o, "closed-form");
+                return interface == Interface::factorised
+                           ? registry_detail::glued_by<Dcs<M, Cholmod>>(o, "elementary")
+                           : registry_detail::glued_by<Dcs<M, ClosedForm>>(o, "closed-form");
             }},
 };
 

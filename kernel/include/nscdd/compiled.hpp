@@ -4,8 +4,7 @@
 /// NSCDD_WITHOUT_COMPILED_KERNEL: the names of the models alone.
 #pragma once
 
-#include "nscdd/nscdd.hpp"
-#include "nscdd/reference/block_nlgs.hpp"
+#include "nscdd/reference.hpp"
 
 /// The models that nscdd::compiled has.
 namespace nscdd { inline namespace NSCDD_ABI { namespace compiled {
@@ -18,7 +17,7 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
 }}}  // namespace nscdd::NSCDD_ABI::compiled
 
 // prefix: extern, or nothing; M: a name for the model.
-#define NSCDD_COMPILED_MODEL(prefix, M)                                                                                     \
+#define NSCDD_COMPILED_MODEL(prefix, M)                                                                               \
     prefix template class Simulation<M>;                                                                              \
     prefix template class Sweeper<M>;                                                                                 \
     prefix template void repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,                  \
@@ -41,23 +40,25 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
     prefix template Partitioner<M> by_grid(const GridCells<M::dim>&);                                                 \
     prefix template Partitioner<M> by_bisection(double);                                                              \
     prefix template SolveReport nscdd_solve(std::span<Subdomain<M>>, Communicator&, CommunicationScheme<M>&,          \
-                                            const SolveOptions&, PhaseSeconds&);                                      \
+                                            const SolveOptions&, PhaseSeconds&, HandOver<M>);                         \
     prefix template LinearContactsOf<M> linear_contacts(ContactProblem<M>);                                           \
     prefix template SolveReport projected_gradient(ContactProblem<M>&, const SolveOptions&, Descent);                 \
     prefix template class Ccs<M, ClosedForm>;                                                                         \
     prefix template class Dcs<M, ClosedForm>;                                                                         \
     prefix template class Ccs<M, Factorised<>>;                                                                       \
     prefix template class Dcs<M, Factorised<>>;                                                                       \
-    prefix template AnyStepSolver<M> by_nlgs(const SolveOptions&);                                                    \
+    prefix template HandedOver hand_over(std::span<Subdomain<M>>, Communicator&, std::span<DistanceSums<M>>,          \
+                                         JoinedComponents<M>&, const ResidualParts&, const SolveOptions&);            \
+    prefix template AnyStepSolver<M> by_nlgs(const SolveOptions&, HandOver<M>);                                       \
     prefix template AnyStepSolver<M> by_newton(const NewtonOptions&);                                                 \
     prefix template AnyStepSolver<M> by_gradient(const SolveOptions&, Descent);                                       \
-    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&);                               \
-    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&);                               \
-    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&);                             \
-    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&);
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, ClosedForm>>(const SolveOptions&, HandOver<M>);                  \
+    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, ClosedForm>>(const SolveOptions&, HandOver<M>);                  \
+    prefix template AnyStepSolver<M> by_nscdd<Ccs<M, Factorised<>>>(const SolveOptions&, HandOver<M>);                \
+    prefix template AnyStepSolver<M> by_nscdd<Dcs<M, Factorised<>>>(const SolveOptions&, HandOver<M>);
 
 // Of problems with a stored W.
-#define NSCDD_COMPILED_DIMENSION(prefix, dim)                                                                          \
+#define NSCDD_COMPILED_DIMENSION(prefix, dim)                                                                    \
     prefix template double natural_map_error(const DelassusProblem<dim>&,                                        \
                                              const std::vector<DelassusProblem<dim>::Vec>&);                     \
     prefix template ErrorMeasures error_measures(const DelassusProblem<dim>&,                                    \
@@ -67,7 +68,7 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
     prefix template LinearContacts<dim> linear_contacts(const DelassusProblem<dim>&);
 
 // Of the Newton methods, by the size of an impulse.
-#define NSCDD_COMPILED_NEWTON(prefix, size)                                                                               \
+#define NSCDD_COMPILED_NEWTON(prefix, size)                                                                         \
     prefix template void detail::newton_solve(const LinearContacts<size>&, const NewtonOptions&, const NewFactors&, \
                                               Eigen::VectorXd&, const detail::NewtonJudge&, NewtonReport&);
 

@@ -1,6 +1,6 @@
 /// @file
-/// The whole kernel but MPI and METIS (add "nscdd/comm/mpi.hpp", "nscdd/partition/metis.hpp" for these). See README.md
-/// for a first program.
+/// NLGS and NSCDD, and the steps of a scene. Beside it: "nscdd/reference.hpp" for Newton's method and projected
+/// gradients, "nscdd/comm/mpi.hpp" for MPI, "nscdd/partition/metis.hpp" for METIS. See README.md for a first program.
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"
@@ -8,12 +8,6 @@
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"
 #include "nscdd/partition/bisection.hpp"
-#include "nscdd/reference/assemble.hpp"
-#include "nscdd/reference/block_nlgs.hpp"
-#include "nscdd/reference/newton.hpp"
-#include "nscdd/reference/projected_gradient.hpp"
-#include "nscdd/step/by_gradient.hpp"
-#include "nscdd/step/by_newton.hpp"
 #include "nscdd/step/by_nscdd.hpp"
 #include "nscdd/step/gather.hpp"
 #include "nscdd/step/measures.hpp"

@@ -148,10 +148,10 @@ class Communicator {
     /// A reduction that is under way goes on as far as it can without waiting. Not collective.
     virtual void advance() = 0;
 
-    virtual double now() const = 0;  ///< [s], the clock of this machine, real or simulated
-    virtual Meter& meter() = 0;           ///< of the work of the hosted ranks
-    virtual Traffic traffic() const = 0;               ///< so far, of the ranks that this process hosts
-    virtual CommSeconds seconds() const = 0;           ///< so far, of this process
+    virtual double now() const = 0;           ///< [s], the clock of this machine, real or simulated
+    virtual Meter& meter() = 0;               ///< of the work of the hosted ranks
+    virtual Traffic traffic() const = 0;      ///< so far, of the ranks that this process hosts
+    virtual CommSeconds seconds() const = 0;  ///< so far, of this process
 
   private:
     Turn turn_;

@@ -37,9 +37,9 @@ namespace nscdd { inline namespace NSCDD_ABI {
 class Mpi final : public Communicator {
   public:
     /// Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
-    /// if given, is called at every charge of the meter, and for the messages of channels and reductions. `size`: ranks in all,
-    /// the same on every process; 0: one a process. `within`: how messages go between processes of a node. Throws
-    /// std::invalid_argument for fewer ranks than processes.
+    /// if given, is called at every charge of the meter, and for the messages of channels and reductions. `size`: ranks
+    /// in all, the same on every process; 0: one a process. `within`: how messages go between processes of a node.
+    /// Throws std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0,
                  WithinNode within = WithinNode::memory)
         : mpi_(comm, std::move(charged), size, within) {}
@@ -213,7 +213,6 @@ class Mpi final : public Communicator {
         barrier_{mpi_, detail::MpiProcess::barrier_tag, false};
     std::vector<MPI_Request> requests_;
     int routes_ = 0;
-
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -192,9 +192,8 @@ class CollectedComponent {
 /// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
 /// rebounds that were given up. sums: added up; residual: of the scene. Collective.
 template <class M>
-HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
-                     std::type_identity_t<std::span<DistanceSums<M>>> sums, JoinedComponents<M>& joined,
-                     const ResidualParts& residual, const SolveOptions& options) {
+HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
+                     JoinedComponents<M>& joined, const ResidualParts& residual, const SolveOptions& options) {
     const auto near = [&options](const DistanceEstimate& e) {
         const Bounds& bounds = options.bounds;
         return e.worst <= bounds.max_distance && e.gap_error <= bounds.max_gap_error &&
@@ -232,6 +231,13 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm,
     const std::vector<Buffer> told = comm.route(answers);
     for (std::size_t k = 0; k < parts.size(); ++k) detail::CollectedComponent<M>::read(told[k], parts[k].problem);
     return nscdd::reduce<HandedOver>(comm, [&solved](std::size_t k) { return solved[k]; });
+}
+
+/// For by_nlgs() and by_nscdd(). Of a law that Newton's method does not know, null.
+template <class M>
+HandOver<M> newton_where_stalled() {
+    if constexpr (SolvedOnCone<typename M::Law>) return &hand_over<M>;
+    return nullptr;
 }
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -5,9 +5,11 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <vector>
 
 #include "nscdd/comm/reduce.hpp"
+#include "nscdd/iterate/options.hpp"
 #include "nscdd/law/distance.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
@@ -210,5 +212,23 @@ class JoinedComponents {
     std::vector<ComponentShape<M>> joined_shapes_;          ///< by number
     std::vector<DistanceEstimate> joined_estimates_;        ///< by number
 };
+
+/// Solves the components that are far from an answer, where sweeps get nowhere: hand_over() of hand_over.hpp does it by
+/// Newton's method. Null: nothing does.
+template <class M>
+using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
+                                JoinedComponents<M>& joined, const ResidualParts& residual,
+                                const SolveOptions& options);
+
+namespace detail {
+
+template <class M>
+void check_hand_over(const SolveOptions& options, HandOver<M> hand_over) {
+    if (SolvedOnCone<typename M::Law> && options.max_newton_contacts > 0 && !hand_over)
+        throw std::invalid_argument(
+            "max_newton_contacts needs nscdd/reference.hpp and newton_where_stalled<M>() beside the options");
+}
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

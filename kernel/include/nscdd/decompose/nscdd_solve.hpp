@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "nscdd/decompose/hand_over.hpp"
+#include "nscdd/decompose/joined_components.hpp"
 #include "nscdd/decompose/scheme.hpp"
 #include "nscdd/decompose/step_solver.hpp"
 #include "nscdd/sweep/nlgs.hpp"
@@ -22,11 +22,12 @@ template <class M>
 class SweptTogether {
   public:
     SweptTogether(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
-                  const SolveOptions& options, PhaseSeconds& seconds)
+                  const SolveOptions& options, HandOver<M> hand_over, PhaseSeconds& seconds)
         : parts_(parts),
           comm_(comm),
           scheme_(scheme),
           options_(options),
+          hand_over_(hand_over),
           seconds_(seconds),
           watch_(comm),
           walls_(parts[0].wall_active.size()),
@@ -89,16 +90,14 @@ class SweptTogether {
     }
 
     HandedOver hand_over(const ResidualParts& residual) {
-        if constexpr (SolvedOnCone<typename M::Law>) {
-            add_up();
-            const HandedOver solved = nscdd::hand_over<M>(parts_, comm_, distance_, *joined_, residual, options_);
-            if (solved.contacts > 0) {
-                comm_.each_rank([this](std::size_t k) { distance_[k].set_velocities(parts_[k].problem); });
-                load();
-            }
-            return solved;
+        if (!hand_over_) return {};
+        add_up();
+        const HandedOver solved = hand_over_(parts_, comm_, distance_, *joined_, residual, options_);
+        if (solved.contacts > 0) {
+            comm_.each_rank([this](std::size_t k) { distance_[k].set_velocities(parts_[k].problem); });
+            load();
         }
-        return {};
+        return solved;
     }
 
     void restore_velocities() {
@@ -211,6 +210,7 @@ class SweptTogether {
     Communicator& comm_;
     CommunicationScheme<M>& scheme_;
     const SolveOptions& options_;
+    HandOver<M> hand_over_;
     PhaseSeconds& seconds_;
     Stopwatch watch_;
     std::size_t walls_;  ///< 0 where none is driven
@@ -227,9 +227,10 @@ class SweptTogether {
 /// all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
 template <class M>
 SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
-                        const SolveOptions& options, PhaseSeconds& seconds) {
+                        const SolveOptions& options, PhaseSeconds& seconds, HandOver<M> hand_over = nullptr) {
     check_options(options);
-    detail::SweptTogether<M> system(parts, comm, scheme, options, seconds);
+    detail::check_hand_over<M>(options, hand_over);
+    detail::SweptTogether<M> system(parts, comm, scheme, options, hand_over, seconds);
     const SolveReport report = iterate(system, options);
     system.store();
     return report;

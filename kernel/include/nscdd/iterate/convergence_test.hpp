@@ -25,7 +25,9 @@ class ConvergenceTest {
         return over;
     }
     /// Writes the estimate of the iterate that was tested last, where the solver ends without convergence.
-    void conclude(SolveReport& report) { report_distance(distance(residual_), options_, problem_.least_radius, false, report); }
+    void conclude(SolveReport& report) {
+        report_distance(distance(residual_), options_, problem_.least_radius, false, report);
+    }
 
     const FreeVelocities<M>& free() const { return free_; }  ///< V_free
     /// Gives the problem the velocities that its impulses make of V_free.

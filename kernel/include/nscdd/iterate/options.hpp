@@ -22,11 +22,11 @@ struct OptionRange {
 
 /// All that a user is told of an option. Keys of files, the command line, its help and the checks are made of it.
 struct OptionInfo {
-    const char* name;         ///< of the member, and the key in files; on the command line with dashes
-    const char* unit;         ///< "" of a pure number
-    const char* meaning;      ///< a sentence
-    OptionRange range = {};   ///< of the value
-    bool of_sweeps = false;   ///< means nothing to a solver that does not sweep
+    const char* name;        ///< of the member, and the key in files; on the command line with dashes
+    const char* unit;        ///< "" of a pure number
+    const char* meaning;     ///< a sentence
+    OptionRange range = {};  ///< of the value
+    bool of_sweeps = false;  ///< means nothing to a solver that does not sweep
 };
 
 /// Largest figures with which a step is done. Where a figure is larger the step goes on. METHOD.md, section 5.6.
@@ -40,9 +40,9 @@ struct Bounds {
 
 /// When NLGS or NSCDD stops, and how it iterates. As it is, the paper's own method.
 struct SolveOptions {
-    double tolerance = 1e-4;  ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
-    Bounds bounds{};          ///< on the other figures: eta does not see all errors
-    int check_every = 10;     ///< iterations between two tests
+    double tolerance = 1e-4;     ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
+    Bounds bounds{};             ///< on the other figures: eta does not see all errors
+    int check_every = 10;        ///< iterations between two tests
     int max_iterations = 20000;  ///< one is made at least. A solve that ends here is reported as not converged
     /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
     /// none
@@ -76,20 +76,39 @@ struct SolveOption {
 };
 
 inline constexpr std::array bound_options{
-    BoundOption{{"max_velocity_error", "", "Largest velocity error of a step: eta does not see wrong velocities where "
+    BoundOption{{"max_velocity_error", "",
+                 "Largest velocity error of a step: eta does not see wrong velocities where "
                  "masses differ or columns are long"},
-                &Bounds::max_velocity_error, &SolveReport::velocity_error, "velocity error", false},
-    BoundOption{{"max_energy_gain", "", "Largest share of energy that contacts may make in a step, of the scene and of "
+                &Bounds::max_velocity_error,
+                &SolveReport::velocity_error,
+                "velocity error",
+                false},
+    BoundOption{{"max_energy_gain", "",
+                 "Largest share of energy that contacts may make in a step, of the scene and of "
                  "each component"},
-                &Bounds::max_energy_gain, &SolveReport::energy_gain, "energy gain", false},
+                &Bounds::max_energy_gain,
+                &SolveReport::energy_gain,
+                "energy gain",
+                false},
     BoundOption{{"max_penetration", "least radius", "Deepest that a step may close a contact"},
-                &Bounds::max_penetration, &SolveReport::penetration, "penetration", false},
-    BoundOption{{"max_gap_error", "contact's radius", "Proven: a step is exact for gaps that differ by at most "
+                &Bounds::max_penetration,
+                &SolveReport::penetration,
+                "penetration",
+                false},
+    BoundOption{{"max_gap_error", "contact's radius",
+                 "Proven: a step is exact for gaps that differ by at most "
                  "this"},
-                &Bounds::max_gap_error, &SolveReport::gap_error, "gap error", true},
-    BoundOption{{"max_distance", "", "Estimated: distance of the velocities from an answer over what contacts change, "
+                &Bounds::max_gap_error,
+                &SolveReport::gap_error,
+                "gap error",
+                true},
+    BoundOption{{"max_distance", "",
+                 "Estimated: distance of the velocities from an answer over what contacts change, "
                  "of the worst component"},
-                &Bounds::max_distance, &SolveReport::distance, "distance", true},
+                &Bounds::max_distance,
+                &SolveReport::distance,
+                "distance",
+                true},
 };
 
 /// Calls each(info, value) for every option of `options`, which may be const.
@@ -98,15 +117,25 @@ constexpr void visit_options(auto&& options, auto&& each) {
     constexpr std::tuple others{
         SolveOption<int>{{"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, most}},
                          &SolveOptions::check_every},
-        SolveOption<int>{{"max_iterations", "iterations", "Cap of each attempt at a step, also where fewer than "
-                          "check_every are left", {1, most}},
+        SolveOption<int>{{"max_iterations",
+                          "iterations",
+                          "Cap of each attempt at a step, also where fewer than "
+                          "check_every are left",
+                          {1, most}},
                          &SolveOptions::max_iterations},
-        SolveOption<int>{{"max_newton_contacts", "contacts", "Largest component that Newton's method solves where "
-                          "sweeps get nowhere; none by the paper's method", {0, most}, true},
+        SolveOption<int>{{"max_newton_contacts",
+                          "contacts",
+                          "Largest component that Newton's method solves where "
+                          "sweeps get nowhere; none by the paper's method",
+                          {0, most},
+                          true},
                          &SolveOptions::max_newton_contacts},
         SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, most}, true}, &SolveOptions::sweeps},
-        SolveOption<int>{{"window", "iterates", "Earlier iterates that Anderson acceleration combines",
-                          {0, Anderson::largest_window}, true},
+        SolveOption<int>{{"window",
+                          "iterates",
+                          "Earlier iterates that Anderson acceleration combines",
+                          {0, Anderson::largest_window},
+                          true},
                          &SolveOptions::window},
         SolveOption<double>{{"relaxation", "", "Of every contact's step, omega", {0, 2, true}, true},
                             &SolveOptions::relaxation}};

@@ -91,9 +91,8 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     validate(problem);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
-    const SolveOptions stop{.tolerance = options.tolerance,
-                            .bounds = options.bounds,
-                            .max_iterations = (std::numeric_limits<int>::max)()};
+    const SolveOptions stop{
+        .tolerance = options.tolerance, .bounds = options.bounds, .max_iterations = (std::numeric_limits<int>::max)()};
     // Both take V_free from what is given: sweeps would leave round-off of their impulses, however large, in it.
     ConvergenceTest<M> test(problem, stop);
     const LinearContactsOf<M> linear = linear_contacts(problem);

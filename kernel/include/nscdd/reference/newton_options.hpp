@@ -8,12 +8,12 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// When the Newton methods stop, and how they ended.
 struct NewtonOptions {
-    double tolerance = 1e-10;     ///< on eta, or on the measure given
-    Bounds bounds{};              ///< as in SolveOptions; bodies only
-    int max_iterations = 2000;    ///< Newton steps in all
-    int max_interior = 100;       ///< of them by the interior-point method
-    int warm_sweeps = 1000;       ///< of NLGS before, at most; bodies only. They cost what a factorisation does
-    int max_outer = 200;          ///< proximal iterations
+    double tolerance = 1e-10;   ///< on eta, or on the measure given
+    Bounds bounds{};            ///< as in SolveOptions; bodies only
+    int max_iterations = 2000;  ///< Newton steps in all
+    int max_interior = 100;     ///< of them by the interior-point method
+    int warm_sweeps = 1000;     ///< of NLGS before, at most; bodies only. They cost what a factorisation does
+    int max_outer = 200;        ///< proximal iterations
 };
 
 /// Throws std::invalid_argument for options that are no numbers, or negative.

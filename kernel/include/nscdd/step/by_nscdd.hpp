@@ -7,31 +7,30 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The sequential reference; the step throws std::logic_error on more than one rank.
+/// The sequential reference; the step throws std::logic_error on more than one rank. hand_over: what solves the
+/// components on which sweeps get nowhere, newton_where_stalled<M>() of hand_over.hpp.
 template <class M>
-AnyStepSolver<M> by_nlgs(const SolveOptions& options) {
-    return on_one_rank<M>(
-        "sequential NLGS",
-        [options](Subdomain<M>& part, Meter& meter) {
-            const auto by_newton = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
-                if constexpr (SolvedOnCone<typename M::Law>) {
-                    InProcess alone(1);
-                    sums.add_up(part.problem, part.sweeper.kept(part.problem));
-                    JoinedComponents<M> components({&part, 1}, alone, {&sums, 1});
-                    return hand_over<M>({&part, 1}, alone, {&sums, 1}, components, residual, options);
-                }
-                return HandedOver{};
-            };
-            return nlgs_of_valid(part.problem, options, part.sweeper, by_newton, &meter);
-        });
+AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
+    detail::check_hand_over<M>(options, hand_over);
+    return on_one_rank<M>("sequential NLGS", [=](Subdomain<M>& part, Meter& meter) {
+        const auto handed = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
+            if (!hand_over) return HandedOver{};
+            InProcess alone(1);
+            sums.add_up(part.problem, part.sweeper.kept(part.problem));
+            JoinedComponents<M> components({&part, 1}, alone, {&sums, 1});
+            return hand_over({&part, 1}, alone, {&sums, 1}, components, residual, options);
+        };
+        return nlgs_of_valid(part.problem, options, part.sweeper, handed, &meter);
+    });
 }
 
 /// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.
+/// hand_over: as in by_nlgs().
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
-AnyStepSolver<M> by_nscdd(const SolveOptions& options) {
-    return [options](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
+AnyStepSolver<M> by_nscdd(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
+    return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         Scheme scheme;
-        return nscdd_solve<M>(parts, comm, scheme, options, seconds);
+        return nscdd_solve<M>(parts, comm, scheme, options, seconds, hand_over);
     };
 }
 

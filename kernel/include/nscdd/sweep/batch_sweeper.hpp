@@ -275,11 +275,11 @@ class BatchSweeper {
     }
 
     BodyRows<M> rows_;
-    AlignedDoubles free_rows_;           ///< V_free of bodies
-    std::vector<double> free_walls_;     ///< V_free of walls
-    std::vector<double> wall_share_;     ///< 1/multiplicity of each wall; the first is for lanes without a contact
+    AlignedDoubles free_rows_;        ///< V_free of bodies
+    std::vector<double> free_walls_;  ///< V_free of walls
+    std::vector<double> wall_share_;  ///< 1/multiplicity of each wall; the first is for lanes without a contact
     Group grains_, walls_;
-    std::vector<int> order_;  ///< of contacts, while they are dealt to batches; kept for its memory
+    std::vector<int> order_;         ///< of contacts, while they are dealt to batches; kept for its memory
     double inverse_relaxation_ = 1;  ///< 1/omega, by which W is multiplied
     int window_ = 0, sweeps_ = 0;
     KeptIterate<M> kept_;

@@ -7,7 +7,8 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-/// What Sweeper asks of its two kinds, whose members mean what its own do. make_room(): accelerate() for the first time.
+/// What Sweeper asks of its two kinds, whose members mean what its own do. make_room(): accelerate() for the first
+/// time.
 template <class S, class M>
 concept Sweeps = requires(S& s, const S& told, ContactProblem<M>& problem, const Anderson* anderson,
                           Anderson::Products* products, const std::vector<int>& bodies) {
