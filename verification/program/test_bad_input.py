@@ -88,7 +88,7 @@ class BadScene(Refusals):
     def test_a_specification_of_vast_grains(self):
         for radius in ("1e300", "1e-300"):
             spec = self.write("pack.toml", f"dimension = 3\ngrains = 10\nradius = {radius}\n")
-            self.refused(["pack.toml:3: radius must be in [1e-50, 1e50]"], "pack", spec, "-o", self.folder / "out.h5")
+            self.refused(["pack.toml:3: radius must be in [1e-50, 1e+50]"], "pack", spec, "-o", self.folder / "out.h5")
 
 
 class BadOptions(Refusals):

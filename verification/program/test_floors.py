@@ -1,4 +1,4 @@
-"""The floors of the kernel: what scripts/floors calls an include that goes up, on a made-up tree and on ours."""
+"""The floors of kernel and program: what scripts/floors calls an include that goes up, on a made-up tree and on ours."""
 import contextlib
 import io
 import subprocess
@@ -46,6 +46,11 @@ class Floors(ProgramTest):
     def test_no_header_of_the_kernel_includes_a_higher_floor(self):
         done = subprocess.run([sys.executable, script.__file__, "--check"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_no_source_of_the_program_includes_a_higher_floor(self):
+        self.assertEqual(script.problems(script.read_program(), script.PROGRAM_FLOORS), [])
+        up = [("files/a.hpp", "commands/b.hpp")]
+        self.assertEqual(script.problems(up, script.PROGRAM_FLOORS), ['files/a.hpp includes "commands/b.hpp": commands is a higher floor than files'])
 
     def test_the_drawing_has_every_floor_and_every_arrow(self):
         found = script.arrows(script.read_includes(script.ROOT / "kernel/include"))

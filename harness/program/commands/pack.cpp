@@ -25,14 +25,13 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     if (spec.dimension > 3) table.fail("dimension", fmt::format("must be 2 or 3, found {}", spec.dimension));
     spec.grains = table.integer("grains", OptionRange{1});
     spec.seed = table.integer("seed", OptionRange{0}, 1);
-    spec.radius = table.number("radius", {"in [1e-50, 1e50]", [](double v) { return v >= 1e-50 && v <= 1e50; }}, 0.5);
-    spec.spread = table.number("spread", {"in [0, 0.9]", [](double v) { return v >= 0 && v <= 0.9; }}, 0.0);
+    spec.radius = table.number("radius", {1e-50, 1e50}, 0.5);
+    spec.spread = table.number("spread", {0, 0.9}, 0.0);
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
     if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
     spec.loose_fraction = spec.dimension == 3 ? 0.3 : 0.45;  // random placing gets slow above
     if (table.has("solid_fraction"))
-        spec.solid_fraction = table.number("solid_fraction", {"above the loose start's 0.3 (0.45 in 2D) and below 0.9",
-                                                              [](double v) { return v > 0.3 && v < 0.9; }});
+        spec.solid_fraction = table.number("solid_fraction", {spec.loose_fraction, 0.9, true});
     if (table.has("generator")) {
         const std::string& named = generators[static_cast<std::size_t>(table.choice("generator", generators))];
         if (generator.empty()) generator = named;

@@ -4,6 +4,7 @@
 #include <ranges>
 
 #include "model/exact_sum.hpp"
+#include "model/run_request.hpp"
 #include "nscdd/step/simulation.hpp"
 #include "registry/laws.hpp"
 #include "registry/partitions.hpp"
