@@ -105,7 +105,10 @@ add_test(NAME "headers compile alone" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJE
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/headers.cmake)
 add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
-set_tests_properties(consumer "what the compiler says" "headers compile alone" "one header knows MPI, one METIS" PROPERTIES LABELS build TIMEOUT 600)
+add_test(NAME "consumer of the compiled kernel" COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM}
+         -DWORK=${CMAKE_CURRENT_BINARY_DIR}/compiled -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/compiled.cmake)
+set_tests_properties(consumer "consumer of the compiled kernel" "what the compiler says" "headers compile alone" "one header knows MPI, one METIS"
+                     PROPERTIES LABELS build TIMEOUT 600)
 # it compiles for two minutes; the kernel breaks it when GCC warns anew
 set_tests_properties("consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 

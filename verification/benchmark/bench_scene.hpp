@@ -8,7 +8,7 @@
 #include <random>
 
 #include "files/packing.hpp"
-#include "nscdd/nscdd.hpp"
+#include "nscdd/reference.hpp"
 
 namespace nscdd::bench {
 

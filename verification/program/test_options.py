@@ -6,7 +6,7 @@ import unittest
 
 from harness import NSCDD, ROOT, SCENE, ProgramTest
 
-OPTION = re.compile(r"^  (--[a-z-]+) NUMBER(.*?)(?=^  -)", re.MULTILINE | re.DOTALL)
+OPTION = re.compile(r"^  (--[a-z-]+) (?:FLOAT|INT):NUMBER(.*?)(?=^  -)", re.MULTILINE | re.DOTALL)
 
 
 def in_help():

@@ -75,11 +75,10 @@ Json steps_json(const RunResult& result) {
     };
     list("iterations", [](const StepReport& s) { return s.solve.iterations; });
     list("residual", [](const StepReport& s) { return s.solve.residual; });
-    list("velocity_error", [](const StepReport& s) { return s.solve.velocity_error; });
-    list("energy_gain", [](const StepReport& s) { return s.solve.energy_gain; });
-    list("penetration", [&](const StepReport& s) { return s.solve.penetration / result.least_radius; });
-    list("gap_error", [](const StepReport& s) { return s.solve.gap_error; });
-    list("distance", [](const StepReport& s) { return s.solve.distance; });
+    for (const BoundOption& bound : bound_options)
+        list(bound.figure_name, [&](const StepReport& s) {
+            return s.solve.*bound.figure / (bound.limit == &Bounds::max_penetration ? result.least_radius : 1);
+        });
     list("scene_distance", [](const StepReport& s) { return s.solve.scene_distance; });
     list("newton_contacts", [](const StepReport& s) { return s.solve.newton_contacts; });
     list("rebounds_given_up", [](const StepReport& s) { return s.solve.rebounds_given_up; });

@@ -47,6 +47,12 @@ inline std::string dashed(std::string name) {
     return "--" + name;
 }
 
+// "gap error" of gap_error.
+inline std::string spoken(std::string name) {
+    std::ranges::replace(name, '_', ' ');
+    return name;
+}
+
 std::vector<std::string> names_in(const auto& names) {
     std::vector<std::string> all;
     for (const auto& [name, value] : names) all.emplace_back(name);

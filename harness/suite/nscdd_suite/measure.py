@@ -23,7 +23,11 @@ class Budget:
 
 def asked(velocity_error):
     """What a step is asked for besides eta; of ANY nothing, not even that it makes no energy."""
-    return ["--max-velocity-error", velocity_error, *(["--max-energy-gain", ANY, "--max-gap-error", ANY, "--max-distance", ANY] if velocity_error == ANY else [])]
+    return [
+        "--max-velocity-error",
+        velocity_error,
+        *(["--max-energy-gain", ANY, "--max-gap-error", ANY, "--max-distance", ANY] if velocity_error == ANY else []),
+    ]
 
 
 def answered(command, out, seconds=Budget.seconds):

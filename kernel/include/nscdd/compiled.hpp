@@ -6,15 +6,17 @@
 
 #include "nscdd/reference.hpp"
 
+namespace nscdd { inline namespace NSCDD_ABI {
+
 /// The models that nscdd::compiled has.
-namespace nscdd { inline namespace NSCDD_ABI { namespace compiled {
+namespace compiled {
 
 using SmoothDisks = Model<2, Frictionless>;    ///< disks without friction
 using Disks = Model<2, Coulomb>;               ///< disks
 using SmoothSpheres = Model<3, Frictionless>;  ///< spheres without friction
 using Spheres = Model<3, Coulomb>;             ///< spheres
 
-}}}  // namespace nscdd::NSCDD_ABI::compiled
+}  // namespace compiled
 
 // prefix: extern, or nothing; M: a name for the model.
 #define NSCDD_COMPILED_MODEL(prefix, M)                                                                               \
@@ -73,7 +75,6 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
                                               Eigen::VectorXd&, const detail::NewtonJudge&, NewtonReport&);
 
 #ifndef NSCDD_WITHOUT_COMPILED_KERNEL
-namespace nscdd {
 NSCDD_COMPILED_MODEL(extern, compiled::SmoothDisks)
 NSCDD_COMPILED_MODEL(extern, compiled::Disks)
 NSCDD_COMPILED_MODEL(extern, compiled::SmoothSpheres)
@@ -83,5 +84,6 @@ NSCDD_COMPILED_DIMENSION(extern, 3)
 NSCDD_COMPILED_NEWTON(extern, 1)
 NSCDD_COMPILED_NEWTON(extern, 2)
 NSCDD_COMPILED_NEWTON(extern, 3)
-}  // namespace nscdd
 #endif
+
+}}  // namespace nscdd::NSCDD_ABI

@@ -22,12 +22,12 @@ template <class M>
 class SweptTogether {
   public:
     SweptTogether(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
-                  const SolveOptions& options, HandOver<M> hand_over, PhaseSeconds& seconds)
+                  const SolveOptions& options, HandOver<M> other, PhaseSeconds& seconds)
         : parts_(parts),
           comm_(comm),
           scheme_(scheme),
           options_(options),
-          hand_over_(hand_over),
+          hand_over_(other),
           seconds_(seconds),
           watch_(comm),
           walls_(parts[0].wall_active.size()),

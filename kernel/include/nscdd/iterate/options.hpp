@@ -15,8 +15,10 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Values that an option may have: low to high, both included. The program asks for finite numbers between them.
 struct OptionRange {
-    double low = 0, high = std::numeric_limits<double>::infinity();
-    bool open = false;  ///< low and high are no values themselves
+    double low = 0;                                         ///< least value
+    double high = std::numeric_limits<double>::infinity();  ///< largest value
+    bool open = false;                                      ///< low and high are no values themselves
+    /// Whether the option may have this value.
     bool holds(double value) const { return open ? value > low && value < high : value >= low && value <= high; }
 };
 
@@ -61,34 +63,35 @@ struct SolveOptions {
 
 /// A bound, and the figure that it is on.
 struct BoundOption {
-    OptionInfo info;
-    double Bounds::*limit;
-    double SolveReport::*figure;
-    const char* told;  ///< what messages call the figure
-    bool estimated;    ///< by report_distance(), once the others are kept
+    OptionInfo info;              ///< what a user is told
+    double Bounds::*limit;        ///< the bound
+    double SolveReport::*figure;  ///< what it is on
+    const char* figure_name;      ///< of the member
+    bool estimated;               ///< by report_distance(), once the others are kept
 };
 
 /// An option beside the bounds.
 template <class Value>
 struct SolveOption {
-    OptionInfo info;
-    Value SolveOptions::*member;
+    OptionInfo info;              ///< what a user is told
+    Value SolveOptions::*member;  ///< the option
 };
 
+/// All bounds.
 inline constexpr std::array bound_options{
     BoundOption{{"max_velocity_error", "",
                  "Largest velocity error of a step: eta does not see wrong velocities where "
                  "masses differ or columns are long"},
                 &Bounds::max_velocity_error,
                 &SolveReport::velocity_error,
-                "velocity error",
+                "velocity_error",
                 false},
     BoundOption{{"max_energy_gain", "",
                  "Largest share of energy that contacts may make in a step, of the scene and of "
                  "each component"},
                 &Bounds::max_energy_gain,
                 &SolveReport::energy_gain,
-                "energy gain",
+                "energy_gain",
                 false},
     BoundOption{{"max_penetration", "least radius", "Deepest that a step may close a contact"},
                 &Bounds::max_penetration,
@@ -100,7 +103,7 @@ inline constexpr std::array bound_options{
                  "this"},
                 &Bounds::max_gap_error,
                 &SolveReport::gap_error,
-                "gap error",
+                "gap_error",
                 true},
     BoundOption{{"max_distance", "",
                  "Estimated: distance of the velocities from an answer over what contacts change, "

@@ -62,6 +62,7 @@ class BatchSweeper {
         parts.contacts = static_cast<double>(problem.contact_count());
         add_group<GrainRows>(problem, grains_, parts);
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
+        auto change = parts.velocity_change;  // a copy stays in registers
         for (std::size_t at = 0; at < rows_.data.size(); at += Layout::row) {
             const double *now = rows_.data.data() + at, *free = free_rows_.data() + at;
             const auto squares = [&](int begin, int end) {
@@ -69,9 +70,9 @@ class BatchSweeper {
                 for (int d = begin; d < end; ++d) sum += (now[d] - free[d]) * (now[d] - free[d]);
                 return sum;
             };
-            parts.velocity_change.add(now[Layout::mass_at],
-                                      squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
+            change.add(now[Layout::mass_at], squares(0, M::dim) + squares(M::dim, M::dof) / Layout::kappa);
         }
+        parts.velocity_change = change;
         add_wall_changes(problem, free_walls_, parts.velocity_change);
         return parts;
     }
