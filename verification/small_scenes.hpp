@@ -199,7 +199,7 @@ std::vector<Scene<M>> dense_scenes(std::initializer_list<bool> driven = {false, 
         scenes.push_back(settled(heap<M>(by_forces), 200));
         scenes.push_back(settled(squeezed_box<M>(by_forces), 200));
     }
-    for (auto& scene : scenes) scene.settings.rough_every = 3;  // so that short runs change the decomposition
+    for (auto& scene : scenes) scene.settings.broad_phase_every = 3;  // so that short runs change the decomposition
     return scenes;
 }
 

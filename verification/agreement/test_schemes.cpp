@@ -201,7 +201,7 @@ TEMPLATE_TEST_CASE("acceleration does not run away where walls leave no room", "
 
 TEMPLATE_TEST_CASE("warm started, a heap at rest needs one iteration a step on any subdomains", "", Disks) {
     auto warm = settled(heap<TestType>(true), 1000);
-    warm.settings.rough_every = 3;  // impulses are handed on with every new decomposition
+    warm.settings.broad_phase_every = 3;  // impulses are handed on with every new decomposition
     auto cold = warm;
     cold.impulses.clear();
     for (int ranks : {1, 4, 8}) {

@@ -39,7 +39,7 @@ Outcome<M> compare_bits(const Scene<M>& scene, int steps, const SolveOptions& op
 
 template <template <class, class> class Scheme, class Gluing, class M>
 void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}, int ranks = 0) {
-    const auto theirs = compare_bits<Scheme, Gluing>(scene, 5, options, ranks);  // steps with a rough detection
+    const auto theirs = compare_bits<Scheme, Gluing>(scene, 5, options, ranks);  // steps with a broad phase
     CHECK(theirs.last().contacts > 60);
     if (std::max(ranks, Mpi().size()) > 1) CHECK(theirs.last().interface_grains > 0);
 }
@@ -84,7 +84,7 @@ TEST_CASE("a run over MPI is the run in process with any partition") {
     for (const auto& partitioner : {by_bisection<Spheres>(1.0), by_metis<Spheres>(1.0)}) {
         auto scene = dense_scenes<Spheres>()[1];  // the box: METIS divides the heap so that no grain is shared
         scene.settings.partition = partitioner;
-        scene.settings.rough_every = 2;
+        scene.settings.broad_phase_every = 2;
         compare<Dcs, ClosedForm>(scene);
     }
 }
@@ -93,11 +93,11 @@ TEST_CASE("several subdomains a process are those in process, bit for bit") {
     const int processes = Mpi().size();
     for (const int ranks : {processes + 1, 2 * processes + 1}) {
         auto scene = dense_scenes<Spheres>().front();
-        scene.settings.rough_every = 2;
+        scene.settings.broad_phase_every = 2;
         compare<Dcs, ClosedForm>(scene, SolveOptions{.check_every = 3}.accelerated(), ranks);
         compare<Ccs, Factorised<>>(scene, {.check_every = 3}, ranks);
         scene = dense_scenes<Spheres>()[1];
-        scene.settings.rough_every = 2;
+        scene.settings.broad_phase_every = 2;
         scene.settings.partition = by_metis<Spheres>(1.0);
         compare<Dcs, ClosedForm>(scene, {.check_every = 3}, ranks);
     }

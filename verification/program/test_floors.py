@@ -30,7 +30,7 @@ class Floors(ProgramTest):
         )
 
     def test_a_folder_needs_a_floor(self):
-        self.assertEqual(self.problems(attic_a='#include "nscdd/low/b.hpp"\n', low_b=""), ["attic: no floor; add it to FLOORS in scripts/floors"])
+        self.assertEqual(self.problems(attic_a='#include "nscdd/low/b.hpp"\n', low_b=""), ["attic: no floor; add it to a list in scripts/floors"])
 
     def test_a_tree_without_headers_is_refused(self):
         with self.assertRaises(SystemExit) as end, contextlib.redirect_stderr(io.StringIO()):

@@ -40,6 +40,16 @@ class Options(ProgramTest):
         run = json.loads((self.folder / "run.json").read_text())
         self.assertEqual({name: run[name] for name in given}, given)
 
+    def test_names_of_earlier_programs_are_taken_but_not_beside_those_of_now(self):
+        scene, results = self.write("pair.toml", SCENE), self.folder / "run.json"
+        self.succeeds("run", scene, "--distance", 0.0625, "--newton-contacts", 11, "--json", results, "--quiet")
+        run = json.loads(results.read_text())
+        self.assertEqual((run["max_distance"], run["max_newton_contacts"]), (0.0625, 11))
+        for options in (("--distance", 1, "--max-distance", 1), ("--max-distance", 1, "--distance", 1)):
+            done = self.run_program("run", scene, *options)
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, "^nscdd: --distance: is the earlier name of --max-distance, which is given too; see --help\n$")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -58,7 +58,7 @@ class Page(Case):
         for title in (
             "Share of time in MPI (Table 1 of the paper)",
             "Real ranks",
-            "Multiplicities before and after the fine detection (Fig. 1 of",
+            "Multiplicities before and after the narrow phase (Fig. 1 of",
             "Biaxial test: speed-up and iterations (Fig. 3",
             "Triaxial test: speed-up and iterations (Fig. 4",
             "Minimal and predicted interface",
@@ -382,7 +382,7 @@ class Network(Case):
         path = self.folder / "paper/fig1-network.h5"
         with h5py.File(path, "a") as file:
             del file["rough/skin"]
-        self.assert_one_line(paper(), "fig1-network.h5", "rough")
+        self.assert_one_line(paper(), "fig1-network.h5", "broad phase")
 
 
 class Rows(unittest.TestCase):

@@ -31,7 +31,7 @@ class Restart(ProgramTest):
         return path
 
     def check_goes_on(self, *command, ranks=0):
-        """30 steps at once, and as 13, 7 and 10: no rough detection falls on the cuts, with one every 10 steps."""
+        """30 steps at once, and as 13, 7 and 10: no broad phase falls on the cuts, with one every 10 steps."""
 
         def run(name, steps, *more):
             out = self.folder / name

@@ -288,9 +288,11 @@ class Calibration(ProgramTest):
         pack = self.write("pack.toml", "dimension = 2\ngrains = 300\nspread = 0.25\nseed = 4\ngenerator = 'own'\n")
         self.succeeds("pack", pack, "-o", self.folder / "disks.h5", "--quiet")
         out = self.folder / "costs.json"
+        text = (ROOT / "cases/reduced/network.toml").read_text()
+        self.assertIn('method = "paper"\n', text)
         self.succeeds(
             "calibrate",
-            ROOT / "cases/reduced/network.toml",
+            self.write("accelerated.toml", text.replace('method = "paper"\n', "")),
             "--packing",
             self.folder / "disks.h5",
             "--subdomains",

@@ -30,7 +30,7 @@ Described<M> crossing_grain() {
     Described<M> scene{{}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(1))}, 32, 5};
     scene.settings.walls = box_walls<M>(scene.edge);
     scene.settings.h = 0.1;
-    scene.settings.rough_every = 1;
+    scene.settings.broad_phase_every = 1;
     scene.grains[0].velocity[0] = 100;
     for (int k = 1; k < 12; ++k) {
         typename M::Vec x = M::Vec::Constant(8);

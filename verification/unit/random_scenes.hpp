@@ -96,7 +96,7 @@ SimulationSettings<M> lattice_settings(int side, bool driven = false) {
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     settings.gravity[M::dim - 1] = -1;
     settings.h = 0.05;
-    settings.rough_every = 3;
+    settings.broad_phase_every = 3;
     settings.largest_overlap = 0.5;  // the lattice is not freed of what the first half step may close
     return settings;
 }

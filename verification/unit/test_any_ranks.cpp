@@ -31,13 +31,13 @@ double difference(const std::vector<Grain<M>>& a, const std::vector<Grain<M>>& b
     return worst;
 }
 
-// A shaken lattice of random size, driven or not, with a random step and a random phase of rough detection.
+// A shaken lattice of random size, driven or not, with a random step and a random phase of broad phase.
 template <class M>
 Described<M> random_scene(Random& random) {
     const int side = (M::dim == 2 ? 5 : 3) + static_cast<int>(random() % 3);
     Described<M> scene{lattice_settings<M>(side, random() % 2 == 0), shaken_lattice<M>(random, side), 1.05 * side, 5};
     scene.settings.h = uniform(random, 0.02, 0.06);
-    scene.settings.rough_every = 1 + static_cast<int>(random() % 4);
+    scene.settings.broad_phase_every = 1 + static_cast<int>(random() % 4);
     return scene;
 }
 

@@ -16,9 +16,9 @@
 #include "nscdd/comm/route_by_square.hpp"
 
 using nscdd::Buffer;
-using nscdd::HostedRanks;
 using nscdd::InProcess;
 using nscdd::Links;
+using nscdd::RankMap;
 using nscdd::ReducedRows;
 
 TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]") {
@@ -114,7 +114,7 @@ TEST_CASE("ranks that add nothing to a reduction need no row", "[communicator]")
             for (std::size_t n = 0; n < row.size(); ++n) CHECK(std::signbit(row[n]) == std::signbit(expected[n]));
         };
         same(comm.reduce(some, 1));
-        const HostedRanks hosted(0, 1, size);
+        const RankMap hosted(0, 1, size);
         ReducedRows rows(hosted);
         rows.start(some, 1, 0);
         while (rows.under_way()) {
@@ -135,10 +135,10 @@ TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[com
                 all.push_back({std::sin(rank + 1.0) * std::pow(10, rank % 17), std::cos(rank)});
             const std::span<const double> expected = comm.reduce(all, 1);
 
-            std::vector<std::unique_ptr<HostedRanks>> hosted;
+            std::vector<std::unique_ptr<RankMap>> hosted;
             std::vector<ReducedRows> rows;
             for (int p = 0; p < processes; ++p) {
-                hosted.push_back(std::make_unique<HostedRanks>(p, processes, size));
+                hosted.push_back(std::make_unique<RankMap>(p, processes, size));
                 const auto& ranks = hosted.back()->ranks();
                 const std::vector<Buffer> mine(all.begin() + ranks.front(), all.begin() + ranks.back() + 1);
                 rows.emplace_back(*hosted.back()).start(mine, 1, p);

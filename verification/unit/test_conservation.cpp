@@ -24,7 +24,7 @@ SimulationSettings<M> empty_space(double friction, double restitution) {
     SimulationSettings<M> settings;
     settings.materials.set(0, 0, {friction, restitution});
     settings.h = 0.015;
-    settings.rough_every = 5;
+    settings.broad_phase_every = 5;
     return settings;
 }
 

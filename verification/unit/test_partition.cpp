@@ -66,8 +66,8 @@ std::vector<Subdomain<M>> dealt_in_turn(const std::vector<Grain<M>>& grains, int
     for (std::size_t k = 0; k < grains.size(); ++k) {
         Subdomain<M>& part = parts[k % parts.size()];
         part.grains.push_back(grains[k]);
-        part.sharers.push_back(part.rank);
-        part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
+        part.replicas.push_back(part.rank);
+        part.replica_begin.push_back(static_cast<int>(part.replicas.size()));
     }
     return parts;
 }
@@ -209,7 +209,7 @@ void check_split_masses(const Simulation<M>& simulation) {
     struct Sum {
         const Grain<M>* grain;
         std::vector<int> holders, touching;  // ranks
-        std::vector<int> sharers, active;    // as the first holder has them
+        std::vector<int> replicas, active;   // as the first holder has them
         double mass = 0, inertia = 0;
         int multiplicity = 0;
     };
@@ -219,15 +219,15 @@ void check_split_masses(const Simulation<M>& simulation) {
         for (const Pair& pair : predicted ? candidates(part) : contacts(part))
             touched.insert({pair.first, pair.second});
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
-            const auto first = static_cast<std::ptrdiff_t>(part.first_sharer(g)),
-                       last = static_cast<std::ptrdiff_t>(part.last_sharer(g));
-            const std::vector<int> sharers(part.sharers.begin() + first, part.sharers.begin() + last);
+            const auto first = static_cast<std::ptrdiff_t>(part.first_replica(g)),
+                       last = static_cast<std::ptrdiff_t>(part.last_replica(g));
+            const std::vector<int> replicas(part.replicas.begin() + first, part.replicas.begin() + last);
             const std::vector<int> active(part.active.begin() + first, part.active.begin() + last);
             const Body<M>& body = part.problem.bodies[g];
             const auto [entry, is_new] = sums.try_emplace(part.grains[g].id);
             Sum& sum = entry->second;
-            if (is_new) sum.grain = &part.grains[g], sum.sharers = sharers, sum.active = active;
-            CHECK(sharers == sum.sharers);
+            if (is_new) sum.grain = &part.grains[g], sum.replicas = replicas, sum.active = active;
+            CHECK(replicas == sum.replicas);
             CHECK(active == sum.active);
             CHECK(part.problem.multiplicity[g] == part.multiplicity(g));
             sum.holders.push_back(part.rank);
@@ -241,10 +241,10 @@ void check_split_masses(const Simulation<M>& simulation) {
     int shared = 0;
     for (const auto& [id, sum] : sums) {
         INFO("grain " << id);
-        CHECK(sum.holders == sum.sharers);
+        CHECK(sum.holders == sum.replicas);
         std::vector<int> active;
-        for (std::size_t s = 0; s < sum.sharers.size(); ++s)
-            if (sum.active[s]) active.push_back(sum.sharers[s]);
+        for (std::size_t s = 0; s < sum.replicas.size(); ++s)
+            if (sum.active[s]) active.push_back(sum.replicas[s]);
         if (!predicted || active.size() > 1) CHECK(active == sum.touching);
         CHECK(sum.multiplicity == std::max<int>(1, static_cast<int>(sum.touching.size())));
         if (sum.touching.empty()) continue;
@@ -358,7 +358,7 @@ TEMPLATE_TEST_CASE("a column at rest stays solved when it is repartitioned every
     settings.walls = box_walls<M>(20);
     settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     settings.gravity[M::dim - 1] = -1;
-    settings.rough_every = 0;
+    settings.broad_phase_every = 0;
     std::vector<Grain<M>> grains;
     for (int k = 0; k < 8; ++k) {
         typename M::Vec x = M::Vec::Constant(10);

@@ -57,8 +57,8 @@ std::vector<Subdomain<M>> on_rank_0(const std::vector<Grain<M>>& grains, int ran
     for (int r = 0; r < ranks; ++r) parts[static_cast<std::size_t>(r)].rank = r;
     for (const auto& g : grains) {
         parts[0].grains.push_back(g);
-        parts[0].sharers.push_back(0);
-        parts[0].sharer_begin.push_back(static_cast<int>(parts[0].sharers.size()));
+        parts[0].replicas.push_back(0);
+        parts[0].replica_begin.push_back(static_cast<int>(parts[0].replicas.size()));
     }
     return parts;
 }
@@ -191,7 +191,7 @@ std::size_t shared_grains(const std::vector<Subdomain<M>>& parts) {
     std::size_t count = 0;
     for (const auto& part : parts)
         for (std::size_t g = 0; g < part.grains.size(); ++g)
-            count += part.primary(g) && part.last_sharer(g) - part.first_sharer(g) > 1;
+            count += part.primary(g) && part.last_replica(g) - part.first_replica(g) > 1;
     return count;
 }
 
@@ -248,7 +248,7 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
     // a row of grains, half of which flies away from the other: candidates of the resting half alone remain
     SimulationSettings<M> settings;
     settings.h = 0.01;
-    settings.rough_every = 1;
+    settings.broad_phase_every = 1;
     settings.partition = by_bisection<M>(1.2);
     std::vector<Grain<M>> grains;
     for (int k = 0; k < 64; ++k) {
@@ -265,7 +265,7 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
             made.push_back(simulation.broad_phase().partition().numbers());
     }
     CHECK(made.size() >= 2);
-    CHECK(made.size() <= 6);  // of 30 rough detections
+    CHECK(made.size() <= 6);  // of 30 broad phases
     CHECK(measure_imbalance(simulation.parts(), comm) < 1.3);
 }
 
@@ -288,7 +288,7 @@ TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it
     std::vector<Grain<M>> grains;  // a row, from the second slab into the third
     for (int k = 0; k < 4; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (3.5 + k) * M::Vec::UnitX()));
     Lapse lapse = Lapse::none;
-    SimulationSettings<M> settings{.h = 0.01, .rough_every = 0};
+    SimulationSettings<M> settings{.h = 0.01, .broad_phase_every = 0};
     settings.partition = {.kind = "slabs", .make = [&lapse](const PartitionInput<M>& scene) {
                               return Slabs<M>{scene.comm.size(), lapse};
                           }};
@@ -317,7 +317,7 @@ TEMPLATE_TEST_CASE("a partition that cannot be even is not made anew at every de
     // five pairs at rest on four ranks: one rank has two, 1.6 times the mean, whatever the cuts
     SimulationSettings<M> settings;
     settings.h = 0.01;
-    settings.rough_every = 1;
+    settings.broad_phase_every = 1;
     settings.partition = by_bisection<M>(1.2);
     int made = 0;
     settings.partition.make = [&made, make = settings.partition.make](const PartitionInput<M>& scene) {

@@ -108,7 +108,7 @@ TEST_CASE("a scene is read whole", "[scene]") {
     CHECK(scene.step.h == 1e-3);
     CHECK(scene.step.count == 50);
     CHECK(scene.step.theta == 0.5);
-    CHECK(scene.step.rough_every == 10);
+    CHECK(scene.step.broad_phase_every == 10);
     CHECK_FALSE(scene.solver.method);
     CHECK(scene.solver.given.size() == 1);
     CHECK(scene.solver.given.at("tolerance") == 1e-6);
@@ -147,6 +147,8 @@ TEST_CASE("names of earlier programs are read", "[scene]") {
     CHECK(options.bounds.max_gap_error == 4e-3);
     CHECK(options.bounds.max_distance == 0.5);
     CHECK(options.max_newton_contacts == 6);
+    CHECK(read_scene(scratch.write("own.toml", replaced(good, "count = 50", "count = 50\nrough_every = 3")))
+              .step.broad_phase_every == 3);
 }
 
 TEST_CASE("a scene has the law that it names, else no friction where nothing needs it", "[scene]") {

@@ -14,7 +14,7 @@ namespace {
 template <class M>
 struct Stored {
     Scene<M> scene;
-    RoughDetection<M> rough;
+    BroadPhaseState<M> rough;
 };
 
 template <class M>
@@ -40,7 +40,7 @@ template <class M>
 void goes_on_exactly(const Scene<M>& scene, const AnyStepSolver<M>& solve, int ranks) {
     InProcess comm(ranks);
     Simulation<M> whole(comm, scene.settings, scene.grains, scene.impulses);
-    std::vector<Stored<M>> at;  // after steps 4 and 11, which no rough detection follows
+    std::vector<Stored<M>> at;  // after steps 4 and 11, which no broad phase follows
     int phases = 0;
     for (int step = 1; step <= 41; ++step) {
         whole.step(solve);
@@ -72,7 +72,7 @@ void goes_on_exactly(const Scene<M>& scene, const AnyStepSolver<M>& solve, int r
 TEMPLATE_TEST_CASE("a stored simulation goes on to the last bit", "[stepping]", SmoothDisks, Spheres) {
     using M = TestType;
     for (Scene<M> scene : dense_scenes<M>()) {
-        scene.settings.rough_every = 7;
+        scene.settings.broad_phase_every = 7;
         INFO(scene.name);
         goes_on_exactly<M>(scene, by_nlgs<M>(SolveOptions{}.accelerated()), 1);
         goes_on_exactly<M>(scene, by_nscdd<Dcs<M>>(SolveOptions{}), 4);
@@ -86,14 +86,13 @@ TEMPLATE_TEST_CASE("a stored simulation goes on to the last bit by any partition
         for (const auto& partitioner : {by_bisection<M>(imbalance), by_metis<M>(imbalance)}) {
             INFO(partitioner.kind << " " << imbalance);
             Scene<M> scene = heap<M>(false);
-            scene.settings.rough_every = 7;
+            scene.settings.broad_phase_every = 7;
             scene.settings.partition = partitioner;
             goes_on_exactly<M>(scene, by_nscdd<Dcs<M>>(SolveOptions{}), 4);
         }
 }
 
-TEST_CASE("a stored simulation goes on with other subdomains, and with the phase of its rough detection",
-          "[stepping]") {
+TEST_CASE("a stored simulation goes on with other subdomains, and with the phase of its broad phase", "[stepping]") {
     using M = Spheres;
     InProcess one(1), four(4);
     Scene<M> scene = squeezed_box<M>(false);
@@ -112,13 +111,13 @@ TEST_CASE("a stored simulation goes on with other subdomains, and with the phase
     for (std::size_t g = 0; g < a.size(); ++g) CHECK((a[g].grain.position - b[g].grain.position).norm() < 1e-6);
 }
 
-TEST_CASE("a rough detection that cannot have been is refused", "[stepping]") {
+TEST_CASE("a broad phase that cannot have been is refused", "[stepping]") {
     using M = SmoothDisks;
     const Scene<M> scene = heap<M>(false);
     InProcess comm(1);
     Simulation<M> simulation(comm, scene.settings, scene.grains);
     const auto refused = [&](auto&& spoil) {
-        RoughDetection<M> rough = gather_rough(simulation);
+        BroadPhaseState<M> rough = gather_rough(simulation);
         spoil(rough);
         return complaint<std::invalid_argument>(
             [&] { Simulation<M>(comm, scene.settings, scene.grains, scene.impulses, &rough); });
@@ -126,8 +125,8 @@ TEST_CASE("a rough detection that cannot have been is refused", "[stepping]") {
     CHECK(refused([](auto&) {}) == "");
     CHECK(refused([](auto& r) { r.partition[0] = -3; }) == "");  // of another number of ranks
     CHECK(refused([](auto& r) { r.imbalance = NAN; }).find("imbalance") != std::string::npos);
-    CHECK(refused([](auto& r) { r.positions.pop_back(); }) == "the last rough detection is of other grains or walls");
-    CHECK(refused([](auto& r) { r.offsets.push_back(1); }) == "the last rough detection is of other grains or walls");
+    CHECK(refused([](auto& r) { r.positions.pop_back(); }) == "the last broad phase is of other grains or walls");
+    CHECK(refused([](auto& r) { r.offsets.push_back(1); }) == "the last broad phase is of other grains or walls");
     CHECK(refused([](auto& r) { r.positions[3][1] = NAN; }).find("not finite") != std::string::npos);
     CHECK(refused([](auto& r) { r.offsets[0] = INFINITY; }).find("not finite") != std::string::npos);
     for (const double skin : {0.0, -1.0, std::nan("")})

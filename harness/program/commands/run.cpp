@@ -60,10 +60,9 @@ std::string unconverged(const RunResult& result) {
         result.unconverged_steps(), result.steps.size(), worst(result, [](const auto& s) { return s.iterations; }),
         result.options.tolerance, worst(result, [](const auto& s) { return s.residual; }));
     for (const BoundOption& bound : bound_options) {
-        const double unit = bound.limit == &Bounds::max_penetration ? result.least_radius : 1;
         told += fmt::format(", {} <= {:g}{}{} ({:.2g})", spoken(bound.figure_name), result.options.bounds.*bound.limit,
                             *bound.info.unit ? " of the " : "", bound.info.unit,
-                            worst(result, [&](const SolveReport& s) { return s.*bound.figure / unit; }));
+                            worst(result, [&](const SolveReport& s) { return result.figure(bound, s); }));
     }
     return told;
 }

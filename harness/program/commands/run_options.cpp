@@ -26,10 +26,18 @@ void add_solve_options(CLI::App& command, SolveSettings& solver) {
         const std::function<void(const decltype(value)&)> take = [&solver, name = info.name](const auto& given) {
             solver.given[name] = given;
         };
-        add_table_option(command, info, fmt::format("the scene's, or {}", value), take);
+        CLI::Option* option = add_table_option(command, info, fmt::format("the scene's, or {}", value), take);
         OptionInfo earlier = info;
         earlier.name = earlier_name(info.name);
-        if (earlier.name) add_table_option(command, earlier, "", take)->group("");
+        if (!earlier.name) return;
+        const auto alone = [=](const auto& given) {
+            if (option->count() > 0)
+                throw CLI::ValidationError(
+                    dashed(earlier.name),
+                    fmt::format("is the earlier name of {}, which is given too", dashed(info.name)));
+            take(given);
+        };
+        add_table_option<std::remove_cv_t<decltype(value)>>(command, earlier, "", alone)->group("");
     });
 }
 
@@ -95,7 +103,7 @@ void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(con
                [&run](Interface value) { run.interface = value; });
     add_choice(command, "--multiplicity", multiplicity_names,
                "Copies of a grain that share its mass and are glued: minimal, those with a contact; predicted, those "
-               "with a candidate of the last rough detection, as in the paper (default: minimal)",
+               "with a candidate of the last broad phase, as in the paper (default: minimal)",
                [&run](Multiplicity value) { run.multiplicity = value; });
     command
         .add_option("--partition", run.partition.kind,

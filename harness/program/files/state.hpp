@@ -42,7 +42,7 @@ struct State {
         std::vector<double> normal_impulse;  // (c) [N s]; without friction that of the solver, to the last bit
     } contacts;
 
-    // The last rough detection, nscdd::RoughDetection: with it a run goes on exactly.
+    // The last broad phase, nscdd::BroadPhaseState: with it a run goes on exactly.
     struct Rough {
         std::string kind;               // of the partition: grid, bisection, metis
         std::vector<double> partition;  // its numbers

@@ -113,9 +113,9 @@ const toml::node& TomlTable::require(std::string_view key) {
     return *node;
 }
 
-std::string_view TomlTable::key_of(std::string_view name, std::string_view earlier) {
+std::string_view TomlTable::key_of(const char* name, const char* earlier) {
     const bool known = has(name);
-    if (earlier.empty() || !table_.get(earlier)) return name;
+    if (!earlier || !table_.get(earlier)) return name;
     if (known) fail(earlier, fmt::format("is the earlier name of {}, which is given too", name));
     return earlier;
 }

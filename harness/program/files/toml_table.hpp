@@ -26,8 +26,8 @@ class TomlTable {
         : table_(table), file_(std::move(file)), thing_(std::move(thing)) {}
 
     bool has(std::string_view key) { return find(key) != nullptr; }
-    // Of a key that had an earlier name the one that the table uses. Throws where it has both.
-    std::string_view key_of(std::string_view name, std::string_view earlier);
+    // Of a key that had an earlier name (null: it had none) the one that the table uses. Throws where it has both.
+    std::string_view key_of(const char* name, const char* earlier);
     void name_thing(std::string thing) { thing_ = std::move(thing); }
 
     double number(std::string_view key, const OptionRange& range, std::optional<double> fallback = {});

@@ -16,7 +16,7 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
     std::vector<Grain<M>> grains;
     SimulationSettings<M> settings;
     std::vector<PairImpulse<M>> impulses;
-    std::optional<RoughDetection<M>> rough;  // of a state to go on from
+    std::optional<BroadPhaseState<M>> rough;  // of a state to go on from
 };
 
 namespace build_detail {
@@ -94,7 +94,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
     settings.theta = scene.step.theta;
-    settings.rough_every = scene.step.rough_every;
+    settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
     settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
     for (const auto& pair : scene.pairs)
@@ -130,7 +130,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
                 {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});
     }
     if (request.goes_on()) {
-        RoughDetection<M>& rough = built.rough.emplace();
+        BroadPhaseState<M>& rough = built.rough.emplace();
         rough.kind = from.rough.kind;
         rough.partition = from.rough.partition;
         rough.imbalance = from.rough.imbalance;

@@ -173,6 +173,7 @@ void calibrate_gluing(std::span<Subdomain<M>> parts, Communicator& comm, double 
 template <class M>
 CalibrationResult calibrate_work(Simulation<M>& simulation, const CalibrationRequest& request, SolveOptions options) {
     options.tolerance = 0;
+    options.max_newton_contacts = 0;  // all iterations are made, and nothing else
     options.max_iterations = 50;
     CalibrationResult result;
     const AnyStepSolver<M> measure = [&](std::span<Subdomain<M>> parts, Communicator& comm,

@@ -31,7 +31,8 @@ Rows gather_costs(const Simulation<M>& simulation, double total, double solver_c
     std::vector<Buffer> mine;
     for (std::size_t k = 0; k < simulation.parts().size(); ++k) {
         Buffer& row = mine.emplace_back();
-        row = {comm.meter().swept()[k], double(simulation.parts()[k].peers.size()), double(k == 0), total, solver_cpu};
+        row = {comm.meter().swept()[k], double(simulation.parts()[k].neighbours.size()), double(k == 0), total,
+               solver_cpu};
         row.insert(row.end(), solving.begin(), solving.end());
         for (const PhaseTime& time :
              {seconds.detect, seconds.sweep, seconds.interface, seconds.advance})  // phase_names

@@ -76,9 +76,7 @@ Json steps_json(const RunResult& result) {
     list("iterations", [](const StepReport& s) { return s.solve.iterations; });
     list("residual", [](const StepReport& s) { return s.solve.residual; });
     for (const BoundOption& bound : bound_options)
-        list(bound.figure_name, [&](const StepReport& s) {
-            return s.solve.*bound.figure / (bound.limit == &Bounds::max_penetration ? result.least_radius : 1);
-        });
+        list(bound.figure_name, [&](const StepReport& s) { return result.figure(bound, s.solve); });
     list("scene_distance", [](const StepReport& s) { return s.solve.scene_distance; });
     list("newton_contacts", [](const StepReport& s) { return s.solve.newton_contacts; });
     list("rebounds_given_up", [](const StepReport& s) { return s.solve.rebounds_given_up; });

@@ -101,6 +101,10 @@ struct RunResult {
     std::optional<WindowResult> window;
     std::optional<CalibrationResult> calibration;
 
+    // The figure that the bound is on, as the bound is meant: penetrations over the least radius.
+    double figure(const BoundOption& bound, const SolveReport& step) const {
+        return step.*bound.figure / (bound.limit == &Bounds::max_penetration ? least_radius : 1);
+    }
     int unconverged_steps() const;
     double iterations() const;  // of all steps
     double solver_cpu() const;  // mean over processes [s]

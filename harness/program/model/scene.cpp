@@ -203,10 +203,11 @@ class SceneReader {
         visit_step(scene_.step, [&table](const OptionInfo& info, auto& value) {
             using Value = std::remove_reference_t<decltype(value)>;
             const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
+            const std::string_view key = table.key_of(info.name, earlier_name(info.name));
             if constexpr (std::is_same_v<Value, int>)
-                value = table.integer(info.name, info.range, otherwise);
+                value = table.integer(key, info.range, otherwise);
             else
-                value = table.number(info.name, info.range, otherwise);
+                value = table.number(key, info.range, otherwise);
         });
         table.finish();
     }

@@ -61,7 +61,7 @@ struct StepSettings {
     double h = 0;
     int count = 0;
     double theta = 0.5;
-    int rough_every = 10;
+    int broad_phase_every = 10;
 };
 
 // Calls each(info, value) for every key of [step]. A value that is out of its range has no default: it must be given.
@@ -69,8 +69,8 @@ void visit_step(auto& step, auto&& each) {
     each(OptionInfo{"h", "s", "Time step", positive}, step.h);
     each(OptionInfo{"count", "steps", "Steps to make", {1}}, step.count);
     each(OptionInfo{"theta", "", "Of the Moreau-Jean scheme", unit_interval}, step.theta);
-    each(OptionInfo{"rough_every", "steps", "Between rough detections; sooner where grains have moved too far", {1}},
-         step.rough_every);
+    each(OptionInfo{"broad_phase_every", "steps", "Between broad phases; sooner where grains have moved too far", {1}},
+         step.broad_phase_every);
 }
 
 struct Scene {

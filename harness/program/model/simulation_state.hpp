@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "model/build_scene.hpp"
-#include "nscdd/comm/refuse.hpp"
+#include "nscdd/comm/throw_collectively.hpp"
 #include "nscdd/step/gather.hpp"
 
 namespace nscdd {
@@ -42,7 +42,7 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         head.materials.name.push_back(material.name);
         head.materials.density.push_back(material.density);
     }
-    const RoughDetection<M> rough = last_rough(simulation);
+    const BroadPhaseState<M> rough = last_rough(simulation);
     head.rough.kind = rough.kind;
     head.rough.partition = rough.partition;
     head.rough.imbalance = rough.imbalance;
@@ -74,7 +74,7 @@ State gather_rows(const Simulation<M>& simulation, Ids ids) {
         rows.material.push_back(g.grain.material);
         rows.subdomain.push_back(g.subdomain);
         rows.multiplicity.push_back(g.multiplicity);
-        append(rows.rough.x, g.rough_position);
+        append(rows.rough.x, g.broad_phase_position);
     }
     for (const auto& c : gather_contacts(simulation, ids)) {
         rows.contacts.i.push_back(c.i);
@@ -106,7 +106,7 @@ class Writing {
     void end() const {
         const double failed =
             reduce(comm_, 0, [this](std::size_t k) { return Buffer{double(!complaints_[k].empty())}; })[0];
-        if (failed > 0) refuse_together(comm_, complaints_);
+        if (failed > 0) throw_collectively(comm_, complaints_);
     }
 
   private:

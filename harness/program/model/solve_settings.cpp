@@ -15,7 +15,8 @@ constexpr std::array earlier_names{std::pair{"velocity_error", "max_velocity_err
                                    std::pair{"penetration", "max_penetration"},
                                    std::pair{"gap_error", "max_gap_error"},
                                    std::pair{"distance", "max_distance"},
-                                   std::pair{"newton_contacts", "max_newton_contacts"}};
+                                   std::pair{"newton_contacts", "max_newton_contacts"},
+                                   std::pair{"rough_every", "broad_phase_every"}};
 
 }  // namespace
 
@@ -53,8 +54,7 @@ SolveSettings read_solve_settings(TomlTable& table) {
     SolveSettings settings;
     SolveOptions defaults;
     visit_options(defaults, [&](const OptionInfo& info, const auto& value) {
-        const char* earlier = earlier_name(info.name);
-        const std::string_view key = table.key_of(info.name, earlier ? earlier : "");
+        const std::string_view key = table.key_of(info.name, earlier_name(info.name));
         if (!table.has(key)) return;
         const OptionRange range = in_files(info.range, value);
         if constexpr (std::is_same_v<decltype(value), const int&>)

@@ -12,7 +12,7 @@ struct SchemeInfo {
     const char* name;
     const char* help;  // of --scheme
     bool decomposed;   // works on several subdomains
-    bool sweeps;       // takes --sweeps, --window and --relaxation, the others do not sweep
+    bool sweeps;       // takes options of sweeps (OptionInfo), the others do not sweep
 };
 
 struct PartitionInfo {

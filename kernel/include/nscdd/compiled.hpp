@@ -26,8 +26,8 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
                                      std::span<const Wall<M>>, double, double, bool);                                 \
     prefix template Overlap detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,        \
                                             double);                                                                  \
-    prefix template Unseen find_unseen(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double, double,     \
-                                       double);                                                                       \
+    prefix template Tunnelled find_tunnelled(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, double,       \
+                                             double, double);                                                         \
     prefix template void agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&, std::span<const Wall<M>>, \
                                                  Multiplicity);                                                       \
     prefix template void split_masses(std::vector<Subdomain<M>>&, std::span<const Wall<M>>, const M::Vec&, double);   \

@@ -15,7 +15,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/comm/reduction_rounds.hpp"
-#include "nscdd/comm/team.hpp"
+#include "nscdd/comm/thread_pool.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -25,7 +25,7 @@ class InProcess final : public Communicator {
   public:
     /// Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
     /// 1 <= threads <= size.
-    explicit InProcess(int size, int threads = 1) : team_(std::clamp(threads, 1, (std::max)(size, 1))) {
+    explicit InProcess(int size, int threads = 1) : pool_(std::clamp(threads, 1, (std::max)(size, 1))) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
         if (threads < 1 || threads > size)
             throw std::invalid_argument("InProcess: " + std::to_string(threads) + " threads for " +
@@ -39,7 +39,7 @@ class InProcess final : public Communicator {
     std::span<const int> ranks() const override { return ranks_; }
     void each_rank(const std::function<void(std::size_t)>& task) override {
         const Turn::Hold hold(turn(), "each_rank", true);
-        team_.each(ranks_.size(), task);
+        pool_.each(ranks_.size(), task);
     }
 
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
@@ -185,7 +185,7 @@ class InProcess final : public Communicator {
                                ", which has none back");
     }
 
-    Team team_;
+    ThreadPool pool_;
     std::vector<int> ranks_;
     Meter meter_;
     Buffer gathered_;

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "nscdd/comm/hosted_ranks.hpp"
 #include "nscdd/comm/mpi_node.hpp"
 #include "nscdd/comm/mpi_process.hpp"
+#include "nscdd/comm/rank_map.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "nscdd/comm/hosted_ranks.hpp"
 #include "nscdd/comm/mpi_node.hpp"
+#include "nscdd/comm/rank_map.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
@@ -36,7 +36,7 @@ class MpiProcess {
     }
 
     MPI_Comm comm() const { return comm_.handle; }
-    const HostedRanks& hosted() const { return hosted_; }
+    const RankMap& hosted() const { return hosted_; }
     NodeMemory& node() { return node_; }
     /// The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
     /// opened one after the other may not be in use at once.
@@ -116,7 +116,7 @@ class MpiProcess {
     }
 
     Duplicate comm_;
-    HostedRanks hosted_;
+    RankMap hosted_;
     NodeMemory node_;
     double offset_ = 0;  ///< to the clock of rank 0 [s]
     int channels_ = 0;

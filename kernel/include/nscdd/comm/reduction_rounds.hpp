@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "nscdd/comm/hosted_ranks.hpp"
+#include "nscdd/comm/rank_map.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -76,7 +76,7 @@ class ReductionRounds {
 class ReducedRows {
   public:
     /// `hosted` must live as long as this.
-    explicit ReducedRows(const HostedRanks& hosted)
+    explicit ReducedRows(const RankMap& hosted)
         : hosted_(hosted), rounds_(hosted.size()), rows_(hosted.count()), groups_(hosted.count()) {}
 
     /// Begins with mine[k] of the k-th hosted rank, empty where reduce() allows it, and one stamp for all of them, such
@@ -173,7 +173,7 @@ class ReducedRows {
     double stamp() const { return rows_[0].back(); }  ///< the largest so far
 
   private:
-    const HostedRanks& hosted_;
+    const RankMap& hosted_;
     ReductionRounds rounds_;
     std::vector<Buffer> rows_;                                        ///< of the hosted ranks
     std::vector<std::array<Buffer, ReductionRounds::slots>> groups_;  ///< rows of their groups

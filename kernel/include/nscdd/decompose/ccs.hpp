@@ -59,7 +59,7 @@ class Ccs final : public CommunicationScheme<M> {
         up_->finish();
         if (root_) {
             gluing_(copies_);
-            detail::count(comm, parts[0], 0, Gluing::work, copies_.from.size());
+            count_work(comm, parts[0], 0, Gluing::work, copies_.from.size());
         }
         down_->start();
         down_->finish();
@@ -68,7 +68,7 @@ class Ccs final : public CommunicationScheme<M> {
             const double* from = linked_[k] ? down_->recv(k, 0).data() : nullptr;
             for (const int g : part.interface) std::copy_n(std::exchange(from, from + dof), dof, part.sweeper.row(g));
             part.sweeper.read_rows(part.problem, part.interface);
-            detail::count(comm, part, k, Work::pack, part.interface.size());  // the way back from a message
+            count_work(comm, part, k, Work::pack, part.interface.size());  // the way back from a message
         });
     }
 

@@ -47,7 +47,7 @@ class Dcs final : public CommunicationScheme<M> {
         comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);
             parts[k].sweeper.read_rows(parts[k].problem, parts[k].interface);
-            detail::count(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
+            count_work(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
         });
     }
 
@@ -63,31 +63,31 @@ class Dcs final : public CommunicationScheme<M> {
 
     /// Links of a subdomain, and the rows of grains that each carries: those of copies active in this step only.
     static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
-        std::vector<std::vector<const double*>> by_peer(part.peers.size());
+        std::vector<std::vector<const double*>> by_peer(part.neighbours.size());
         for (const int g : part.interface)
             visit_active(part, g, [&](std::size_t peer) {
-                if (peer < part.peers.size()) by_peer[peer].push_back(part.sweeper.row(g));
+                if (peer < part.neighbours.size()) by_peer[peer].push_back(part.sweeper.row(g));
             });
         links.clear();
         front.traded.clear();
-        front.link_of.assign(part.peers.size(), 0);
+        front.link_of.assign(part.neighbours.size(), 0);
         for (std::size_t p = 0; p < by_peer.size(); ++p) {
             if (by_peer[p].empty()) continue;
             const std::size_t values = by_peer[p].size() * dof;
             front.link_of[p] = links.size();
-            links.push_back({part.peers[p], values, values});
+            links.push_back({part.neighbours[p], values, values});
             front.traded.push_back(std::move(by_peer[p]));
         }
     }
 
-    /// Calls visit(peer) for each active copy of grain g, in the order of ranks; this rank's own is peers.size().
+    /// Calls visit(peer) for each active copy of grain g, in the order of ranks; this rank's own is neighbours.size().
     static void visit_active(const Subdomain<M>& part, int g, auto&& visit) {
         const auto grain = static_cast<std::size_t>(g);
-        for (std::size_t at = part.first_sharer(grain); at < part.last_sharer(grain); ++at) {
+        for (std::size_t at = part.first_replica(grain); at < part.last_replica(grain); ++at) {
             if (!part.active[at]) continue;
-            const auto found = std::lower_bound(part.peers.begin(), part.peers.end(), part.sharers[at]);
-            visit(part.sharers[at] == part.rank ? part.peers.size()
-                                                : static_cast<std::size_t>(found - part.peers.begin()));
+            const auto found = std::lower_bound(part.neighbours.begin(), part.neighbours.end(), part.replicas[at]);
+            visit(part.replicas[at] == part.rank ? part.neighbours.size()
+                                                 : static_cast<std::size_t>(found - part.neighbours.begin()));
         }
     }
 
@@ -95,12 +95,12 @@ class Dcs final : public CommunicationScheme<M> {
     /// sequence.
     void place_copies(Subdomain<M>& part, std::size_t k) {
         Front& front = fronts_[k];
-        std::vector<std::size_t> taken(part.peers.size(), 0);  // doubles of each peer's message
+        std::vector<std::size_t> taken(part.neighbours.size(), 0);  // doubles of each peer's message
         front.copies.clear(M::dof);
         for (const int g : part.interface) {
             visit_active(part, g, [&](std::size_t peer) {
                 double* const own = part.sweeper.row(g);
-                const bool mine = peer == part.peers.size();
+                const bool mine = peer == part.neighbours.size();
                 front.copies.to.push_back(mine ? own : nullptr);
                 if (mine) return front.copies.from.push_back(own);
                 front.copies.from.push_back(channel_->recv(k, front.link_of[peer]).data() + taken[peer]);

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "nscdd/comm/refuse.hpp"
 #include "nscdd/comm/route_by_square.hpp"
+#include "nscdd/comm/throw_collectively.hpp"
 #include "nscdd/decompose/repartition.hpp"
-#include "nscdd/decompose/wire.hpp"
+#include "nscdd/decompose/serialise.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -29,7 +29,7 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
     std::vector<Buffer> ids = route_by_square(comm, out);
-    refuse_together(comm, [&ids](std::size_t k) {
+    throw_collectively(comm, [&ids](std::size_t k) {
         std::sort(ids[k].begin(), ids[k].end());
         if (const auto twice = std::adjacent_find(ids[k].begin(), ids[k].end()); twice != ids[k].end())
             throw std::invalid_argument("grain " + std::to_string(static_cast<int>(*twice)) +
@@ -42,7 +42,7 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
 template <class M>
 void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {
-    using Wire = detail::Wire<M>;
+    using Serialise = detail::Serialise<M>;
     const int size = comm.size();
     std::vector<Outbox> holders(parts.size()), asked(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -51,7 +51,7 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
             to.insert(to.end(), {double(g.id), double(parts[k].rank)});
         }
         for (const auto& p : impulses[k])
-            if (p.i >= 0) Wire::put(p, asked[k][detail::desk(p.i, size)]);
+            if (p.i >= 0) Serialise::put(p, asked[k][detail::desk(p.i, size)]);
     }
     const std::vector<Buffer> told = route_by_square(comm, holders), wanted = route_by_square(comm, asked);
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -59,18 +59,18 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
         for (std::size_t p = 0; p < told[k].size(); p += 2)
             holdings.push_back({static_cast<int>(told[k][p]), static_cast<int>(told[k][p + 1])});
         std::sort(holdings.begin(), holdings.end());
-        for (std::size_t p = 0; p < wanted[k].size(); p += Wire::impulse_size) {
-            const PairImpulse<M> impulse = Wire::impulse(wanted[k].data() + p);
+        for (std::size_t p = 0; p < wanted[k].size(); p += Serialise::impulse_size) {
+            const PairImpulse<M> impulse = Serialise::impulse(wanted[k].data() + p);
             for (auto h = std::lower_bound(holdings.begin(), holdings.end(), detail::Holding{impulse.i, 0});
                  h != holdings.end() && h->grain == impulse.i; ++h)
-                Wire::put(impulse, answers[k][h->rank]);
+                Serialise::put(impulse, answers[k][h->rank]);
         }
     }
     const std::vector<Buffer> received = route_by_square(comm, answers);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::vector<PairImpulse<M>> own;
-        for (std::size_t p = 0; p < received[k].size(); p += Wire::impulse_size)
-            own.push_back(Wire::impulse(received[k].data() + p));
+        for (std::size_t p = 0; p < received[k].size(); p += Serialise::impulse_size)
+            own.push_back(Serialise::impulse(received[k].data() + p));
         set_impulses<M>(parts[k], own);
     }
 }

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "nscdd/decompose/joined_components.hpp"
-#include "nscdd/decompose/wire.hpp"
+#include "nscdd/decompose/serialise.hpp"
 #include "nscdd/reference/newton.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
@@ -32,8 +32,8 @@ class CollectedComponent {
                 bodies.push_back(body.inv_inertia / problem.copies(b));
             else
                 bodies.push_back(0);
-            Wire<M>::put(problem.centres[b], bodies);
-            Wire<M>::put(sums.free().bodies[b], bodies);
+            Serialise<M>::put(problem.centres[b], bodies);
+            Serialise<M>::put(sums.free().bodies[b], bodies);
         }
         const auto put_contact = [&](const Contact<M>& c, std::size_t number, bool wall) {
             const double id = part.grains[static_cast<std::size_t>(c.i)].id,
@@ -43,7 +43,7 @@ class CollectedComponent {
                 contacts.insert(contacts.end(), {c.lever_i, c.lever_j, c.friction_coefficient});
             else
                 contacts.insert(contacts.end(), {0, 0, 0});
-            Wire<M>::put(c.normal, contacts);
+            Serialise<M>::put(c.normal, contacts);
         };
         for (std::size_t c = 0; c < problem.wall_contacts.size(); ++c)
             if (labels.of_wall_contact(problem.wall_contacts[c]) == label)
@@ -101,14 +101,14 @@ class CollectedComponent {
         for (std::size_t b = 0; b < copies_.size(); ++b)
             for (const auto& [rank, place] : copies_[b]) {
                 out[rank].insert(out[rank].end(), {0, place});
-                Wire<M>::put(problem_.bodies[b].v, out[rank]);
+                Serialise<M>::put(problem_.bodies[b].v, out[rank]);
             }
         const auto put = [&out](const std::vector<Place>& places, const auto& contacts, double kind) {
             for (std::size_t c = 0; c < contacts.size(); ++c) {
                 Buffer& to = out[places[c].rank];
                 to.insert(to.end(), {kind, places[c].place});
                 to.push_back(contacts[c].bias);
-                Wire<M>::put(contacts[c].r, to);
+                Serialise<M>::put(contacts[c].r, to);
             }
         };
         put(wall_places_, problem_.wall_contacts, 1);

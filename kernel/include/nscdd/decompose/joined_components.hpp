@@ -22,7 +22,7 @@ void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::spa
     constexpr std::size_t width = Asked<M>::numbers;
     const auto channel = comm.open(links_between(parts, width));
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+        for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
             double* to = channel->send(k, l).data();
             for (const int grain : parts[k].linked[l])
                 each_member(sums[k].asked[static_cast<std::size_t>(grain)].summed(),
@@ -31,7 +31,7 @@ void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::spa
     channel->start();
     channel->finish();
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+        for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
             const double* from = channel->recv(k, l).data();
             for (const int grain : parts[k].linked[l])
                 each_member(sums[k].asked[static_cast<std::size_t>(grain)].summed(), [&from](std::span<double> x) {
@@ -117,7 +117,7 @@ class JoinedComponents {
             return sums[k].labels(parts[k].problem).of_body(static_cast<std::size_t>(grain));
         };
         for (std::size_t k = 0; k < parts.size(); ++k)
-            for (std::size_t l = 0; l < parts[k].peers.size(); ++l)
+            for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l)
                 std::transform(parts[k].linked[l].begin(), parts[k].linked[l].end(), channel->send(k, l).begin(),
                                [&](int grain) { return double(label(k, grain)); });
         channel->start();
@@ -125,12 +125,12 @@ class JoinedComponents {
         std::vector<Buffer> mine(parts.size());
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::vector<std::pair<double, double>> pairs;
-            for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
-                if (parts[k].peers[l] < parts[k].rank) continue;  // which names the pair
+            for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
+                if (parts[k].neighbours[l] < parts[k].rank) continue;  // which names the pair
                 for (std::size_t n = 0; n < parts[k].linked[l].size(); ++n) {
                     const int own = label(k, parts[k].linked[l][n]), other = static_cast<int>(channel->recv(k, l)[n]);
                     if (own >= 0 && other >= 0)
-                        pairs.emplace_back(name(parts[k].rank, own), name(parts[k].peers[l], other));
+                        pairs.emplace_back(name(parts[k].rank, own), name(parts[k].neighbours[l], other));
                 }
             }
             const auto& labels = sums[k].labels(parts[k].problem);

@@ -1,9 +1,9 @@
 /// @file
 /// Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
 ///
-/// By Multiplicity::minimal a copy counts only where the fine detection found a contact of it: the "future
+/// By Multiplicity::minimal a copy counts only where the narrow phase found a contact of it: the "future
 /// optimization" of section 3.2. Other copies take no part in the iteration and are given the answer when it is over.
-/// By Multiplicity::predicted, the paper's own, every copy that the rough detection foresaw counts.
+/// By Multiplicity::predicted, the paper's own, every copy that the broad phase foresaw counts.
 #pragma once
 
 #include <algorithm>
@@ -22,16 +22,16 @@ namespace detail {
 /// of the k-th hosted rank.
 template <class M>
 void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Multiplicity which) {
-    // Rough detection left here the grains with a candidate, and those that nobody else has.
+    // Broad phase left here the grains with a candidate, and those that nobody else has.
     std::vector<char> touched(part.grains.size(), which == Multiplicity::predicted);
     for (const auto& c : part.problem.contacts)
         touched[static_cast<std::size_t>(c.i)] = touched[static_cast<std::size_t>(c.j)] = 1;
     for (const auto& c : part.problem.wall_contacts) touched[static_cast<std::size_t>(c.i)] = 1;
-    part.active.assign(part.sharers.size(), 0);
+    part.active.assign(part.replicas.size(), 0);
     for (std::size_t g = 0; g < part.grains.size(); ++g)
-        for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
-            if (part.sharers[s] == part.rank) part.active[s] = touched[g];
-    for (std::size_t l = 0; l < part.peers.size(); ++l)
+        for (std::size_t s = part.first_replica(g); s < part.last_replica(g); ++s)
+            if (part.replicas[s] == part.rank) part.active[s] = touched[g];
+    for (std::size_t l = 0; l < part.neighbours.size(); ++l)
         std::transform(part.linked[l].begin(), part.linked[l].end(), channel.send(k, l).begin(),
                        [&](int g) { return double(touched[static_cast<std::size_t>(g)]); });
 }
@@ -66,17 +66,17 @@ void sweep_interface_first(Subdomain<M>& part) {
 
 template <class M>
 void read_activity(Subdomain<M>& part, const Channel& channel, std::size_t rank) {
-    for (std::size_t l = 0; l < part.peers.size(); ++l)
+    for (std::size_t l = 0; l < part.neighbours.size(); ++l)
         for (std::size_t k = 0; k < part.linked[l].size(); ++k) {
             const auto g = static_cast<std::size_t>(part.linked[l][k]);
-            for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
-                if (part.sharers[s] == part.peers[l]) part.active[s] = channel.recv(rank, l)[k] != 0;
+            for (std::size_t s = part.first_replica(g); s < part.last_replica(g); ++s)
+                if (part.replicas[s] == part.neighbours[l]) part.active[s] = channel.recv(rank, l)[k] != 0;
         }
     part.interface.clear();
     for (std::size_t g = 0; g < part.grains.size(); ++g) {
         bool here = false;
-        for (std::size_t s = part.first_sharer(g); s < part.last_sharer(g); ++s)
-            here |= part.sharers[s] == part.rank && part.active[s];
+        for (std::size_t s = part.first_replica(g); s < part.last_replica(g); ++s)
+            here |= part.replicas[s] == part.rank && part.active[s];
         if (here && part.multiplicity(g) > 1) part.interface.push_back(static_cast<int>(g));
     }
     std::sort(part.interface.begin(), part.interface.end(), [&](int a, int b) {
@@ -86,8 +86,8 @@ void read_activity(Subdomain<M>& part, const Channel& channel, std::size_t rank)
 
 template <class M>
 int first_active(const Subdomain<M>& part, std::size_t grain) {
-    for (std::size_t s = part.first_sharer(grain); s < part.last_sharer(grain); ++s)
-        if (part.active[s]) return part.sharers[s];
+    for (std::size_t s = part.first_replica(grain); s < part.last_replica(grain); ++s)
+        if (part.active[s]) return part.replicas[s];
     return part.rank;  // no copy has a contact: all have V_free
 }
 
@@ -169,7 +169,7 @@ template <class M>
 void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
     const auto channel = comm.open(links_between(parts, M::dof));
     comm.each_rank([&](std::size_t k) {
-        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+        for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
             auto out = channel->send(k, l).begin();
             for (int g : parts[k].linked[l]) {
                 const auto& v = parts[k].problem.bodies[static_cast<std::size_t>(g)].v;
@@ -181,10 +181,10 @@ void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
     channel->finish();
     comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
-        for (std::size_t l = 0; l < part.peers.size(); ++l)
+        for (std::size_t l = 0; l < part.neighbours.size(); ++l)
             for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
                 const auto g = static_cast<std::size_t>(part.linked[l][s]);
-                if (detail::first_active(part, g) == part.peers[l])
+                if (detail::first_active(part, g) == part.neighbours[l])
                     part.problem.bodies[g].v =
                         Eigen::Map<const typename M::Velocity>(channel->recv(k, l).data() + s * M::dof);
             }

@@ -1,5 +1,5 @@
 /// @file
-/// Rough detection and the new decomposition of the domain: grains migrate, candidates are found where their
+/// Broad phase and the new decomposition of the domain: grains migrate, candidates are found where their
 /// midpoint lies, impulses follow their pair, and all holders of a grain agree on who they are.
 ///
 /// No rank sees the whole scene: a grain is sent to the subdomains that its contacts could fall into. Contacts are
@@ -14,12 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "nscdd/comm/refuse.hpp"
 #include "nscdd/comm/route_by_square.hpp"
+#include "nscdd/comm/throw_collectively.hpp"
 #include "nscdd/core/two_digits.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/wire.hpp"
-#include "nscdd/detect/rough.hpp"
+#include "nscdd/decompose/serialise.hpp"
+#include "nscdd/detect/close_pairs.hpp"
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
@@ -90,9 +90,9 @@ enum class Use : char { none, here, here_only };
 /// others may have. The rank where the centre lies keeps the list, and keeps the grain when nobody has a candidate for
 /// it.
 template <class M>
-std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M>>& parts,
-                                                   const std::vector<std::vector<Use>>& uses, Communicator& comm,
-                                                   const Partition<M>& partition) {
+std::vector<std::vector<Holding>> agree_on_replicas(const std::vector<Subdomain<M>>& parts,
+                                                    const std::vector<std::vector<Use>>& uses, Communicator& comm,
+                                                    const Partition<M>& partition) {
     const auto put = [](const Holding& h, Buffer& out) { out.insert(out.end(), {double(h.grain), double(h.rank)}); };
     const auto read = [](const Buffer& in, std::vector<Holding>& out) {
         for (std::size_t p = 0; p < in.size(); p += 2)
@@ -130,14 +130,14 @@ std::vector<std::vector<Holding>> agree_on_sharers(const std::vector<Subdomain<M
     return holdings;
 }
 
-/// Drops grains that nobody here needs and sets sharers and peers.
+/// Drops grains that nobody here needs and sets replicas and neighbours.
 template <class M>
 void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::vector<Holding>& holdings) {
     std::vector<int> renamed(part.grains.size(), -1);
     std::vector<Grain<M>> kept;
     kept.reserve(part.grains.size());
-    part.sharer_begin.assign(1, 0);
-    part.sharers.clear();
+    part.replica_begin.assign(1, 0);
+    part.replicas.clear();
     std::map<int, std::vector<std::pair<int, int>>> shared;  // peer -> (id, local)
     for (std::size_t g = 0; g < part.grains.size(); ++g) {
         const int id = part.grains[g].id, local = static_cast<int>(kept.size());
@@ -146,12 +146,12 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
         if (!alone && (held == holdings.end() || held->grain != id)) continue;
         renamed[g] = local;
         kept.push_back(part.grains[g]);
-        if (alone) part.sharers.push_back(part.rank);
+        if (alone) part.replicas.push_back(part.rank);
         for (; held != holdings.end() && held->grain == id; ++held) {
-            part.sharers.push_back(held->rank);
+            part.replicas.push_back(held->rank);
             if (held->rank != part.rank) shared[held->rank].push_back({id, local});
         }
-        part.sharer_begin.push_back(static_cast<int>(part.sharers.size()));
+        part.replica_begin.push_back(static_cast<int>(part.replicas.size()));
     }
     part.grains.swap(kept);
     for (auto& c : part.pairs) {
@@ -160,11 +160,11 @@ void keep_shared(Subdomain<M>& part, const std::vector<Use>& uses, const std::ve
     }
     for (auto& c : part.wall_pairs) c.i = renamed[static_cast<std::size_t>(c.i)];
 
-    part.peers.clear();
+    part.neighbours.clear();
     part.linked.clear();
     for (auto& [peer, grains] : shared) {
         std::sort(grains.begin(), grains.end());
-        part.peers.push_back(peer);
+        part.neighbours.push_back(peer);
         part.linked.emplace_back();
         for (const auto& entry : grains) part.linked.back().push_back(entry.second);
     }
@@ -194,7 +194,7 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
-    using Wire = detail::Wire<M>;
+    using Serialise = detail::Serialise<M>;
     std::vector<Outbox> grains(parts.size()), impulses(parts.size());
     std::vector<std::string> faults(parts.size());
     std::vector<int> visited;
@@ -208,14 +208,14 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             partition.visit_owners(grain.position, reach, [&](int rank) { visited.push_back(rank); });
             faults[k] = detail::partition_fault(partition, comm.size(), grain, reach, visited);
             if (faults[k].empty())
-                for (const int rank : visited) Wire::put(grain, grains[k][rank]);
+                for (const int rank : visited) Serialise::put(grain, grains[k][rank]);
         }
         if (!faults[k].empty()) continue;  // told below, when all ranks have come there
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
                 p.j < 0 ? xi : typename M::Vec(0.5 * (xi + part.grains[static_cast<std::size_t>(c.j)].position));
-            Wire::put(p, impulses[k][partition.owner(midpoint)]);
+            Serialise::put(p, impulses[k][partition.owner(midpoint)]);
         });
     }
     const auto route = [&](const auto& out) { return anywhere ? route_by_square(comm, out) : comm.route(out); };
@@ -227,8 +227,8 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.grains.clear();
-        for (std::size_t p = 0; p < received[k].size(); p += Wire::grain_size)
-            part.grains.push_back(Wire::grain(received[k].data() + p));
+        for (std::size_t p = 0; p < received[k].size(); p += Serialise::grain_size)
+            part.grains.push_back(Serialise::grain(received[k].data() + p));
         const Cells<M> cells(part.grains, 2 * largest_radius + skin);
         sort_in_space(part.grains, cells);
 
@@ -267,19 +267,19 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     // Who has refused is gathered only where somebody has: a step has no message to all ranks.
     const auto any = [&](std::size_t k) { return Buffer{faults[k].empty() ? refused[k][3] : 1.0}; };
     if (reduce(comm, 0, any)[0] > 0) {
-        refuse_together(comm, faults);
+        throw_collectively(comm, faults);
         detail::throw_if_refused(comm.all_gather(refused), skin);
     }
 
-    const auto holdings = detail::agree_on_sharers(parts, uses, comm, partition);
+    const auto holdings = detail::agree_on_replicas(parts, uses, comm, partition);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         Subdomain<M>& part = parts[k];
         detail::keep_shared(part, uses[k], holdings[k]);
-        part.rough_position.clear();
-        for (const auto& g : part.grains) part.rough_position.push_back(g.position);
+        part.broad_phase_position.clear();
+        for (const auto& g : part.grains) part.broad_phase_position.push_back(g.position);
         std::vector<PairImpulse<M>> own;
-        for (std::size_t p = 0; p < carried[k].size(); p += Wire::impulse_size)
-            own.push_back(Wire::impulse(carried[k].data() + p));
+        for (std::size_t p = 0; p < carried[k].size(); p += Serialise::impulse_size)
+            own.push_back(Serialise::impulse(carried[k].data() + p));
         set_impulses<M>(part, own);
     }
 }

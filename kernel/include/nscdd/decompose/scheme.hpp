@@ -38,12 +38,6 @@ concept GluingScheme = requires { typename S::Model; } &&
 
 namespace detail {
 
-/// Counts work on the data of the k-th hosted rank's sweeper.
-template <class M>
-void count(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work kind, std::size_t units) {
-    comm.meter().charge(k, kind, double(units), double(part.sweeper.bytes()));
-}
-
 /// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
 template <class S>
 struct ModelOf {
@@ -58,10 +52,16 @@ struct ModelOf {
 
 }  // namespace detail
 
+/// Counts work on the data of the k-th hosted rank's sweeper.
+template <class M>
+void count_work(Communicator& comm, const Subdomain<M>& part, std::size_t k, Work kind, std::size_t units) {
+    comm.meter().charge(k, kind, double(units), double(part.sweeper.bytes()));
+}
+
 /// pack() of all hosted ranks.
 template <class M>
 void pack(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
-    comm.each_rank([&](std::size_t k) { detail::count(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
+    comm.each_rank([&](std::size_t k) { count_work(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
 /// pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.

@@ -45,7 +45,7 @@ struct SolveOptions {
     double tolerance = 1e-4;     ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
     Bounds bounds{};             ///< on the other figures: eta does not see all errors
     int check_every = 10;        ///< iterations between two tests
-    int max_iterations = 20000;  ///< one is made at least. A solve that ends here is reported as not converged
+    int max_iterations = 20000;  ///< a solve that ends here is reported as not converged
     /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
     /// none
     int max_newton_contacts = 0;
@@ -114,37 +114,44 @@ inline constexpr std::array bound_options{
                 true},
 };
 
+namespace detail {
+inline constexpr double largest_int = (std::numeric_limits<int>::max)();
+}
+
+/// All options but tolerance and bounds.
+inline constexpr std::tuple other_options{
+    SolveOption<int>{
+        {"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, detail::largest_int}},
+        &SolveOptions::check_every},
+    SolveOption<int>{{"max_iterations",
+                      "iterations",
+                      "Cap of each attempt at a step, also where fewer than "
+                      "check_every are left",
+                      {1, detail::largest_int}},
+                     &SolveOptions::max_iterations},
+    SolveOption<int>{{"max_newton_contacts",
+                      "contacts",
+                      "Largest component that Newton's method solves where "
+                      "sweeps get nowhere; none by the paper's method",
+                      {0, detail::largest_int},
+                      true},
+                     &SolveOptions::max_newton_contacts},
+    SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, detail::largest_int}, true},
+                     &SolveOptions::sweeps},
+    SolveOption<int>{{"window",
+                      "iterates",
+                      "Earlier iterates that Anderson acceleration combines",
+                      {0, Anderson::largest_window},
+                      true},
+                     &SolveOptions::window},
+    SolveOption<double>{{"relaxation", "", "Of every contact's step, omega", {0, 2, true}, true},
+                        &SolveOptions::relaxation}};
+
 /// Calls each(info, value) for every option of `options`, which may be const.
 constexpr void visit_options(auto&& options, auto&& each) {
-    constexpr double most = (std::numeric_limits<int>::max)();
-    constexpr std::tuple others{
-        SolveOption<int>{{"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, most}},
-                         &SolveOptions::check_every},
-        SolveOption<int>{{"max_iterations",
-                          "iterations",
-                          "Cap of each attempt at a step, also where fewer than "
-                          "check_every are left",
-                          {1, most}},
-                         &SolveOptions::max_iterations},
-        SolveOption<int>{{"max_newton_contacts",
-                          "contacts",
-                          "Largest component that Newton's method solves where "
-                          "sweeps get nowhere; none by the paper's method",
-                          {0, most},
-                          true},
-                         &SolveOptions::max_newton_contacts},
-        SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, most}, true}, &SolveOptions::sweeps},
-        SolveOption<int>{{"window",
-                          "iterates",
-                          "Earlier iterates that Anderson acceleration combines",
-                          {0, Anderson::largest_window},
-                          true},
-                         &SolveOptions::window},
-        SolveOption<double>{{"relaxation", "", "Of every contact's step, omega", {0, 2, true}, true},
-                            &SolveOptions::relaxation}};
     each(OptionInfo{"tolerance", "", "On eta, the distance from the contact law"}, options.tolerance);
     for (const BoundOption& bound : bound_options) each(bound.info, options.bounds.*bound.limit);
-    std::apply([&](const auto&... option) { (each(option.info, options.*option.member), ...); }, others);
+    std::apply([&](const auto&... option) { (each(option.info, options.*option.member), ...); }, other_options);
 }
 
 namespace detail {

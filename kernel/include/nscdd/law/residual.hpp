@@ -1,5 +1,5 @@
 /// @file
-/// How wrong an answer is, whatever the partition: eta, the velocity error, the energy made, and the deepest
+/// How wrong an answer is, whatever the partition: eta, the velocity error, the energy gain, and the deepest
 /// penetration of the step.
 #pragma once
 

@@ -240,7 +240,7 @@ class Bisector {
 
 }  // namespace detail
 
-/// Deals out the candidates of the last rough detection, or the grains before the first one. `imbalance`: Partitioner.
+/// Deals out the candidates of the last broad phase, or the grains before the first one. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_bisection(double imbalance = 1.1) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };

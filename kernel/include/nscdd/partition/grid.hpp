@@ -128,7 +128,7 @@ class Grid {
     typename M::Vec low_, high_, size_;
 };
 
-/// A grid over the box of the grains, anew at every rough detection. Cells: one for each rank; zeros: chosen when the
+/// A grid over the box of the grains, anew at every broad phase. Cells: one for each rank; zeros: chosen when the
 /// first is made. Making one throws std::invalid_argument for cells that are not one for each rank.
 template <class M>
 Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {

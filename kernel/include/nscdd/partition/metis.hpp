@@ -353,7 +353,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 
 }  // namespace detail
 
-/// Deals out the candidates of the last rough detection, or the grains before the first one. The graph is that of a few
+/// Deals out the candidates of the last broad phase, or the grains before the first one. The graph is that of a few
 /// hundred cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
 template <class M>
 Partitioner<M> by_metis(double imbalance = 1.1) {

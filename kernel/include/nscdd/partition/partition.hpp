@@ -113,7 +113,7 @@ struct Box {
 /// What a partition may be made from.
 template <class M>
 struct PartitionInput {
-    /// Subdomains of the last rough detection, with its candidates. Before the first one there are no candidates, and
+    /// Subdomains of the last broad phase, with its candidates. Before the first one there are no candidates, and
     /// the grains may lie on any rank.
     const std::vector<Subdomain<M>>& parts;
     Communicator& comm;  ///< parts[k] is that of its k-th hosted rank
@@ -131,7 +131,7 @@ struct Partitioner {
     /// this function the partition is made anew where a stored simulation goes on.
     std::function<std::optional<Partition<M>>(std::span<const double> numbers, int ranks)> restore = {};
     /// A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
-    /// has a tenth more than when the partition was made. 1: it is made anew at every rough detection.
+    /// has a tenth more than when the partition was made. 1: it is made anew at every broad phase.
     double imbalance = 1;
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// What a partition has to deal out evenly: the candidates of the last rough detection.
+/// What a partition has to deal out evenly: the candidates of the last broad phase.
 #pragma once
 
 #include <vector>

@@ -5,27 +5,27 @@
 #include <unordered_map>
 
 #include "nscdd/decompose/repartition.hpp"
-#include "nscdd/decompose/wire.hpp"
+#include "nscdd/decompose/serialise.hpp"
 #include "nscdd/partition/weights.hpp"
-#include "nscdd/step/survey.hpp"
+#include "nscdd/step/scene_sums.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The broad phase of a simulation: rough detection, whose candidates serve until a grain has used up the skin, and
+/// The broad phase of a simulation: broad phase, whose candidates serve until a grain has used up the skin, and
 /// with it the partition of space.
 template <class M>
 class BroadPhase {
   public:
-    double skin() const { return skin_; }                            ///< of the last rough detection [m]
-    int steps_since() const { return steps_since_; }                 ///< steps begun since the last rough detection
-    const std::vector<double>& offsets() const { return offsets_; }  ///< of the walls at the last rough detection [m]
-    const Partition<M>& partition() const { return *partition_; }    ///< of the last rough detection
+    double skin() const { return skin_; }                                ///< of the last broad phase [m]
+    int steps_since() const { return steps_since_; }                     ///< steps begun since the last broad phase
+    const std::vector<double>& offsets() const { return offsets_; }      ///< of the walls at the last broad phase [m]
+    const Partition<M>& partition() const { return *partition_; }        ///< of the last broad phase
     double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
-    /// Counts a step. True when rough detection is due by the number of steps since the last one.
-    bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.rough_every; }
+    /// Counts a step. True when broad phase is due by the number of steps since the last one.
+    bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.broad_phase_every; }
 
-    /// Rough detection with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
+    /// Broad phase with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
                double needed) {
         const Extent extent = find_extent(parts, comm);
@@ -33,7 +33,7 @@ class BroadPhase {
         for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
         const double step_reach = settings.h * speed;
         const double wanted =
-            std::clamp(2.2 * settings.rough_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
+            std::clamp(2.2 * settings.broad_phase_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
         skin_ = (std::max)({wanted, 4.4 * step_reach, needed});
         detect(parts, comm, settings, settings.walls, radii, extent.box());
         offsets_.clear();
@@ -41,9 +41,9 @@ class BroadPhase {
         steps_since_ = 0;
     }
 
-    /// Repeats the last rough detection of another simulation. Collective.
+    /// Repeats the last broad phase of another simulation. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                Radii radii, const RoughDetection<M>& last) {
+                Radii radii, const BroadPhaseState<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
         for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
         struct Moved {
@@ -74,7 +74,7 @@ class BroadPhase {
         for (const Moved& m : moved)
             partition_->visit_owners(m.from, m.reach, [&](int rank) {
                 out[0][rank].push_back(m.id);
-                detail::Wire<M>::put(m.to, out[0][rank]);
+                detail::Serialise<M>::put(m.to, out[0][rank]);
             });
         const std::vector<Buffer> positions = route_by_square(comm, out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -107,7 +107,7 @@ class BroadPhase {
         });
     }
 
-    /// Rough detection in the partition as it is or, where that has become uneven, in a new one. The first partition is
+    /// Broad phase in the partition as it is or, where that has become uneven, in a new one. The first partition is
     /// made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 const std::vector<Wall<M>>& walls, Radii radii, const Box<M>& box) {

@@ -28,6 +28,7 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nu
 /// hand_over: as in by_nlgs().
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
 AnyStepSolver<M> by_nscdd(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
+    detail::check_hand_over<M>(options, hand_over);
     return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         Scheme scheme;
         return nscdd_solve<M>(parts, comm, scheme, options, seconds, hand_over);

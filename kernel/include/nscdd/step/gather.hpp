@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "nscdd/decompose/wire.hpp"
+#include "nscdd/decompose/serialise.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
@@ -12,10 +12,10 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// A grain, and what subdomains know of it.
 template <class M>
 struct GatheredGrain {
-    Grain<M> grain;                  ///< as it is now
-    typename M::Vec rough_position;  ///< of its centre, when the candidates were found [m]
-    int subdomain;                   ///< rank that speaks for it
-    int multiplicity;                ///< active copies in the last step
+    Grain<M> grain;                        ///< as it is now
+    typename M::Vec broad_phase_position;  ///< of its centre, when the candidates were found [m]
+    int subdomain;                         ///< rank that speaks for it
+    int multiplicity;                      ///< active copies in the last step
 };
 
 /// Grains, or contacts by the grain i, from `begin` up to but without `end`.
@@ -54,28 +54,28 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (!parts[k].primary(g) || !ids.contain(parts[k].grains[g].id)) continue;
-            detail::Wire<M>::put(parts[k].grains[g], out[k][0]);
-            detail::Wire<M>::put(parts[k].rough_position[g], out[k][0]);
+            detail::Serialise<M>::put(parts[k].grains[g], out[k][0]);
+            detail::Serialise<M>::put(parts[k].broad_phase_position[g], out[k][0]);
             const bool stepped = !parts[k].problem.multiplicity.empty();
             out[k][0].insert(out[k][0].end(),
                              {double(parts[k].rank), stepped ? double(parts[k].problem.multiplicity[g]) : 1.0});
         }
     const std::vector<Buffer> in = simulation.comm().route(out);
     std::vector<GatheredGrain<M>> grains;
-    constexpr std::size_t x = detail::Wire<M>::grain_size, size = x + M::dim + 2;
+    constexpr std::size_t x = detail::Serialise<M>::grain_size, size = x + M::dim + 2;
     if (parts[0].rank == 0)
         for (std::size_t p = 0; p < in[0].size(); p += size) {
             const double* record = in[0].data() + p;
-            grains.push_back({detail::Wire<M>::grain(record), Eigen::Map<const typename M::Vec>(record + x),
+            grains.push_back({detail::Serialise<M>::grain(record), Eigen::Map<const typename M::Vec>(record + x),
                               static_cast<int>(record[size - 2]), static_cast<int>(record[size - 1])});
         }
     std::sort(grains.begin(), grains.end(), [](const auto& a, const auto& b) { return a.grain.id < b.grain.id; });
     return grains;
 }
 
-/// The last rough detection but for the positions; not collective.
+/// The last broad phase but for the positions; not collective.
 template <class M>
-RoughDetection<M> last_rough(const Simulation<M>& simulation) {
+BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
     const BroadPhase<M>& broad = simulation.broad_phase();
     return {.kind = simulation.settings().partition.kind,
             .partition = broad.partition().numbers(),
@@ -86,11 +86,11 @@ RoughDetection<M> last_rough(const Simulation<M>& simulation) {
             .offsets = broad.offsets()};
 }
 
-/// The last rough detection; positions by ascending id on the process that hosts rank 0, none elsewhere.
+/// The last broad phase; positions by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
-RoughDetection<M> gather_rough(const Simulation<M>& simulation) {
-    RoughDetection<M> rough = last_rough(simulation);
-    for (const auto& grain : gather_grains(simulation)) rough.positions.push_back(grain.rough_position);
+BroadPhaseState<M> gather_rough(const Simulation<M>& simulation) {
+    BroadPhaseState<M> rough = last_rough(simulation);
+    for (const auto& grain : gather_grains(simulation)) rough.positions.push_back(grain.broad_phase_position);
     return rough;
 }
 
@@ -108,9 +108,9 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
             if constexpr (M::friction) normal_impulse = c.r.dot(c.normal);
             out[k][0].insert(out[k][0].end(),
                              {double(grain(c.i).id), double(j), double(parts[k].rank), gap, normal_impulse});
-            detail::Wire<M>::put(c.normal, out[k][0]);
-            detail::Wire<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
-            detail::Wire<M>::put(branch, out[k][0]);
+            detail::Serialise<M>::put(c.normal, out[k][0]);
+            detail::Serialise<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
+            detail::Serialise<M>::put(branch, out[k][0]);
         };
         for (const auto& c : parts[k].problem.contacts) {
             const typename M::Vec branch = grain(c.i).position - grain(c.j).position;

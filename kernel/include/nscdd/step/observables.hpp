@@ -51,7 +51,7 @@ std::vector<double> carrying_grains(const Simulation<M>& simulation) {
             if (carries_impulse<M>(c)) mark(c.i);
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             if (carries[k][g] && !part.primary(g))
-                out[k][part.sharers[part.first_sharer(g)]].push_back(double(part.grains[g].id));
+                out[k][part.replicas[part.first_replica(g)]].push_back(double(part.grains[g].id));
     }
     std::vector<Buffer> told = simulation.comm().route(out);
     std::vector<double> counts;

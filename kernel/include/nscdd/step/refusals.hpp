@@ -10,8 +10,8 @@
 
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/core/two_digits.hpp"
-#include "nscdd/detect/fine.hpp"
-#include "nscdd/detect/passage.hpp"
+#include "nscdd/detect/narrow_phase.hpp"
+#include "nscdd/detect/tunnelling.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 

@@ -12,7 +12,7 @@
 #include "nscdd/core/grain.hpp"
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
-#include "nscdd/decompose/wire.hpp"
+#include "nscdd/decompose/serialise.hpp"
 #include "nscdd/partition/grid.hpp"
 #include "nscdd/subdomain/topology.hpp"
 
@@ -26,16 +26,16 @@ struct SimulationSettings {
     typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
     double h = 0;                              ///< time step [s], has to be set
     double theta = 0.5;                        ///< of the Moreau-Jean scheme, 0.5 to 1 in use
-    int rough_every = 10;                     ///< steps between rough detections; sooner when grains have moved too far
-    Partitioner<M> partition = by_grid<M>();  ///< how space is dealt to subdomains; a regular grid as in the paper
+    int broad_phase_every = 10;                ///< steps between broad phases; sooner when grains have moved too far
+    Partitioner<M> partition = by_grid<M>();   ///< how space is dealt to subdomains; a regular grid as in the paper
     Multiplicity multiplicity = Multiplicity::minimal;  ///< which copies of a grain share its mass
     double largest_overlap = 0.1;                       ///< of a radius; more is an error
 };
 
-/// The last rough detection. It decides which candidates there are, who owns them, in which order they are swept, and
+/// The last broad phase. It decides which candidates there are, who owns them, in which order they are swept, and
 /// when the next one comes: all that a step depends on beside grains, walls and impulses.
 template <class M>
-struct RoughDetection {
+struct BroadPhaseState {
     std::string kind;                        ///< of the partition
     Buffer partition;                        ///< its numbers; empty: it is made anew
     double imbalance = 1;                    ///< that the partition had when it was made (Partitioner)
@@ -98,18 +98,18 @@ void check_impulses(std::span<const PairImpulse<M>> impulses) {
             throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
 }
 
-/// Throws std::invalid_argument for what is no rough detection of so many grains and walls.
+/// Throws std::invalid_argument for what is no broad phase of so many grains and walls.
 template <class M>
-void check_rough(const RoughDetection<M>& rough, std::size_t grains, std::size_t walls) {
+void check_rough(const BroadPhaseState<M>& rough, std::size_t grains, std::size_t walls) {
     if (rough.positions.size() != grains || rough.offsets.size() != walls)
-        throw std::invalid_argument("the last rough detection is of other grains or walls");
+        throw std::invalid_argument("the last broad phase is of other grains or walls");
     if (!std::all_of(rough.positions.begin(), rough.positions.end(),
                      [](const auto& x) { return std::isfinite(x.squaredNorm()); }) ||
         !std::all_of(rough.offsets.begin(), rough.offsets.end(), [](double x) { return std::isfinite(x); }))
-        throw std::invalid_argument("a position or offset of the last rough detection is not finite");
+        throw std::invalid_argument("a position or offset of the last broad phase is not finite");
     if (!(rough.imbalance >= 1)) throw std::invalid_argument("the imbalance of a partition is 1 or more");
     if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
-        throw std::invalid_argument("the last rough detection needs a positive skin and a number of steps since");
+        throw std::invalid_argument("the last broad phase needs a positive skin and a number of steps since");
 }
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -7,12 +7,12 @@
 #include "nscdd/decompose/directory.hpp"
 #include "nscdd/decompose/multiplicity.hpp"
 #include "nscdd/decompose/nscdd_solve.hpp"
-#include "nscdd/detect/fine.hpp"
-#include "nscdd/detect/passage.hpp"
+#include "nscdd/detect/narrow_phase.hpp"
+#include "nscdd/detect/tunnelling.hpp"
 #include "nscdd/step/broad_phase.hpp"
 #include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
-#include "nscdd/step/survey.hpp"
+#include "nscdd/step/scene_sums.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -33,14 +33,14 @@ class Simulation {
     /// To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
     /// positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
     /// many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
-    /// `last` still tells when the next rough detection comes.
+    /// `last` still tells when the next broad phase comes.
     ///
     /// Throws std::invalid_argument, the same on every process, for what no scene can have: no step h, no grain, two of
     /// one id, a radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without
     /// mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
     /// Communicator::turn().
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
-               std::span<const PairImpulse<M>> impulses = {}, const RoughDetection<M>* last = nullptr);
+               std::span<const PairImpulse<M>> impulses = {}, const BroadPhaseState<M>* last = nullptr);
 
     ///@{
     /// One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
@@ -76,7 +76,7 @@ class Simulation {
     std::size_t grain_count() const { return grains_; }       ///< of the whole scene
     double least_radius() const { return radii_.least; }      ///< of the whole scene [m]
     int steps() const { return steps_; }                      ///< number of steps made by step()
-    /// The last rough detection. Throws std::logic_error for a simulation that was moved.
+    /// The last broad phase. Throws std::logic_error for a simulation that was moved.
     const BroadPhase<M>& broad_phase() const {
         check_there();
         return broad_;
@@ -223,8 +223,8 @@ class Simulation {
         const bool early = attempt <= 3;  // of many grains some pass in each attempt, and 55,000 did not settle in 50
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             const bool passes = early && mark_passing(parts_[k], settings_.h);
-            const Unseen unseen = find_unseen<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
-                                                 after.speed, settings_.largest_overlap);
+            const Tunnelled unseen = find_tunnelled<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
+                                                       after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
             return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
@@ -283,11 +283,11 @@ class Simulation {
 
 template <class M>
 Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
-                          std::span<const PairImpulse<M>> impulses, const RoughDetection<M>* last)
+                          std::span<const PairImpulse<M>> impulses, const BroadPhaseState<M>* last)
     : comm_(comm), settings_(std::move(settings)) {
     const Turn::Hold hold(comm_.turn(), "Simulation");
     check_settings(settings_);
-    refuse_together(comm_, [&](std::size_t k) {
+    throw_collectively(comm_, [&](std::size_t k) {
         if (k > 0) return;
         check_grains<M>(grains, settings_.materials.count());
         check_impulses<M>(impulses);
@@ -296,8 +296,8 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     for (int rank : comm_.ranks()) parts_.emplace_back().rank = rank;
     for (const auto& grain : grains) {
         parts_[0].grains.push_back(grain);
-        parts_[0].sharers.push_back(parts_[0].rank);
-        parts_[0].sharer_begin.push_back(static_cast<int>(parts_[0].sharers.size()));
+        parts_[0].replicas.push_back(parts_[0].rank);
+        parts_[0].replica_begin.push_back(static_cast<int>(parts_[0].replicas.size()));
     }
     check_ids(parts_, comm_);
     count_grains();

@@ -25,10 +25,10 @@ struct Candidate {
 template <class M>
 struct Candidates {
     // Set by the broad phase (repartition.hpp).
-    std::vector<Grain<M>> grains;                 ///< those with a copy on this rank, in spatial order
-    std::vector<typename M::Vec> rough_position;  ///< of the grains, when the candidates were found [m]
-    std::vector<Candidate<M>> pairs;              ///< between grains, by ascending lower place
-    std::vector<Candidate<M>> wall_pairs;         ///< with walls, by grain
+    std::vector<Grain<M>> grains;                       ///< those with a copy on this rank, in spatial order
+    std::vector<typename M::Vec> broad_phase_position;  ///< of the grains, when the candidates were found [m]
+    std::vector<Candidate<M>> pairs;                    ///< between grains, by ascending lower place
+    std::vector<Candidate<M>> wall_pairs;               ///< with walls, by grain
 
     // Set by the narrow phase of each step (fine.hpp).
     std::vector<int> source;       ///< candidate of each contact

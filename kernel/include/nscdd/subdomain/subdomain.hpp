@@ -17,13 +17,13 @@ struct Subdomain : Topology, Candidates<M> {
     Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, while it is being solved
 };
 
-/// Links of the subdomains with their peers, for so many doubles a grain that they share.
+/// Links of the subdomains with their neighbours, for so many doubles a grain that they share.
 inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) {
     std::vector<Links> links(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (std::size_t l = 0; l < parts[k].peers.size(); ++l) {
+        for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
             const std::size_t size = parts[k].linked[l].size() * doubles;
-            links[k].push_back({parts[k].peers[l], size, size});
+            links[k].push_back({parts[k].neighbours[l], size, size});
         }
     return links;
 }

@@ -9,7 +9,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// Which copies of a grain, and of a driven wall, are active in a step: share its mass and are glued.
 enum class Multiplicity {
     minimal,    ///< those with a contact in the step
-    predicted,  ///< those with a candidate of the last rough detection, as in the paper
+    predicted,  ///< those with a candidate of the last broad phase, as in the paper
 };
 
 /// With whom a rank shares grains and driven walls, and which copies are active in this step.
@@ -17,13 +17,13 @@ struct Topology {
     int rank = 0;  ///< of this subdomain
 
     // Set by the broad phase (repartition.hpp).
-    std::vector<int> sharer_begin{0};      ///< where those of each grain begin in sharers
-    std::vector<int> sharers;              ///< ranks with a copy of each grain, ascending, this one included
-    std::vector<int> peers;                ///< ranks that share a grain with this one, ascending
+    std::vector<int> replica_begin{0};     ///< where those of each grain begin in replicas
+    std::vector<int> replicas;             ///< ranks with a copy of each grain, ascending, this one included
+    std::vector<int> neighbours;           ///< ranks that share a grain with this one, ascending
     std::vector<std::vector<int>> linked;  ///< per peer: the grains shared, by ascending id
 
     // Set in each step, once contacts are known (multiplicity.hpp).
-    std::vector<char> active;    ///< per entry of sharers: 1 if that copy is active in this step
+    std::vector<char> active;    ///< per entry of replicas: 1 if that copy is active in this step
     std::vector<int> interface;  ///< grains with this and another active copy, by ascending id
     /// Per wall, 1 for driven walls whose copy here is active in this step. Empty where no wall is driven.
     std::vector<char> wall_active;
@@ -33,18 +33,18 @@ struct Topology {
     std::size_t interface_contacts = 0, interface_wall_contacts = 0;
     ///@}
 
-    /// The sharers of a grain are sharers[s] for first_sharer(grain) <= s < last_sharer(grain).
-    std::size_t first_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain]); }
-    /// One beyond the last sharer of a grain.
-    std::size_t last_sharer(std::size_t grain) const { return static_cast<std::size_t>(sharer_begin[grain + 1]); }
+    /// The replicas of a grain are replicas[s] for first_replica(grain) <= s < last_replica(grain).
+    std::size_t first_replica(std::size_t grain) const { return static_cast<std::size_t>(replica_begin[grain]); }
+    /// One beyond the last replica of a grain.
+    std::size_t last_replica(std::size_t grain) const { return static_cast<std::size_t>(replica_begin[grain + 1]); }
 
     /// Whether this copy stands for its grain in sums over the scene.
-    bool primary(std::size_t grain) const { return sharers[first_sharer(grain)] == rank; }
+    bool primary(std::size_t grain) const { return replicas[first_replica(grain)] == rank; }
 
     /// Number of active copies, at least 1.
     int multiplicity(std::size_t grain) const {
         int count = 0;
-        for (std::size_t s = first_sharer(grain); s < last_sharer(grain); ++s) count += active[s];
+        for (std::size_t s = first_replica(grain); s < last_replica(grain); ++s) count += active[s];
         return count > 0 ? count : 1;
     }
 };

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "nscdd/law/residual.hpp"
-#include "nscdd/sweep/combine.hpp"
+#include "nscdd/sweep/anderson_update.hpp"
 #include "nscdd/sweep/kept_iterate.hpp"
 #include "nscdd/sweep/load_batches.hpp"
 #include "nscdd/sweep/pass.hpp"
@@ -275,7 +275,7 @@ class BatchSweeper {
         share_j = Packet::load(share[1]);
     }
 
-    BodyRows<M> rows_;
+    BodyStore<M> rows_;
     AlignedDoubles free_rows_;        ///< V_free of bodies
     std::vector<double> free_walls_;  ///< V_free of walls
     std::vector<double> wall_share_;  ///< 1/multiplicity of each wall; the first is for lanes without a contact

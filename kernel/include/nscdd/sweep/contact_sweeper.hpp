@@ -2,7 +2,7 @@
 
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
-#include "nscdd/sweep/combine.hpp"
+#include "nscdd/sweep/anderson_update.hpp"
 #include "nscdd/sweep/pass.hpp"
 #include "nscdd/sweep/sweep.hpp"
 
@@ -18,6 +18,7 @@ class ContactSweeper {
         rows_.load(problem);
         prepare_contacts(problem, relaxation);
         kept_ = false;
+        bytes_ = problem.bytes();
         free_ = nscdd::free_velocities(problem);
     }
 
@@ -73,11 +74,12 @@ class ContactSweeper {
     }
 
     std::size_t driven_batches(SweepPass) const { return 0; }
-    std::size_t bytes() const { return rows_.data.size() * sizeof(double); }
+    std::size_t bytes() const { return bytes_; }
 
   private:
-    BodyRows<M> rows_;  ///< for gluing and combining alone
+    BodyStore<M> rows_;  ///< for gluing and combining alone
     FreeVelocities<M> free_;
+    std::size_t bytes_ = 0;
     bool kept_ = false;
     Iterate<M> iterate_;
     PastVelocities<M> past_velocities_;

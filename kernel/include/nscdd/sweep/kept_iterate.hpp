@@ -14,7 +14,7 @@ class KeptIterate {
     void forget() { there_ = false; }
 
     /// The iterate as the layout has it: a fifth of a sweep.
-    void take(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls, const Group& grains) {
+    void take(const ContactProblem<M>& problem, const BodyStore<M>& rows, const Group& walls, const Group& grains) {
         there_ = true;
         rows_ = rows.data;
         iterate_.speeds.clear();
@@ -28,7 +28,7 @@ class KeptIterate {
         copy(grains, impulses_);
     }
     /// What was taken last, null if it was forgotten. rows, walls, grains: those that it was taken from.
-    const Iterate<M>* read(const ContactProblem<M>& problem, const BodyRows<M>& rows, const Group& walls,
+    const Iterate<M>* read(const ContactProblem<M>& problem, const BodyStore<M>& rows, const Group& walls,
                            const Group& grains) {
         if (!there_) return nullptr;
         iterate_.velocities.clear();

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "nscdd/sweep/body_rows.hpp"
+#include "nscdd/sweep/body_store.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
@@ -27,7 +27,7 @@ void find_order(const ContactProblem<M>& problem, const std::vector<Contact<M>>&
 /// The first `first` contacts get batches of their own. `dealt` only keeps its memory.
 template <bool wall, class M>
 bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, std::size_t first,
-                  BodyRows<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {
+                  BodyStore<M>& rows, BatchGroup<M>& group, std::vector<int>& dealt) {
     using Layout = BatchLayout<M>;
     constexpr std::size_t lanes = batch_size;
     const std::size_t bodies = problem.bodies.size();

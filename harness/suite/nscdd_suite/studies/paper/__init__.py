@@ -8,7 +8,7 @@ variations, interface, chance, choices. Each makes what it needs first:
     runs         whole runs of cases/paper in process by NLGS, CCS and DCS on several splittings: iterations are counted
     windows      100 iterations after the last step of NLGS on simulated machines (cases/platforms, costs included)
     larger       a million spheres, 16 copies of the jammed 64,000: 3 steps by NLGS and on 64 and 128 subdomains, and windows on the cluster
-    interface    runs and windows that glue the grains which the rough detection predicts, as the paper does, and the same on the minimal interface
+    interface    runs and windows that glue the grains which the broad phase predicts, as the paper does, and the same on the minimal interface
     chance       runs of disks from starts perturbed by 1e-9 of a radius: how much of a count is one draw
     choices      for each scene a variation of what the paper does not say, few steps
     measured     10 further steps, or 100 of disks, by NLGS and on two ranks with a core each, three times, the median

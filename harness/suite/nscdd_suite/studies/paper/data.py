@@ -52,7 +52,7 @@ class Point:
 
 
 class Paper:
-    """What is in one record, by key; of runs and windows by NSCDD those with this interface: minimal, or predicted by the rough detection."""
+    """What is in one record, by key; of runs and windows by NSCDD those with this interface: minimal, or predicted by the broad phase."""
 
     def __init__(self, record, multiplicity="minimal"):
         self.record, self.multiplicity = record, multiplicity

@@ -226,7 +226,7 @@ class Asked:
     def add_fig1(self):
         packing, state = self.folder / "packings/network.h5", self.network.with_suffix(".h5")
         self.of_item["fig1"].add(str(self.plan.pack("cases/packings/network.toml", packing, cost=1)))
-        # Eight steps after a rough detection: its predictions have had time to be wrong.
+        # Eight steps after a broad phase: its predictions have had time to be wrong.
         command = [NSCDD, "run", "cases/reduced/network.toml", "--packing", packing, "--scheme", "dcs", "--grid", "2x2", "-n", 4, "--steps", 9]
         self.add("fig1", "fig1 network", [state, self.network], [[*command, "--quiet", "--json", self.network, "--state", state]], needs=[packing])
 

@@ -132,7 +132,7 @@ def paper(**changed):
 
 
 def write_network(path):
-    """Four touching disks in a square, cut by a grid 2x1 at its middle. Since the rough detection the upper left one has moved away from
+    """Four touching disks in a square, cut by a grid 2x1 at its middle. Since the broad phase the upper left one has moved away from
     the upper right one: it was foreseen on both sides, and is on one."""
     x = np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]])
     moved = x + [[0, 0], [0, 0], [-0.1, 0], [0, 0]]

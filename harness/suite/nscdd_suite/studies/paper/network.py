@@ -12,7 +12,7 @@ WRONG = "#c2185b"
 
 
 def read_rough(path):
-    """The last rough detection of a state file, with the walls as they were. Raises InputError."""
+    """The last broad phase of a state file, with the walls as they were. Raises InputError."""
     try:
         with h5py.File(path) as file:
             return {
@@ -25,7 +25,7 @@ def read_rough(path):
                 "normal": file["walls/normal"][()],
             }
     except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a state file with a rough detection: {str(error).splitlines()[0][:120]}") from None
+        raise InputError(f"{path}: not a state file with a broad phase: {str(error).splitlines()[0][:120]}") from None
 
 
 def owners(rough, points):
@@ -114,12 +114,12 @@ def counts(network):
 
 
 def draw(network):
-    """(a) the rough graph at the last rough detection; (b) the contacts of the last step, wrong predictions ringed."""
+    """(a) the rough graph at the last broad phase; (b) the contacts of the last step, wrong predictions ringed."""
     state, rough = network["state"], network["rough"]
     radius = state["radius"]
     panels = (
-        ("(a) after the rough detection, predicted", rough["x"], network["predicted"], network["lines"], network["owner"]),
-        ("(b) after the fine detection", state["x"], network["found"], contact_lines(state), state["contacts"]["subdomain"]),
+        ("(a) after the broad phase, predicted", rough["x"], network["predicted"], network["lines"], network["owner"]),
+        ("(b) after the narrow phase", state["x"], network["found"], contact_lines(state), state["contacts"]["subdomain"]),
     )
     low, high = (state["x"] - radius[:, None]).min(0), (state["x"] + radius[:, None]).max(0)
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 5.0 * min(1.6, (high - low)[1] / (high - low)[0]) + 0.9))

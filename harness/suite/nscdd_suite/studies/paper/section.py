@@ -76,7 +76,7 @@ def communication(paper):
         yield (
             f"<p>By DCS our shares with present cores are {number(below[0])} to {number(below[1])} times below the paper's. This program does not do "
             "what the paper's code did:</p><ul>"
-            "<li>Grains are shared by the contacts of the fine detection alone. The paper shares all that the rough one predicts, and leaves the "
+            "<li>Grains are shared by the contacts of the narrow phase alone. The paper shares all that the rough one predicts, and leaves the "
             "minimal interface to the future (its section 3.2; METHOD.md, section 6.7).</li>"
             "<li>Contacts of shared grains are swept first, and their messages are under way while the rest is swept (METHOD.md, section 6.6). "
             "Only what the sweep does not hide counts as time in MPI.</li>"
@@ -110,14 +110,14 @@ def glued(paper):
     html = tables.interface(paper, Paper(paper.record, "predicted"))
     if not html:
         return missing(
-            "runs that glue the interface which the rough detection predicts, as the paper does (scripts/suite run paper --only interface); all "
+            "runs that glue the interface which the broad phase predicts, as the paper does (scripts/suite run paper --only interface); all "
             "others glue the minimal one"
         )
     runs = [run for run in paper.record["runs"] if run.get("multiplicity") == "predicted"]
     windows = [window for window in paper.record["windows"] if window.get("multiplicity") == "predicted"]
     caption = (
-        "DCS by the paper's method. Minimal: a grain has a copy in each subdomain where the fine detection finds a contact of it, as in all other runs "
-        "of this page. Predicted: where the rough detection finds a candidate, as in the paper (its section 3.1); masses are split by that number, and "
+        "DCS by the paper's method. Minimal: a grain has a copy in each subdomain where the narrow phase finds a contact of it, as in all other runs "
+        "of this page. Predicted: where the broad phase finds a candidate, as in the paper (its section 3.1); masses are split by that number, and "
         "copies without a contact are glued too. " + platform(paper)
     )
     return table_block(
@@ -138,14 +138,14 @@ def multiplicities(paper, results, out):
         found = network.counts(drawn)
         yield found, counted
         caption = (
-            f"A network of {found['grains']} disks. (a) The {found['candidates']} candidates of the last rough detection, where the disks "
+            f"A network of {found['grains']} disks. (a) The {found['candidates']} candidates of the last broad phase, where the disks "
             "were then: pairs, and disks at walls, closer than the skin. Each has the colour of the subdomain that owns the middle of the two "
             "centres; each disk that of the number of subdomains of its candidates, its predicted multiplicity. (b) The "
             f"{found['contacts']} contacts of the last step, {drawn['rough']['steps_since']} steps later, and the multiplicities that they "
             f"give; ringed, the {found['wrong']} wrongly predicted. Of {found['boundary_predicted']} predicted boundary disks "
             f"{found['not_boundary']} are not on the minimal interface. In parentheses: disks in (a), in (b). Dashed: the grid."
         )
-        heading = "Multiplicities before and after the fine detection (Fig. 1 of the paper)"
+        heading = "Multiplicities before and after the narrow phase (Fig. 1 of the paper)"
         yield figure_block(save(network.draw(drawn), out, "paper-fig1"), heading, caption, source(paper, []), ("counted",), wide=True, anchor="paper-fig-1")
     yield glued(paper)
     if not state:

@@ -148,7 +148,7 @@ def variations(paper):
 
 
 def interface(paper, predicted):
-    """Runs that glue what the rough detection predicts beside those on the minimal interface; None without both of one splitting."""
+    """Runs that glue what the broad phase predicts beside those on the minimal interface; None without both of one splitting."""
     rows = []
     for key, wide in sorted(predicted.counted.items(), key=lambda item: (ORDER.index(item[0][0]), item[0][4])):
         narrow = paper.counted.get(key)

@@ -1,5 +1,5 @@
 /// @file
-/// Narrow phase (the paper's fine detection): contacts of this step out of the candidates of the broad phase, with gap,
+/// Narrow phase (the paper's narrow phase): contacts of this step out of the candidates of the broad phase, with gap,
 /// normal, levers and bias.
 #pragma once
 

@@ -8,7 +8,7 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The rows of bodies that a Sweeper's batches read and write (BatchLayout).
 template <class M>
-class BodyRows {
+class BodyStore {
   public:
     AlignedDoubles data;
     std::vector<double> share;  ///< 1/multiplicity of the body of each row

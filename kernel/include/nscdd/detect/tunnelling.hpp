@@ -94,8 +94,8 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
     return least;
 }
 
-/// What find_unseen() finds in a subdomain.
-struct Unseen {
+/// What find_tunnelled() finds in a subdomain.
+struct Tunnelled {
     bool closes = false;  ///< candidates without restitution are to be contacts, see mark_missed(): solved again
     Passage passage;      ///< of pairs with restitution, which act once they touch
 };
@@ -135,9 +135,9 @@ bool mark_passing(Subdomain<M>& part, double h) {
 /// restitution need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so
 /// all the way. `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
-Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
-                   double speed, double largest_overlap) {
-    Unseen unseen;
+Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
+                         double speed, double largest_overlap) {
+    Tunnelled unseen;
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check_law = [&](Candidate<M>& c, bool closes) {
@@ -177,7 +177,7 @@ Unseen find_unseen(Subdomain<M>& part, std::span<const Wall<M>> walls, const Mat
     return unseen;
 }
 
-/// Candidates that find_unseen() has found to close become contacts in the next attempt. To be called only where no
+/// Candidates that find_tunnelled() has found to close become contacts in the next attempt. To be called only where no
 /// rank has marked a contact as passing: its impulse may be what closes them.
 template <class M>
 void mark_missed(Subdomain<M>& part) {

@@ -12,8 +12,8 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
 /// that has one, on every process.
-inline void refuse_together(Communicator& comm, const std::vector<std::string>& complaints) {
-    const Turn::Hold hold(comm.turn(), "refuse_together");
+inline void throw_collectively(Communicator& comm, const std::vector<std::string>& complaints) {
+    const Turn::Hold hold(comm.turn(), "throw_collectively");
     std::vector<Buffer> lengths;
     for (const auto& complaint : complaints) lengths.push_back({static_cast<double>(complaint.size())});
     const std::span<const double> all = comm.all_gather(lengths);
@@ -30,8 +30,8 @@ inline void refuse_together(Communicator& comm, const std::vector<std::string>& 
     throw std::invalid_argument(text);
 }
 
-/// refuse_together() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
-void refuse_together(Communicator& comm, auto&& task)
+/// throw_collectively() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
+void throw_collectively(Communicator& comm, auto&& task)
     requires std::invocable<decltype(task), std::size_t>
 {
     std::vector<std::string> complaints(comm.ranks().size());
@@ -40,7 +40,7 @@ void refuse_together(Communicator& comm, auto&& task)
         } catch (const std::invalid_argument& error) {
             complaints[k] = error.what();
         }
-    refuse_together(comm, complaints);
+    throw_collectively(comm, complaints);
 }
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -47,7 +47,7 @@ class PairTable {
 
 /// Records as doubles.
 template <class M>
-struct Wire {
+struct Serialise {
     static constexpr std::size_t grain_size = 5 + M::dim + 2 * M::dof;
     static constexpr std::size_t impulse_size = 2 + M::Impulse::RowsAtCompileTime;
 

@@ -14,11 +14,11 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
 /// ranks.
-class HostedRanks {
+class RankMap {
   public:
     /// `process`: number of this process, `processes`: how many there are. `size`: ranks in all; 0: one a process.
     /// Throws std::invalid_argument for fewer ranks than processes.
-    HostedRanks(int process, int processes, int size)
+    RankMap(int process, int processes, int size)
         : process_(process), processes_(processes), size_(size == 0 ? processes : size) {
         if (size_ < processes_)
             throw std::invalid_argument(std::to_string(size_) + " ranks for " + std::to_string(processes_) +
@@ -60,7 +60,7 @@ class MessageLayout {
     std::vector<Message> incoming, outgoing;  ///< by process
 
     /// links[k] of the k-th hosted rank. Sets what Channel::send(k, l) and recv(k, l) are.
-    MessageLayout(const HostedRanks& hosted, const std::vector<Links>& links,
+    MessageLayout(const RankMap& hosted, const std::vector<Links>& links,
                   std::vector<std::vector<std::span<double>>>& send,
                   std::vector<std::vector<std::span<double>>>& recv) {
         std::vector<End> sent, received;

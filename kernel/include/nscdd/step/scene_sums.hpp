@@ -22,7 +22,7 @@ struct Radii {
 
 namespace detail {
 
-/// Before the first rough detection, when each grain is on one rank alone.
+/// Before the first broad phase, when each grain is on one rank alone.
 struct GrainCount {
     double grains = 0;
     double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  ///< radii [m]
@@ -75,7 +75,7 @@ Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, c
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             typename M::Vec v = part.grains[g].velocity.template head<M::dim>();
             if (which == Velocities::solved) v = part.problem.bodies[g].linear();
-            mine.note((part.grains[g].position + lookahead * v - part.rough_position[g]).norm(), v.norm());
+            mine.note((part.grains[g].position + lookahead * v - part.broad_phase_position[g]).norm(), v.norm());
         }
         return mine;
     });

@@ -5,7 +5,7 @@
 
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/sweep/batch.hpp"
-#include "nscdd/sweep/body_rows.hpp"
+#include "nscdd/sweep/body_store.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
@@ -19,14 +19,14 @@ double anderson_metric(const ContactProblem<M>& problem, const Contact<M>& c, au
 template <class M>
 class PastVelocities {
   public:
-    void make_room(const BodyRows<M>& rows, std::size_t walls, int window) {
+    void make_room(const BodyStore<M>& rows, std::size_t walls, int window) {
         const auto slots = static_cast<std::size_t>(window);
         rows_.assign(slots, AlignedDoubles(rows.data.size()));
         speeds_.assign(slots * walls, 0.0);
     }
 
     /// Keeps the velocities in `rows` and `walls` and puts their combination there.
-    void combine(BodyRows<M>& rows, std::vector<WallBody<M>>& walls, const Anderson& anderson) {
+    void combine(BodyStore<M>& rows, std::vector<WallBody<M>>& walls, const Anderson& anderson) {
         const int slots = anderson.window();
         for (std::size_t k = 0; k < rows.data.size(); k += Packet::width) {
             const Packet before = Packet::load(rows.data.data() + k);

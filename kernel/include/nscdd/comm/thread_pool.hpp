@@ -14,10 +14,10 @@
 namespace nscdd { inline namespace NSCDD_ABI {
 
 /// The threads live as long as the team and wait between loops. The caller is one of them.
-class Team {
+class ThreadPool {
   public:
     /// Starts threads - 1 others; `threads`: at least 1.
-    explicit Team(int threads)
+    explicit ThreadPool(int threads)
         : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
           thrown_(static_cast<std::size_t>(threads)) {
         try {
@@ -28,9 +28,9 @@ class Team {
         }
     }
     /// Ends the threads and waits for them.
-    ~Team() { end(); }
-    Team(const Team&) = delete;
-    Team& operator=(const Team&) = delete;
+    ~ThreadPool() { end(); }
+    ThreadPool(const ThreadPool&) = delete;
+    ThreadPool& operator=(const ThreadPool&) = delete;
 
     /// task(k) once for k = 0 to count-1: each thread takes a fixed share of them, one after the other, so that
     /// their data stay in its cache. If tasks throw, throws what the first of them, by k, has thrown.

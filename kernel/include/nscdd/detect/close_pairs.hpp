@@ -1,5 +1,5 @@
 /// @file
-/// Broad phase (the paper's rough detection): all pairs closer than a skin, by sorted cells. Done every few steps
+/// Broad phase (the paper's broad phase): all pairs closer than a skin, by sorted cells. Done every few steps
 /// (paper, section 3).
 #pragma once
 
