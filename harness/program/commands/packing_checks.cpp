@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numbers>
-#include <unordered_map>
 
 #include "files/error.hpp"
+#include "nscdd/core/model.hpp"
+#include "nscdd/detect/close_pairs.hpp"
 
 namespace nscdd {
 
@@ -45,46 +44,39 @@ double contact_distance(const Packing& packing, const Near& near) {
     return packing.radius[near.i] + (near.j < packing.size() ? packing.radius[near.j] : 0.0);
 }
 
-// All pairs of grains, and of grains and walls, whose gap is less than `gap`. Found by cells as wide as the centres of
-// such a pair can be apart.
+// Adds all pairs of grains whose gap is less than `gap`.
+template <int dim>
+void add_grain_pairs(const Packing& packing, double gap, std::vector<Near>& pairs) {
+    using M = Model<dim, Frictionless>;
+    std::vector<Grain<M>> grains;
+    for (std::size_t i = 0; i < packing.size(); ++i)
+        grains.push_back(make_grain<M>(static_cast<int>(i), packing.radius[i], 1.0,
+                                       Eigen::Map<const typename M::Vec>(packing.x.data() + i * dim)));
+    const double widest = 2 * *std::ranges::max_element(packing.radius) + gap;
+    const auto all = [](const auto&, const auto&) { return true; };
+    const auto add = [&](std::size_t i, std::size_t j) {
+        double square = 0;  // in this order: checksums of packings hang on the last bit
+        for (int d = 0; d < dim; ++d) square += std::pow(grains[i].position[d] - grains[j].position[d], 2);
+        pairs.push_back({i, j, std::sqrt(square)});
+    };
+    try {
+        for (const GrainPair& pair : close_pairs<M>(grains, Cells<M>(grains, widest), gap, all))
+            add(static_cast<std::size_t>(pair.i), static_cast<std::size_t>(pair.j));
+    } catch (const TooManyPairs& refused) {  // the deepest of a heap of grains says enough
+        add(static_cast<std::size_t>(refused.i), static_cast<std::size_t>(refused.j));
+    }
+}
+
+// All pairs of grains, and of grains and walls, whose gap is less than `gap`.
 std::vector<Near> near_pairs(const Packing& packing, double gap) {
     const auto dim = static_cast<std::size_t>(packing.dim);
     const std::size_t n = packing.size();
-    const double width = 2 * *std::max_element(packing.radius.begin(), packing.radius.end()) + gap;
-    using Cell = std::array<std::int64_t, 3>;
-    const auto cell_of = [&](std::size_t i) {
-        Cell cell{};
-        for (std::size_t d = 0; d < dim; ++d)
-            cell[d] = static_cast<std::int64_t>(std::floor(packing.x[i * dim + d] / width));
-        return cell;
-    };
-    const auto hash = [](const Cell& cell) {
-        return static_cast<std::size_t>(cell[0] * 73856093 ^ cell[1] * 19349663 ^ cell[2] * 83492791);
-    };
-    std::unordered_map<Cell, std::vector<std::size_t>, decltype(hash)> cells(n, hash);
     std::vector<Near> pairs;
-    const auto add = [&](const Near& near) {
-        if (near.distance - contact_distance(packing, near) < gap) pairs.push_back(near);
-    };
-    for (std::size_t i = 0; i < n; ++i) {
-        const Cell at = cell_of(i);
-        for (int k = 0; k < (dim == 3 ? 27 : 9); ++k) {
-            const Cell near{at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, dim == 3 ? at[2] + k / 9 - 1 : 0};
-            const auto found = cells.find(near);
-            if (found == cells.end()) continue;
-            for (const std::size_t j : found->second) {
-                double square = 0;
-                for (std::size_t d = 0; d < dim; ++d)
-                    square += std::pow(packing.x[i * dim + d] - packing.x[j * dim + d], 2);
-                add({i, j, std::sqrt(square)});
-            }
-        }
-        cells[at].push_back(i);
-        for (std::size_t d = 0; d < dim; ++d) {
-            add({i, n, packing.x[i * dim + d]});
-            add({i, n, packing.box[d] - packing.x[i * dim + d]});
-        }
-    }
+    packing.dim == 3 ? add_grain_pairs<3>(packing, gap, pairs) : add_grain_pairs<2>(packing, gap, pairs);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t d = 0; d < dim; ++d)
+            for (const double distance : {packing.x[i * dim + d], packing.box[d] - packing.x[i * dim + d]})
+                if (distance - packing.radius[i] < gap) pairs.push_back({i, n, distance});
     return pairs;
 }
 
