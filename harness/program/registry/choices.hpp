@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "nscdd/subdomain/topology.hpp"
+#include "nscdd/subdomain/halo.hpp"
 
 namespace nscdd {
 

@@ -14,7 +14,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/serialise.hpp"
 #include "nscdd/partition/grid.hpp"
-#include "nscdd/subdomain/topology.hpp"
+#include "nscdd/subdomain/halo.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 

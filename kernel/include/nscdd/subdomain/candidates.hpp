@@ -21,16 +21,20 @@ struct Candidate {
     bool passes = false;     ///< a contact of grains that pass each other: none in the next attempt, unless missed
 };
 
-/// The grains of one rank, and the pairs among them that may touch.
+/// The grains of one rank, and the pairs among them that may touch. Written by repartition(), at each broad phase.
+/// Between steps the grains have their motion here, and pairs their impulses; within a step the contact problem has
+/// them.
 template <class M>
 struct Candidates {
-    // Set by the broad phase (repartition.hpp).
     std::vector<Grain<M>> grains;                       ///< those with a copy on this rank, in spatial order
     std::vector<typename M::Vec> broad_phase_position;  ///< of the grains, when the candidates were found [m]
     std::vector<Candidate<M>> pairs;                    ///< between grains, by ascending lower place
     std::vector<Candidate<M>> wall_pairs;               ///< with walls, by grain
+};
 
-    // Set by the narrow phase of each step (fine.hpp).
+/// Where the contacts of a step come from. Written by the narrow phase, detect_contacts(), and put in the order of the
+/// contacts by agree_on_multiplicities().
+struct ContactSources {
     std::vector<int> source;       ///< candidate of each contact
     std::vector<int> wall_source;  ///< candidate of each contact with a wall
 };

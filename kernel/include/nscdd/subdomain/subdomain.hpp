@@ -4,17 +4,23 @@
 
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/subdomain/candidates.hpp"
-#include "nscdd/subdomain/topology.hpp"
+#include "nscdd/subdomain/halo.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What one rank holds: whom it shares grains with, its grains and candidates, its contact problem, and the solver's
-/// memory.
+/// What one rank holds. Each base says who writes it.
 template <class M>
-struct Subdomain : Topology, Candidates<M> {
-    ContactProblem<M> problem;  ///< of this step
+struct Subdomain : Halo, Candidates<M>, ContactSources, ActiveCopies {
+    ContactProblem<M> problem;  ///< of this step: filled by the narrow phase, solved by the step solver
     Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, while it is being solved
+
+    /// Number of active copies of a grain, at least 1.
+    int multiplicity(std::size_t grain) const {
+        int count = 0;
+        for (std::size_t s = first_replica(grain); s < last_replica(grain); ++s) count += active[s];
+        return count > 0 ? count : 1;
+    }
 };
 
 /// Links of the subdomains with their neighbours, for so many doubles a grain that they share.

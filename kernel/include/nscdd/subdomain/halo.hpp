@@ -12,26 +12,13 @@ enum class Multiplicity {
     predicted,  ///< those with a candidate of the last broad phase, as in the paper
 };
 
-/// With whom a rank shares grains and driven walls, and which copies are active in this step.
-struct Topology {
-    int rank = 0;  ///< of this subdomain
-
-    // Set by the broad phase (repartition.hpp).
+/// With whom a rank shares grains. Written by repartition() alone, at each broad phase.
+struct Halo {
+    int rank = 0;                          ///< of this subdomain
     std::vector<int> replica_begin{0};     ///< where those of each grain begin in replicas
     std::vector<int> replicas;             ///< ranks with a copy of each grain, ascending, this one included
     std::vector<int> neighbours;           ///< ranks that share a grain with this one, ascending
-    std::vector<std::vector<int>> linked;  ///< per peer: the grains shared, by ascending id
-
-    // Set in each step, once contacts are known (multiplicity.hpp).
-    std::vector<char> active;    ///< per entry of replicas: 1 if that copy is active in this step
-    std::vector<int> interface;  ///< grains with this and another active copy, by ascending id
-    /// Per wall, 1 for driven walls whose copy here is active in this step. Empty where no wall is driven.
-    std::vector<char> wall_active;
-    std::vector<char> wall_touched;  ///< the same, where any copy is
-    ///@{
-    /// Contacts of interface grains, at the front of the problem's lists: they are swept first.
-    std::size_t interface_contacts = 0, interface_wall_contacts = 0;
-    ///@}
+    std::vector<std::vector<int>> linked;  ///< per neighbour: the grains shared, by ascending id
 
     /// The replicas of a grain are replicas[s] for first_replica(grain) <= s < last_replica(grain).
     std::size_t first_replica(std::size_t grain) const { return static_cast<std::size_t>(replica_begin[grain]); }
@@ -40,13 +27,19 @@ struct Topology {
 
     /// Whether this copy stands for its grain in sums over the scene.
     bool primary(std::size_t grain) const { return replicas[first_replica(grain)] == rank; }
+};
 
-    /// Number of active copies, at least 1.
-    int multiplicity(std::size_t grain) const {
-        int count = 0;
-        for (std::size_t s = first_replica(grain); s < last_replica(grain); ++s) count += active[s];
-        return count > 0 ? count : 1;
-    }
+/// Which copies are active in this step. Written by agree_on_multiplicities() alone, once contacts are known.
+struct ActiveCopies {
+    std::vector<char> active;    ///< per entry of Halo::replicas: 1 if that copy is active
+    std::vector<int> interface;  ///< grains with this and another active copy, by ascending id
+    /// Per wall, 1 for driven walls whose copy here is active. Empty where no wall is driven.
+    std::vector<char> wall_active;
+    std::vector<char> wall_touched;  ///< the same, where any copy is
+    ///@{
+    /// Contacts of interface grains, at the front of the problem's lists: they are swept first.
+    std::size_t interface_contacts = 0, interface_wall_contacts = 0;
+    ///@}
 };
 
 }}  // namespace nscdd::NSCDD_ABI
