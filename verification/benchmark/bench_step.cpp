@@ -47,14 +47,15 @@ void rough_detection(benchmark::State& state) {
     double largest = 0;
     for (const auto& g : s.grains) largest = std::max(largest, g.radius);
     per_contact(state, s.contacts, s.candidate_bytes(),
-                [&] { repartition<M>(s.parts, s.comm, grid, s.settings.walls, 0.05 * largest, largest); });
+                [&] { detail::repartition<M>(s.parts, s.comm, grid, s.settings.walls, 0.05 * largest, largest); });
 }
 template <class M>
 void fine_detection(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
     const ContactProblem<M>& problem = s.parts[0].problem;
-    per_contact(state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
-                [&] { detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h, 2e-3); });
+    per_contact(
+        state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
+        [&] { detail::detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h, 2e-3); });
 }
 
 // One gluing: velocities packed, exchanged in-process, averaged, unpacked.

@@ -18,8 +18,8 @@
 using nscdd::Buffer;
 using nscdd::InProcess;
 using nscdd::Links;
-using nscdd::RankMap;
-using nscdd::ReducedRows;
+using nscdd::detail::RankMap;
+using nscdd::detail::ReducedRows;
 
 TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]") {
     const int size = GENERATE(1, 2, 5);
@@ -90,7 +90,7 @@ TEST_CASE("a route by the square of the ranks brings what a route does, with few
         const double before = comm.traffic().messages;
         const std::vector<Buffer> direct = comm.route(out);
         const double directly = comm.traffic().messages - before;
-        CHECK(nscdd::route_by_square(comm, out) == direct);
+        CHECK(nscdd::detail::route_by_square(comm, out) == direct);
         const double by_square = comm.traffic().messages - before - directly;
         if (size == 21) CHECK(by_square < 0.6 * directly);
     }
@@ -114,8 +114,8 @@ TEST_CASE("ranks that add nothing to a reduction need no row", "[communicator]")
             for (std::size_t n = 0; n < row.size(); ++n) CHECK(std::signbit(row[n]) == std::signbit(expected[n]));
         };
         same(comm.reduce(some, 1));
-        const RankMap hosted(0, 1, size);
-        ReducedRows rows(hosted);
+        const nscdd::detail::RankMap hosted(0, 1, size);
+        nscdd::detail::ReducedRows rows(hosted);
         rows.start(some, 1, 0);
         while (rows.under_way()) {
             rows.trade([](int, Buffer&) {}, [](int, Buffer&) {}, [](std::span<const double>) {});
@@ -135,10 +135,10 @@ TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[com
                 all.push_back({std::sin(rank + 1.0) * std::pow(10, rank % 17), std::cos(rank)});
             const std::span<const double> expected = comm.reduce(all, 1);
 
-            std::vector<std::unique_ptr<RankMap>> hosted;
-            std::vector<ReducedRows> rows;
+            std::vector<std::unique_ptr<nscdd::detail::RankMap>> hosted;
+            std::vector<nscdd::detail::ReducedRows> rows;
             for (int p = 0; p < processes; ++p) {
-                hosted.push_back(std::make_unique<RankMap>(p, processes, size));
+                hosted.push_back(std::make_unique<nscdd::detail::RankMap>(p, processes, size));
                 const auto& ranks = hosted.back()->ranks();
                 const std::vector<Buffer> mine(all.begin() + ranks.front(), all.begin() + ranks.back() + 1);
                 rows.emplace_back(*hosted.back()).start(mine, 1, p);
@@ -161,7 +161,7 @@ TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[com
                     REQUIRE(awaited[between].size() == messages.size());
                     for (std::size_t m = 0; m < messages.size(); ++m) *awaited[between][m] = messages[m];
                 }
-                for (ReducedRows& of : rows) of.finish_round();
+                for (nscdd::detail::ReducedRows& of : rows) of.finish_round();
             }
             CHECK(rounds == static_cast<int>(std::ceil(std::log2(nscdd::tree_size(size)) / 2)));
             for (std::size_t p = 0; p < rows.size(); ++p) {

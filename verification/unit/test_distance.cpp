@@ -181,7 +181,7 @@ TEMPLATE_TEST_CASE("a contact satisfies its law once its velocity has changed by
             c.r[0] = rn;
         }
         const auto v = random_vector<typename M::Impulse>(random);
-        const typename M::Impulse miss = law_miss<M>(c, v, 1 / 1.3);
+        const typename M::Impulse miss = detail::law_miss<M>(c, v, 1 / 1.3);
         const typename M::Impulse next = solve_contact<M>(c, v + miss, 1.3, 0.7);
         CAPTURE(k, rn, miss.norm());
         CHECK((next - c.r).norm() <= 1e-7);
@@ -195,17 +195,17 @@ TEST_CASE("an impulse of round-off holds no open contact closed", "[distance]") 
     c.normal = {1, 0};
     c.friction_coefficient = 0.5;
     c.r = {1e-13, 0};
-    CHECK(law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == 0);
-    CHECK(law_miss<FrictionDisks>(c, {-0.5, 2}, 1).norm() == Approx(0.5));
+    CHECK(detail::law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == 0);
+    CHECK(detail::law_miss<FrictionDisks>(c, {-0.5, 2}, 1).norm() == Approx(0.5));
     c.r = {1e-11, 0};
-    CHECK(law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == Approx(std::hypot(0.5, 2)));
+    CHECK(detail::law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == Approx(std::hypot(0.5, 2)));
 }
 
 TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdomains", "[distance]", FrictionDisks,
                    SmoothSpheres, FrictionSpheres) {
     using M = TestType;
     for (const bool driven : {false, true}) {
-        std::vector<DistanceEstimate> by_one;  // of each attempt at the step
+        std::vector<detail::DistanceEstimate> by_one;  // of each attempt at the step
         for (const int ranks : {1, 2, 5, 16}) {
             CAPTURE(driven, ranks);
             Random random(11);
@@ -218,7 +218,7 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
             Simulation<M> simulation(comm, settings, grains);
             std::size_t attempt = 0;
             simulation.step([&](std::span<Subdomain<M>> parts, Communicator& c, PhaseSeconds&) {
-                std::vector<DistanceSums<M>> sums(parts.size());
+                std::vector<detail::DistanceSums<M>> sums(parts.size());
                 const auto impulse = [](const Subdomain<M>& part, Contact<M>& contact, bool wall, double size) {
                     const int i = part.grains[static_cast<std::size_t>(contact.i)].id,
                               j = wall ? -1 - contact.j : part.grains[static_cast<std::size_t>(contact.j)].id;
@@ -266,13 +266,13 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                 const ResidualParts residual = reduce<ResidualParts>(
                     c, [&](std::size_t k) { return residual_parts(parts[k].problem, sums[k].free()); });
                 JoinedComponents<M> joined({parts.begin(), parts.end()}, c, sums);
-                const DistanceEstimate all = joined.estimate(c, sums, residual);
+                const detail::DistanceEstimate all = joined.estimate(c, sums, residual);
                 CHECK(all.worst > 0);
                 CHECK(all.scene > 0);
                 CHECK(all.scene < all.worst);
                 CHECK(all.gap_error > 0);
                 if (ranks == 1) by_one.push_back(all);
-                const DistanceEstimate& alone = by_one.at(attempt++);
+                const detail::DistanceEstimate& alone = by_one.at(attempt++);
                 CHECK(all.worst == Approx(alone.worst).epsilon(1e-9));
                 CHECK(all.scene == Approx(alone.scene).epsilon(1e-9));
                 CHECK(all.energy_gain == Approx(alone.energy_gain).epsilon(1e-9));

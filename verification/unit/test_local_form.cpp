@@ -97,7 +97,7 @@ void check_one_contact(double spread, double tolerance) {
         const typename DelassusProblem<dim>::Block w = scale * random_block<dim>(random, spread);
         const Vec q = std::pow(10, uniform(random, -8, 8)) * random_vector<Vec>(random);
         const double mu = k % 10 == 0 ? 0 : uniform(random, 0, 2);
-        const Vec r = one_contact<dim>(w, q, mu);
+        const Vec r = detail::one_contact<dim>(w, q, mu);
         INFO("W " << w << "\nq " << q.transpose() << "\nmu " << mu << "\nr " << r.transpose());
         REQUIRE(law_error<dim>(w, q, mu, r) <= tolerance);
         if (q[0] >= 0) {
@@ -207,9 +207,9 @@ TEST_CASE("Blocks without mobility along the tangents, and nearly singular ones,
         const double mu = uniform(random, 0, 2);
         const auto q = random_vector<Local3::Vec>(random);
         Local3::Block w = random_block<3>(random, 8);
-        REQUIRE(law_error<3>(w, q, mu, one_contact<3>(w, q, mu)) <= 1e-7);
+        REQUIRE(law_error<3>(w, q, mu, detail::one_contact<3>(w, q, mu)) <= 1e-7);
         w = Local3::Vec(2, 0, k % 2).asDiagonal();
-        if (k % 4 < 2 || q[1] == 0) REQUIRE(law_error<3>(w, q, mu, one_contact<3>(w, q, mu)) <= 1e-12);
+        if (k % 4 < 2 || q[1] == 0) REQUIRE(law_error<3>(w, q, mu, detail::one_contact<3>(w, q, mu)) <= 1e-12);
     }
 }
 

@@ -25,7 +25,7 @@ constexpr NewtonOptions precise{.tolerance = 1e-10, .warm_sweeps = 0};
 
 template <int size>
 void check_derivatives(Random& random) {
-    using Vec = typename ProjectedImpulse<size>::Vec;
+    using Vec = typename detail::ProjectedImpulse<size>::Vec;
     const double step = 1e-6;
     for (int trial = 0; trial < 200; ++trial) {
         Vec n = random_vector<Vec>(random);
@@ -40,8 +40,8 @@ void check_derivatives(Random& random) {
             CHECK((change - at.derivative * dz).norm() <= 1e-9);
             CHECK(at.open == (at.value.norm() == 0));
         };
-        check(project_coulomb<size>);
-        check(project_cone<size>);
+        check(detail::project_coulomb<size>);
+        check(detail::project_cone<size>);
     }
 }
 

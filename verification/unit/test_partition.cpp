@@ -85,7 +85,7 @@ template <class M>
 Carried<M> impulses(const std::vector<Subdomain<M>>& parts) {
     Carried<M> all;
     for (const auto& part : parts)
-        visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) {
+        detail::visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) {
             all.emplace_back(p.i, p.j, std::vector<double>(p.r.data(), p.r.data() + p.r.size()));
         });
     std::sort(all.begin(), all.end());
@@ -173,7 +173,7 @@ TEMPLATE_TEST_CASE("candidates are complete, and each is in one subdomain", "[pa
         InProcess comm(ranks);
         for (const bool anywhere : {false, true}) {
             auto parts = dealt_in_turn<M>(grains, ranks);
-            repartition<M>(parts, comm, grid_of<M>(ranks, edge), walls, skin, 1.0, anywhere);
+            detail::repartition<M>(parts, comm, grid_of<M>(ranks, edge), walls, skin, 1.0, anywhere);
             CHECK(of_all(parts, candidates<M>) == expected);
         }
     }
@@ -320,14 +320,14 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
     strips[1] = ranks;
     const Grid<M> other(strips, M::Vec::Zero(), M::Vec::Constant(edge));
     for (const Grid<M>& grid : {grid_of<M>(ranks, edge), other, grid_of<M>(ranks, edge)}) {
-        repartition<M>(parts, run.comm, grid, walls, skin, 0.5);
+        detail::repartition<M>(parts, run.comm, grid, walls, skin, 0.5);
         CHECK(impulses<M>(parts) == before);
     }
 
     // and they can start another simulation, on as many ranks as one likes
     std::vector<PairImpulse<M>> start;
     for (const auto& part : parts)
-        visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) { start.push_back(p); });
+        detail::visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) { start.push_back(p); });
     auto settings = lattice_settings<M>(side);
     settings.walls.assign(walls.begin(), walls.end());
     InProcess comm(3);

@@ -152,8 +152,8 @@ TEMPLATE_TEST_CASE("bisection and METIS divide a pile in a box half empty evenly
         for (const auto& partitioner : {by_grid<M>(), by_bisection<M>(), by_metis<M>()}) {
             auto parts = on_rank_0<M>(grains, ranks);
             for (int k = 0; k < 2; ++k)  // by grains, then by candidates
-                repartition<M>(parts, comm, make(partitioner, parts, comm), walls, skin, largest);
-            imbalance.push_back(measure_imbalance(parts, comm));
+                detail::repartition<M>(parts, comm, make(partitioner, parts, comm), walls, skin, largest);
+            imbalance.push_back(detail::measure_imbalance(parts, comm));
         }
         INFO("grid " << imbalance[0] << ", bisection " << imbalance[1] << ", METIS " << imbalance[2]);
         CHECK(imbalance[0] > 1.3);
@@ -177,9 +177,9 @@ TEMPLATE_TEST_CASE("bisection and METIS divide a pile evenly when one grain is f
         for (const auto& partitioner : {by_bisection<M>(), by_metis<M>()}) {
             auto parts = on_rank_0<M>(grains, ranks);
             for (int k = 0; k < 2; ++k)  // by grains, then by candidates
-                repartition<M>(parts, comm, make(partitioner, parts, comm, far), walls, skin, largest);
+                detail::repartition<M>(parts, comm, make(partitioner, parts, comm, far), walls, skin, largest);
             INFO(partitioner.kind << " on " << ranks << " ranks");
-            CHECK(measure_imbalance(parts, comm) < 1.15);
+            CHECK(detail::measure_imbalance(parts, comm) < 1.15);
         }
     }
 }
@@ -211,8 +211,8 @@ TEMPLATE_TEST_CASE("METIS and bisection share few grains where ranks have few, f
             auto parts = on_rank_0<M>(grains, ranks);
             auto& counts = shared.emplace_back();
             for (int k = 0; k < 2; ++k) {
-                repartition<M>(parts, comm, partitioner.make({parts, comm, box, {}}), box_walls<M>(1.05 * side), 0.3,
-                               0.5);
+                detail::repartition<M>(parts, comm, partitioner.make({parts, comm, box, {}}), box_walls<M>(1.05 * side),
+                                       0.3, 0.5);
                 counts.push_back(shared_grains(parts));
             }
         }
@@ -266,7 +266,7 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
     }
     CHECK(made.size() >= 2);
     CHECK(made.size() <= 6);  // of 30 broad phases
-    CHECK(measure_imbalance(simulation.parts(), comm) < 1.3);
+    CHECK(detail::measure_imbalance(simulation.parts(), comm) < 1.3);
 }
 
 TEMPLATE_TEST_CASE("grains with one id are refused wherever they are, and a scene without grains", "[partition]",
@@ -330,6 +330,6 @@ TEMPLATE_TEST_CASE("a partition that cannot be even is not made anew at every de
     Simulation<M> simulation(comm, settings, grains);
     const auto solve = by_nscdd<Dcs<M>>(SolveOptions{});
     for (int step = 0; step < 20; ++step) simulation.step(solve);
-    CHECK(measure_imbalance(simulation.parts(), comm) > 1.2);
+    CHECK(detail::measure_imbalance(simulation.parts(), comm) > 1.2);
     CHECK(made <= 3);  // of grains, of candidates, and once more at most; not at each of 20 detections
 }

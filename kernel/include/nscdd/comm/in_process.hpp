@@ -91,8 +91,8 @@ class InProcess final : public Communicator {
         for (int step = 1; step < p; step *= 2)
             for (int rank = 0; rank < p; rank += 2 * step)
                 combine_in_tree(tree_[at(rank)], tree_[at(rank + step)], added);
-        const ReductionRounds rounds(size());  // counts the messages that this reduction takes over a network
-        for (int step = 1; rounds.has(step); step *= ReductionRounds::group)
+        const detail::ReductionRounds rounds(size());  // counts the messages that this reduction takes over a network
+        for (int step = 1; rounds.has(step); step *= detail::ReductionRounds::group)
             for (int rank : ranks_)
                 rounds.visit_targets(step, rank, [&](int) { traffic_.add(Operation::reduction, 1, n); });
     }
@@ -185,7 +185,7 @@ class InProcess final : public Communicator {
                                ", which has none back");
     }
 
-    ThreadPool pool_;
+    detail::ThreadPool pool_;
     std::vector<int> ranks_;
     Meter meter_;
     Buffer gathered_;

@@ -11,7 +11,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// One end of a way from one sender to one receiver, for messages of up to a fixed size. Two places are used in turn,
 /// each a flag and behind it the doubles. The sender copies a message to a place and then counts its flag up; the
@@ -62,4 +62,4 @@ class Mailbox {
     Word count_ = 0;  ///< of the last message put or taken
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

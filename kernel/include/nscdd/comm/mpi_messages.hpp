@@ -45,7 +45,7 @@ class MpiMessages final : public Channel {
         for (std::size_t m = 0; m < layout_.outgoing.size(); ++m, ++request) {
             const auto& [process, message] = layout_.outgoing[m];
             message.back() = entry;
-            if (Mailbox& mailbox = mailboxes_.outgoing[m])
+            if (detail::Mailbox& mailbox = mailboxes_.outgoing[m])
                 mailbox.put(message);
             else
                 check_mpi(MPI_Isend(message.data(), mpi_count(message.size()), MPI_DOUBLE, process, tag_, mpi_.comm(),
@@ -69,7 +69,7 @@ class MpiMessages final : public Channel {
         double latest = entry;
         for (std::size_t m = 0; m < layout_.incoming.size(); ++m) {
             const auto& [process, message] = layout_.incoming[m];
-            if (Mailbox& mailbox = mailboxes_.incoming[m])
+            if (detail::Mailbox& mailbox = mailboxes_.incoming[m])
                 mailbox.take(message);
             else
                 check_length(statuses_[m], process, message.size());

@@ -54,7 +54,7 @@ class NodeMemory {
     class Mailboxes {
       public:
         /// By place in the list that open() was given. An empty one: the message has to go as one of MPI.
-        std::vector<Mailbox> outgoing, incoming;
+        std::vector<detail::Mailbox> outgoing, incoming;
         /// By place in the lists: whether the message goes through memory, or is to be charged as if it did.
         std::vector<char> outgoing_shared, incoming_shared;
 
@@ -81,7 +81,7 @@ class NodeMemory {
 
     /// For the processes of `comm` that share memory with this one, each with a segment of so many bytes. Collective.
     NodeMemory(MPI_Comm comm, WithinNode how, std::size_t bytes = std::size_t{1} << 20)
-        : words_(how == WithinNode::messages ? 0 : bytes / sizeof(Mailbox::Word)) {
+        : words_(how == WithinNode::messages ? 0 : bytes / sizeof(detail::Mailbox::Word)) {
         if (how == WithinNode::messages) return;
         int process = 0, members = 0;
         check_mpi(MPI_Comm_rank(comm, &process), "MPI_Comm_rank");
@@ -117,7 +117,7 @@ class NodeMemory {
         ++opened_;
         std::size_t wanted = 0;
         for (const Message& message : outgoing)
-            if (shared(message)) wanted += Mailbox::words(message.doubles);
+            if (shared(message)) wanted += detail::Mailbox::words(message.doubles);
         const std::size_t begin = wanted > 0 ? room_for(wanted) : words_;
         Mailboxes mailboxes;
         if (begin < words_) {
@@ -126,7 +126,7 @@ class NodeMemory {
         }
         std::fill(announced_.begin(), announced_.end(), Announcement{});
         std::size_t at = begin;
-        const Mailbox::Word before = Mailbox::Word{opened_} << 32;
+        const detail::Mailbox::Word before = detail::Mailbox::Word{opened_} << 32;
         for (const Message& message : outgoing) {
             const bool fits = shared(message) && begin < words_;
             mailboxes.outgoing_shared.push_back(fits);
@@ -134,8 +134,8 @@ class NodeMemory {
             if (!fits) continue;
             const auto member = static_cast<std::size_t>(members_.at(message.process));
             announced_[member] = {at, message.doubles};
-            if (shared_) mailboxes.outgoing.back() = Mailbox(segments_[own_] + at, message.doubles, before);
-            at += Mailbox::words(message.doubles);
+            if (shared_) mailboxes.outgoing.back() = detail::Mailbox(segments_[own_] + at, message.doubles, before);
+            at += detail::Mailbox::words(message.doubles);
         }
         if (members_.size() > 1)
             check_mpi(MPI_Alltoall(announced_.data(), 2, MPI_UINT64_T, known_.data(), 2, MPI_UINT64_T, node_),
@@ -152,7 +152,8 @@ class NodeMemory {
                                        std::to_string(doubles) + " doubles, expected are " +
                                        std::to_string(message.doubles));
             mailboxes.incoming_shared.back() = 1;
-            if (shared_) mailboxes.incoming.back() = Mailbox(segments_[member] + begins, message.doubles, before);
+            if (shared_)
+                mailboxes.incoming.back() = detail::Mailbox(segments_[member] + begins, message.doubles, before);
         }
         return mailboxes;
     }
@@ -161,10 +162,10 @@ class NodeMemory {
     /// Doubles of a message. With 77 kB, two for each neighbour, iterates of 64,000 spheres are driven out of the
     /// cache: 3 % of an accelerated iteration.
     static constexpr std::size_t longest = 4096;
-    static constexpr Mailbox::Word none = ~Mailbox::Word{0};
+    static constexpr detail::Mailbox::Word none = ~detail::Mailbox::Word{0};
     /// To the receiver of a message.
     struct Announcement {
-        Mailbox::Word begins = none, doubles = 0;
+        detail::Mailbox::Word begins = none, doubles = 0;
     };
 
     bool shared(const Message& message) const {
@@ -207,8 +208,8 @@ class NodeMemory {
     }
 
     /// Maps a segment, made of zeros first if `make`. False if the system does not give it.
-    bool map(const char* name, bool make, Mailbox::Word*& segment) const {
-        const std::size_t bytes = words_ * sizeof(Mailbox::Word);
+    bool map(const char* name, bool make, detail::Mailbox::Word*& segment) const {
+        const std::size_t bytes = words_ * sizeof(detail::Mailbox::Word);
         rlimit largest{};  // of a file; beyond it the process would get a signal
         if (getrlimit(RLIMIT_FSIZE, &largest) == 0 && largest.rlim_cur < bytes) return false;
         const int file = shm_open(name, make ? O_CREAT | O_EXCL | O_RDWR : O_RDWR, 0600);
@@ -220,26 +221,26 @@ class NodeMemory {
             if (make) shm_unlink(name);
             return false;
         }
-        segment = static_cast<Mailbox::Word*>(at);
+        segment = static_cast<detail::Mailbox::Word*>(at);
         return true;
     }
 
     void release() {
-        for (Mailbox::Word*& segment : segments_) {
-            if (segment) munmap(segment, words_ * sizeof(Mailbox::Word));
+        for (detail::Mailbox::Word*& segment : segments_) {
+            if (segment) munmap(segment, words_ * sizeof(detail::Mailbox::Word));
             segment = nullptr;
         }
     }
 
-    std::size_t words_;                            ///< of a segment
-    MPI_Comm node_ = MPI_COMM_NULL;                ///< processes that share memory
-    std::map<int, int> members_;                   ///< of them: process, and its number in node_
-    bool shared_ = false;                          ///< whether they have it
-    bool open_ = false;                            ///< whether they have it, or it is modelled
-    std::vector<Mailbox::Word*> segments_;         ///< by member
-    std::size_t own_ = 0;                          ///< member that this process is
-    std::map<std::size_t, std::size_t> taken_;     ///< words of the own segment: begin, end
-    std::vector<Announcement> announced_, known_;  ///< by member: of the message to it, from it
+    std::size_t words_;                             ///< of a segment
+    MPI_Comm node_ = MPI_COMM_NULL;                 ///< processes that share memory
+    std::map<int, int> members_;                    ///< of them: process, and its number in node_
+    bool shared_ = false;                           ///< whether they have it
+    bool open_ = false;                             ///< whether they have it, or it is modelled
+    std::vector<detail::Mailbox::Word*> segments_;  ///< by member
+    std::size_t own_ = 0;                           ///< member that this process is
+    std::map<std::size_t, std::size_t> taken_;      ///< words of the own segment: begin, end
+    std::vector<Announcement> announced_, known_;   ///< by member: of the message to it, from it
     std::uint32_t opened_ = 0;
 };
 

@@ -36,7 +36,7 @@ class MpiProcess {
     }
 
     MPI_Comm comm() const { return comm_.handle; }
-    const RankMap& hosted() const { return hosted_; }
+    const detail::RankMap& hosted() const { return hosted_; }
     NodeMemory& node() { return node_; }
     /// The same on every rank, for channels are opened by all together. MPI guarantees 32767 tags: 30,000 channels
     /// opened one after the other may not be in use at once.
@@ -116,7 +116,7 @@ class MpiProcess {
     }
 
     Duplicate comm_;
-    RankMap hosted_;
+    detail::RankMap hosted_;
     NodeMemory node_;
     double offset_ = 0;  ///< to the clock of rank 0 [s]
     int channels_ = 0;

@@ -30,7 +30,7 @@ class MpiReduction {
   public:
     MpiReduction(MpiProcess& mpi, int own_tag, bool in_iteration)
         : mpi_(mpi), rows_(mpi.hosted()), own_tag_(own_tag), in_iteration_(in_iteration) {
-        for (int step = 1; in_iteration && rows_.rounds().has(step); step *= ReductionRounds::group) {
+        for (int step = 1; in_iteration && rows_.rounds().has(step); step *= detail::ReductionRounds::group) {
             std::vector<NodeMemory::Message> outgoing, incoming;
             rows_.visit_partners(
                 step,
@@ -46,7 +46,7 @@ class MpiReduction {
 
     bool under_way() const { return rows_.under_way(); }
     bool awaits_mpi() const { return received_ < awaited_.size() && !awaited_[received_].mailbox; }
-    const ReducedRows& rows() const { return rows_; }
+    const detail::ReducedRows& rows() const { return rows_; }
 
     void start(const std::vector<Buffer>& mine, std::size_t added, double stamp) {
         rows_.start(mine, added, stamp);
@@ -66,7 +66,7 @@ class MpiReduction {
 
     struct Awaited {
         MPI_Request request = MPI_REQUEST_NULL;
-        Mailbox* mailbox = nullptr;
+        detail::Mailbox* mailbox = nullptr;
         Buffer* rows = nullptr;
     };
 
@@ -104,7 +104,8 @@ class MpiReduction {
             },
             [&](int process, Buffer& rows) {
                 if (in_iteration_) mpi_.charge_call(rows.size(), shared(mailboxes_[round_].outgoing_shared, to));
-                if (Mailbox* const way = in_iteration_ ? mailbox(mailboxes_[round_].outgoing, to++, rows) : nullptr)
+                if (detail::Mailbox* const way =
+                        in_iteration_ ? mailbox(mailboxes_[round_].outgoing, to++, rows) : nullptr)
                     way->put(rows);
                 else
                     check_mpi(MPI_Isend(rows.data(), mpi_count(rows.size()), MPI_DOUBLE, process, own_tag_, mpi_.comm(),
@@ -126,7 +127,7 @@ class MpiReduction {
     }
 
     /// The m-th mailbox if it is one and these rows fit, else null.
-    static Mailbox* mailbox(std::vector<Mailbox>& mailboxes, std::size_t m, const Buffer& rows) {
+    static detail::Mailbox* mailbox(std::vector<detail::Mailbox>& mailboxes, std::size_t m, const Buffer& rows) {
         return mailboxes[m] && rows.size() <= mailboxes[m].doubles() ? &mailboxes[m] : nullptr;
     }
     /// Whether the m-th message goes through memory, or is to be charged as if it did.
@@ -135,7 +136,7 @@ class MpiReduction {
     }
 
     MpiProcess& mpi_;
-    ReducedRows rows_;
+    detail::ReducedRows rows_;
     std::vector<NodeMemory::Mailboxes> mailboxes_;  ///< by round
     std::vector<Awaited> awaited_;                  ///< of the round under way
     std::vector<MPI_Request> sending_;

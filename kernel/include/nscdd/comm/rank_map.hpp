@@ -10,7 +10,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Ranks dealt to processes in contiguous ranges, and one message from a process to another for all links between their
 /// ranks.
@@ -46,8 +46,6 @@ class RankMap {
     int process_, processes_, size_;
     std::vector<int> ranks_;
 };
-
-namespace detail {
 
 /// The places of a channel's messages in memory. A message between two processes has the doubles of all links between
 /// their ranks, by source and target, so that both put them in the same order; and room for one more at its end.
@@ -112,6 +110,4 @@ class MessageLayout {
     Buffer memory_;
 };
 
-}  // namespace detail
-
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

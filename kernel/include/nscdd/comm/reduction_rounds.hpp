@@ -11,7 +11,7 @@
 
 #include "nscdd/comm/rank_map.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Two levels of the tree a round: four ranks tell each other their rows, and each combines all of them. A rank beyond
 /// the tree, r >= p = tree_size(ranks), counts as r - p does: in the first round both send their rows, and from then on
@@ -189,4 +189,4 @@ class ReducedRows {
     int step_ = 1 << 30;  ///< beyond the last round: none is under way
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

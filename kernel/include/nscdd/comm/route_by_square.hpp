@@ -8,7 +8,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Returns what comm.route(out) does; for ranks that have something for most others. Collective. The ranks form a
 /// square, row by row: a message goes along the row of its source to the column of its target, and down that column. A
@@ -36,4 +36,4 @@ inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector
     return comm.route(down);
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

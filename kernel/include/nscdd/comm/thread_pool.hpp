@@ -11,7 +11,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The threads live as long as the team and wait between loops. The caller is one of them.
 class ThreadPool {
@@ -92,4 +92,4 @@ class ThreadPool {
     std::vector<std::thread> others_;
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -8,7 +8,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The number rounded by `round`, such as std::round or std::floor, to two significant digits: 203.4 is "200". For
 /// numbers that are not finite or 0 what a stream prints.
@@ -23,4 +23,4 @@ inline std::string two_digits(double x, double (*round)(double) = std::round) {
     return text.str();
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -14,20 +14,16 @@
 #include "nscdd/decompose/repartition.hpp"
 #include "nscdd/decompose/serialise.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 inline int desk(int id, int size) { return id % size; }
-
-}  // namespace detail
 
 /// Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
 template <class M>
 void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (const auto& g : parts[k].grains) out[k][detail::desk(g.id, comm.size())].push_back(g.id);
+        for (const auto& g : parts[k].grains) out[k][desk(g.id, comm.size())].push_back(g.id);
     std::vector<Buffer> ids = route_by_square(comm, out);
     throw_collectively(comm, [&ids](std::size_t k) {
         std::sort(ids[k].begin(), ids[k].end());
@@ -42,26 +38,26 @@ void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
 template <class M>
 void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {
-    using Serialise = detail::Serialise<M>;
+    using Serialise = Serialise<M>;
     const int size = comm.size();
     std::vector<Outbox> holders(parts.size()), asked(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         for (const auto& g : parts[k].grains) {
-            Buffer& to = holders[k][detail::desk(g.id, size)];
+            Buffer& to = holders[k][desk(g.id, size)];
             to.insert(to.end(), {double(g.id), double(parts[k].rank)});
         }
         for (const auto& p : impulses[k])
-            if (p.i >= 0) Serialise::put(p, asked[k][detail::desk(p.i, size)]);
+            if (p.i >= 0) Serialise::put(p, asked[k][desk(p.i, size)]);
     }
     const std::vector<Buffer> told = route_by_square(comm, holders), wanted = route_by_square(comm, asked);
     for (std::size_t k = 0; k < parts.size(); ++k) {
-        std::vector<detail::Holding> holdings;
+        std::vector<Holding> holdings;
         for (std::size_t p = 0; p < told[k].size(); p += 2)
             holdings.push_back({static_cast<int>(told[k][p]), static_cast<int>(told[k][p + 1])});
         std::sort(holdings.begin(), holdings.end());
         for (std::size_t p = 0; p < wanted[k].size(); p += Serialise::impulse_size) {
             const PairImpulse<M> impulse = Serialise::impulse(wanted[k].data() + p);
-            for (auto h = std::lower_bound(holdings.begin(), holdings.end(), detail::Holding{impulse.i, 0});
+            for (auto h = std::lower_bound(holdings.begin(), holdings.end(), Holding{impulse.i, 0});
                  h != holdings.end() && h->grain == impulse.i; ++h)
                 Serialise::put(impulse, answers[k][h->rank]);
         }
@@ -75,4 +71,4 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
     }
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -19,8 +19,8 @@ template <class M>
 class CollectedComponent {
   public:
     /// Appends what a subdomain has of a component, in V_free and without impulses.
-    static void put(const Subdomain<M>& part, const DistanceSums<M>& sums, const Components<M>& labels, int label,
-                    Buffer& out) {
+    static void put(const Subdomain<M>& part, const detail::DistanceSums<M>& sums, const detail::Components<M>& labels,
+                    int label, Buffer& out) {
         const ContactProblem<M>& problem = part.problem;
         Buffer bodies, contacts;
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
@@ -192,9 +192,9 @@ class CollectedComponent {
 /// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
 /// rebounds that were given up. sums: added up; residual: of the scene. Collective.
 template <class M>
-HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
+HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums,
                      JoinedComponents<M>& joined, const ResidualParts& residual, const SolveOptions& options) {
-    const auto near = [&options](const DistanceEstimate& e) {
+    const auto near = [&options](const detail::DistanceEstimate& e) {
         const Bounds& bounds = options.bounds;
         return e.worst <= bounds.max_distance && e.gap_error <= bounds.max_gap_error &&
                e.energy_gain <= bounds.max_energy_gain;

@@ -17,7 +17,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
 template <class M>
-void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums) {
+void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums) {
     if (comm.size() == 1) return;
     constexpr std::size_t width = Asked<M>::numbers;
     const auto channel = comm.open(links_between(parts, width));
@@ -46,7 +46,7 @@ class JoinedComponents {
   public:
     /// Of problems as they are solved. Collective: one message to each neighbour, a gathering of the pairs of
     /// components that meet, and a reduction of the shapes of those that do.
-    JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums)
+    JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums)
         : joined_(parts.size()) {
         for (std::size_t k = 0; k < parts.size(); ++k) {
             shapes_.push_back(sums[k].labels(parts[k].problem).shapes(parts[k].problem));
@@ -59,15 +59,15 @@ class JoinedComponents {
     }
 
     /// Collective; the same bits on every rank. sums: added up.
-    DistanceEstimate estimate(Communicator& comm, std::span<const DistanceSums<M>> sums,
-                              const ResidualParts& residual) {
+    detail::DistanceEstimate estimate(Communicator& comm, std::span<const detail::DistanceSums<M>> sums,
+                                      const ResidualParts& residual) {
         // of each joined component, and of the scene; then what each rank has for itself
-        constexpr std::size_t width = std::tuple_size_v<decltype(ComponentSums{}.summed())>;
+        constexpr std::size_t width = std::tuple_size_v<decltype(detail::ComponentSums{}.summed())>;
         const std::span<const double> all = nscdd::reduce(comm, (count_ + 1) * width, [&](std::size_t k) {
-            std::vector<ComponentSums> totals(count_ + 1);
-            DistanceEstimate own;
+            std::vector<detail::ComponentSums> totals(count_ + 1);
+            detail::DistanceEstimate own;
             for (std::size_t c = 0; c < shapes_[k].size(); ++c) {
-                const ComponentSums& mine = sums[k].components[c];
+                const detail::ComponentSums& mine = sums[k].components[c];
                 totals[count_] += mine;
                 if (joined_[k][c] >= 0) {
                     totals[static_cast<std::size_t>(joined_[k][c])] += mine;
@@ -79,8 +79,8 @@ class JoinedComponents {
             }
             return rows_of(totals, own);
         });
-        std::vector<ComponentSums> totals(count_ + 1);
-        DistanceEstimate estimate;
+        std::vector<detail::ComponentSums> totals(count_ + 1);
+        detail::DistanceEstimate estimate;
         read_rows(all, totals, estimate);
         for (std::size_t c = 0; c < count_; ++c) {
             joined_estimates_[c] = {};
@@ -95,11 +95,11 @@ class JoinedComponents {
     /// or -1; its whole shape; its last estimate.
     int number(std::size_t k, std::size_t label) const { return joined_[k][label]; }
     /// Its whole shape.
-    const ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
+    const detail::ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? shapes_[k][label] : joined_shapes_[static_cast<std::size_t>(number(k, label))];
     }
     /// Its last estimate.
-    const DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
+    const detail::DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? estimates_[k][label]
                                     : joined_estimates_[static_cast<std::size_t>(number(k, label))];
     }
@@ -111,7 +111,7 @@ class JoinedComponents {
 
     /// Pairs of names that are one component, of all ranks, one after the other.
     static Buffer all_meetings(std::span<const Subdomain<M>> parts, Communicator& comm,
-                               std::span<DistanceSums<M>> sums) {
+                               std::span<detail::DistanceSums<M>> sums) {
         const auto channel = comm.open(links_between(parts, 1));
         const auto label = [&](std::size_t k, int grain) {
             return sums[k].labels(parts[k].problem).of_body(static_cast<std::size_t>(grain));
@@ -159,7 +159,7 @@ class JoinedComponents {
             const auto at = std::lower_bound(names.begin(), names.end(), x);
             return at != names.end() && *at == x ? static_cast<int>(at - names.begin()) : -1;
         };
-        UnionFind sets(names.size());
+        detail::UnionFind sets(names.size());
         for (std::size_t p = 0; p + 1 < meetings.size(); p += 2)
             if (meetings[p] >= 0) sets.join(place(meetings[p]), place(meetings[p + 1]));
         std::vector<int> number(names.size(), -1);
@@ -193,9 +193,9 @@ class JoinedComponents {
 
     void reduce_shapes(Communicator& comm) {
         std::size_t summed = 0;
-        each_member(ComponentShape<M>{}.summed(), [&summed](std::span<double> x) { summed += x.size(); });
+        each_member(detail::ComponentShape<M>{}.summed(), [&summed](std::span<double> x) { summed += x.size(); });
         const std::span<const double> all = nscdd::reduce(comm, count_ * summed, [&](std::size_t k) {
-            std::vector<ComponentShape<M>> own(count_);
+            std::vector<detail::ComponentShape<M>> own(count_);
             for (std::size_t c = 0; c < shapes_[k].size(); ++c)
                 if (joined_[k][c] >= 0) own[static_cast<std::size_t>(joined_[k][c])].merge(shapes_[k][c]);
             return rows_of(own);
@@ -205,20 +205,20 @@ class JoinedComponents {
         read_rows(all, joined_shapes_);
     }
 
-    std::vector<std::vector<ComponentShape<M>>> shapes_;    ///< by hosted rank and label
-    std::vector<std::vector<int>> joined_;                  ///< the same: number of the joined component, or -1
-    std::vector<std::vector<DistanceEstimate>> estimates_;  ///< the same, of those that are not joined
-    std::size_t count_ = 0;                                 ///< of joined components
-    std::vector<ComponentShape<M>> joined_shapes_;          ///< by number
-    std::vector<DistanceEstimate> joined_estimates_;        ///< by number
+    std::vector<std::vector<detail::ComponentShape<M>>> shapes_;    ///< by hosted rank and label
+    std::vector<std::vector<int>> joined_;                          ///< the same: number of the joined component, or -1
+    std::vector<std::vector<detail::DistanceEstimate>> estimates_;  ///< the same, of those that are not joined
+    std::size_t count_ = 0;                                         ///< of joined components
+    std::vector<detail::ComponentShape<M>> joined_shapes_;          ///< by number
+    std::vector<detail::DistanceEstimate> joined_estimates_;        ///< by number
 };
 
 /// Solves the components that are far from an answer, where sweeps get nowhere: hand_over() of hand_over.hpp does it by
 /// Newton's method. Null: nothing does.
 template <class M>
-using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
-                                JoinedComponents<M>& joined, const ResidualParts& residual,
-                                const SolveOptions& options);
+using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm,
+                                std::span<detail::DistanceSums<M>> sums, JoinedComponents<M>& joined,
+                                const ResidualParts& residual, const SolveOptions& options);
 
 namespace detail {
 

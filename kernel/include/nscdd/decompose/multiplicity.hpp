@@ -14,9 +14,7 @@
 #include "nscdd/core/wall.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
-
-namespace detail {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Marks the active copies of a subdomain, and writes the marks into the messages of channel link l
 /// of the k-th hosted rank.
@@ -91,20 +89,18 @@ int first_active(const Subdomain<M>& part, std::size_t grain) {
     return part.rank;  // no copy has a contact: all have V_free
 }
 
-}  // namespace detail
-
 /// Every holder of a grain or driven wall learns which copies are active; puts the contacts into the order of the
 /// sweep.
 template <class M>
 void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                              Multiplicity which) {
     const auto channel = comm.open(links_between(parts, 1));
-    comm.each_rank([&](std::size_t k) { detail::mark_own_activity(parts[k], *channel, k, which); });
+    comm.each_rank([&](std::size_t k) { mark_own_activity(parts[k], *channel, k, which); });
     channel->start();
     channel->finish();
     comm.each_rank([&](std::size_t k) {
-        detail::read_activity(parts[k], *channel, k);
-        detail::sweep_interface_first(parts[k]);
+        read_activity(parts[k], *channel, k);
+        sweep_interface_first(parts[k]);
     });
     const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     for (auto& part : parts) {
@@ -184,11 +180,11 @@ void share_velocities(std::vector<Subdomain<M>>& parts, Communicator& comm) {
         for (std::size_t l = 0; l < part.neighbours.size(); ++l)
             for (std::size_t s = 0; s < part.linked[l].size(); ++s) {
                 const auto g = static_cast<std::size_t>(part.linked[l][s]);
-                if (detail::first_active(part, g) == part.neighbours[l])
+                if (first_active(part, g) == part.neighbours[l])
                     part.problem.bodies[g].v =
                         Eigen::Map<const typename M::Velocity>(channel->recv(k, l).data() + s * M::dof);
             }
     });
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

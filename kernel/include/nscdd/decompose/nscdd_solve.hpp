@@ -76,9 +76,9 @@ class SweptTogether {
     }
 
     /// The same bits on every rank.
-    DistanceEstimate distance(const ResidualParts& residual) {
+    detail::DistanceEstimate distance(const ResidualParts& residual) {
         add_up();
-        const DistanceEstimate all = joined_->estimate(comm_, distance_, residual);
+        const detail::DistanceEstimate all = joined_->estimate(comm_, distance_, residual);
         watch_.lap(seconds_.sweep);
         return all;
     }
@@ -217,8 +217,8 @@ class SweptTogether {
     std::vector<Buffer> sums_;
     std::vector<MeteredSweeper<M>> sweepers_;  ///< by hosted rank
     std::vector<Anderson::Products> products_{sums_.size()};
-    std::vector<DistanceSums<M>> distance_{sums_.size()};  ///< by hosted rank
-    std::optional<JoinedComponents<M>> joined_;            ///< found when first asked for
+    std::vector<detail::DistanceSums<M>> distance_{sums_.size()};  ///< by hosted rank
+    std::optional<JoinedComponents<M>> joined_;                    ///< found when first asked for
 };
 
 }  // namespace detail

@@ -23,17 +23,17 @@
 #include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
-    detail::PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
+    PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
     const auto id = [&](int local) { return part.grains[static_cast<std::size_t>(local)].id; };
-    for (auto& c : part.pairs) by_ids[detail::pair_key(id(c.i), id(c.j))] = &c;
-    for (auto& c : part.wall_pairs) by_ids[detail::pair_key(id(c.i), -1 - c.j)] = &c;
+    for (auto& c : part.pairs) by_ids[pair_key(id(c.i), id(c.j))] = &c;
+    for (auto& c : part.wall_pairs) by_ids[pair_key(id(c.i), -1 - c.j)] = &c;
     for (const auto& p : impulses)
-        if (Candidate<M>* found = by_ids[detail::pair_key(p.i, p.j)]) found->r = p.r;
+        if (Candidate<M>* found = by_ids[pair_key(p.i, p.j)]) found->r = p.r;
 }
 
 /// visit(candidate, PairImpulse) for all impulses that are not zero.
@@ -46,8 +46,6 @@ void visit_impulses(const Subdomain<M>& part, auto&& visit) {
     for (const auto& c : part.wall_pairs)
         if (!c.r.isZero(0)) visit(c, PairImpulse<M>{part.grains[static_cast<std::size_t>(c.i)].id, -1 - c.j, c.r});
 }
-
-namespace detail {
 
 /// A rank farther than this from a grain's centre has no candidate of the grain: the midpoint of a candidate is no
 /// farther than half its length.
@@ -184,8 +182,6 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
     }
 }
 
-}  // namespace detail
-
 /// In: subdomains of any earlier decomposition (every grain held by one rank at least). Out: the decomposition by
 /// `partition`, with all candidates that are closer than `skin` [m]. `largest_radius` of the whole scene [m].
 /// `anywhere`, the same on every rank: most ranks have grains for most others, as where the partition is new. Throws,
@@ -194,7 +190,7 @@ inline void throw_if_refused(std::span<const double> all, double skin) {
 template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
-    using Serialise = detail::Serialise<M>;
+    using Serialise = Serialise<M>;
     std::vector<Outbox> grains(parts.size()), impulses(parts.size());
     std::vector<std::string> faults(parts.size());
     std::vector<int> visited;
@@ -206,7 +202,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             const double reach = detail::reach(grain, skin, largest_radius);
             visited.clear();
             partition.visit_owners(grain.position, reach, [&](int rank) { visited.push_back(rank); });
-            faults[k] = detail::partition_fault(partition, comm.size(), grain, reach, visited);
+            faults[k] = partition_fault(partition, comm.size(), grain, reach, visited);
             if (faults[k].empty())
                 for (const int rank : visited) Serialise::put(grain, grains[k][rank]);
         }
@@ -221,7 +217,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     const auto route = [&](const auto& out) { return anywhere ? route_by_square(comm, out) : comm.route(out); };
     const std::vector<Buffer> received = route(grains), carried = route(impulses);
 
-    std::vector<std::vector<detail::Use>> uses(parts.size());
+    std::vector<std::vector<Use>> uses(parts.size());
     std::vector<Buffer> refused(parts.size(),
                                 Buffer(4));  // deepest overlap, ids of its two grains, pairs that a list may hold
     comm.each_rank([&](std::size_t k) {
@@ -238,7 +234,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         };
         part.pairs.clear();
         part.wall_pairs.clear();
-        uses[k].assign(part.grains.size(), detail::Use::none);
+        uses[k].assign(part.grains.size(), Use::none);
         std::vector<GrainPair> close;
         try {
             close = close_pairs<M>(part.grains, cells, skin, mine);
@@ -248,7 +244,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         }
         for (const GrainPair& pair : close) {
             part.pairs.push_back({pair.i, pair.j});
-            uses[k][static_cast<std::size_t>(pair.i)] = uses[k][static_cast<std::size_t>(pair.j)] = detail::Use::here;
+            uses[k][static_cast<std::size_t>(pair.i)] = uses[k][static_cast<std::size_t>(pair.j)] = Use::here;
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             const Grain<M>& grain = part.grains[g];
@@ -256,25 +252,24 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             for (std::size_t w = 0; w < walls.size(); ++w)
                 if (walls[w].distance(grain.position) - grain.radius < skin) {
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
-                    uses[k][g] = detail::Use::here;
+                    uses[k][g] = Use::here;
                 }
             int receivers = 0;
-            partition.visit_owners(grain.position, detail::reach(grain, skin, largest_radius),
-                                   [&](int) { ++receivers; });
-            if (receivers == 1) uses[k][g] = detail::Use::here_only;
+            partition.visit_owners(grain.position, reach(grain, skin, largest_radius), [&](int) { ++receivers; });
+            if (receivers == 1) uses[k][g] = Use::here_only;
         }
     });
     // Who has refused is gathered only where somebody has: a step has no message to all ranks.
     const auto any = [&](std::size_t k) { return Buffer{faults[k].empty() ? refused[k][3] : 1.0}; };
     if (reduce(comm, 0, any)[0] > 0) {
         throw_collectively(comm, faults);
-        detail::throw_if_refused(comm.all_gather(refused), skin);
+        throw_if_refused(comm.all_gather(refused), skin);
     }
 
-    const auto holdings = detail::agree_on_replicas(parts, uses, comm, partition);
+    const auto holdings = agree_on_replicas(parts, uses, comm, partition);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         Subdomain<M>& part = parts[k];
-        detail::keep_shared(part, uses[k], holdings[k]);
+        keep_shared(part, uses[k], holdings[k]);
         part.broad_phase_position.clear();
         for (const auto& g : part.grains) part.broad_phase_position.push_back(g.position);
         std::vector<PairImpulse<M>> own;
@@ -284,4 +279,4 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     }
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -14,7 +14,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The deepest overlap among the candidates of a subdomain.
 struct Overlap {
@@ -27,8 +27,6 @@ struct Overlap {
         if (other.ratio > ratio) *this = other;
     }
 };
-
-namespace detail {
 
 /// Warm start: last step's impulse, made one that the law allows about the new normal.
 template <class M>
@@ -72,8 +70,6 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::P
     }
 }
 
-}  // namespace detail
-
 /// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
 /// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
 template <class M>
@@ -101,11 +97,11 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const typename M::Vec apart = normal;
         normal /= distance;
         const double approach = v.dot(normal);
-        const bool passes = gap > 0 && detail::pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,
-                                                       detail::passing_way * (std::min)(a.radius, b.radius));
+        const bool passes = gap > 0 && pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,
+                                               passing_way * (std::min)(a.radius, b.radius));
         const bool acts = detail::acts(candidate, pairing, gap, alert, passes);
-        detail::fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
-                     b.radius + 0.5 * gap);
+        fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
+             b.radius + 0.5 * gap);
         part.source[count] = static_cast<int>(k);
         count += acts;
     }
@@ -121,13 +117,12 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double gap = wall.distance(a.position) - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
         const auto& pairing = materials(a.material, wall.material);
-        if (!detail::acts(candidate, pairing, gap, alert, false)) continue;
+        if (!acts(candidate, pairing, gap, alert, false)) continue;
         const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
-        detail::fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius,
-                     0.0);
+        fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius, 0.0);
         part.wall_source.push_back(static_cast<int>(k));
     }
     return worst;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -15,7 +15,7 @@
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
 struct Passage {
@@ -50,7 +50,7 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
         const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
         const typename M::Vec d = a.position - b.position,
                               w = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
-        note(detail::when_nearer(d, w, a.radius + b.radius - allowed, time), allowed, w.norm(),
+        note(when_nearer(d, w, a.radius + b.radius - allowed, time), allowed, w.norm(),
              materials(a.material, b.material), a.id, b.id);
     }
     for (const auto& c : part.wall_pairs) {
@@ -58,7 +58,7 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         const double allowed = largest_overlap * a.radius;
         const double closing = wall.normal_speed() - a.velocity.template head<M::dim>().dot(wall.normal);
-        note(detail::when_deeper(wall.distance(a.position) - a.radius, closing, allowed, time), allowed, closing,
+        note(when_deeper(wall.distance(a.position) - a.radius, closing, allowed, time), allowed, closing,
              materials(a.material, wall.material), a.id, -1 - c.j);
     }
     return worst;
@@ -82,14 +82,14 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
         if (!(materials(a.material, b.material).restitution > 0)) continue;
         const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
         const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
-        note(detail::when_nearer(d, w, a.radius + b.radius - allowed, always), allowed, w.norm());
+        note(when_nearer(d, w, a.radius + b.radius - allowed, always), allowed, w.norm());
     }
     for (const auto& c : part.wall_pairs) {
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         if (!(materials(a.material, wall.material).restitution > 0)) continue;
         const double allowed = largest_overlap * a.radius, closing = speed(c.j) - velocity(c.i).dot(wall.normal);
-        note(detail::when_deeper(wall.distance(a.position) - a.radius, closing, allowed, always), allowed, closing);
+        note(when_deeper(wall.distance(a.position) - a.radius, closing, allowed, always), allowed, closing);
     }
     return least;
 }
@@ -122,10 +122,10 @@ bool mark_passing(Subdomain<M>& part, double h) {
         // normal. No hit is deeper than both grains, however fast the impulse of a long row would make them.
         const double along = w.dot(c.normal), reach = a.radius + b.radius,
                      doubt = alone ? 0 : 0.5 * (std::min)(-h * (along + c.bias), reach),
-                     negligible = alone ? 0
-                                        : (std::max)(detail::passing_way * (std::min)(a.radius, b.radius),
-                                                     detail::passing_share * h * w.norm());
-        if (detail::pass_by(d, w, along, c.bias, reach - doubt, h, negligible)) candidate.passes = found = true;
+                     negligible =
+                         alone ? 0
+                               : (std::max)(passing_way * (std::min)(a.radius, b.radius), passing_share * h * w.norm());
+        if (pass_by(d, w, along, c.bias, reach - doubt, h, negligible)) candidate.passes = found = true;
     }
     return found;
 }
@@ -155,9 +155,9 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
         if (materials(a.material, b.material).restitution > 0) {
             const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
-            note(detail::when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);
+            note(when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);
         } else {
-            check_law(c, detail::when_nearer(d, w, a.radius + b.radius, h) < h);
+            check_law(c, when_nearer(d, w, a.radius + b.radius, h) < h);
         }
     }
     for (auto& c : part.wall_pairs) {
@@ -169,7 +169,7 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         closing += part.problem.walls[static_cast<std::size_t>(c.j)].speed;
         if (materials(a.material, wall.material).restitution > 0) {
             const double allowed = largest_overlap * a.radius;
-            note(detail::when_deeper(c.free_gap, closing, allowed, h), allowed, closing, a.id, -1 - c.j);
+            note(when_deeper(c.free_gap, closing, allowed, h), allowed, closing, a.id, -1 - c.j);
         } else {
             check_law(c, c.free_gap < h * closing);
         }
@@ -185,4 +185,4 @@ void mark_missed(Subdomain<M>& part) {
         for (Candidate<M>& c : *candidates) c.missed |= c.closes;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -26,7 +26,7 @@ class ConvergenceTest {
     }
     /// Writes the estimate of the iterate that was tested last, where the solver ends without convergence.
     void conclude(SolveReport& report) {
-        report_distance(distance(residual_), options_, problem_.least_radius, false, report);
+        detail::report_distance(distance(residual_), options_, problem_.least_radius, false, report);
     }
 
     const FreeVelocities<M>& free() const { return free_; }  ///< V_free
@@ -42,8 +42,8 @@ class ConvergenceTest {
         kept_->take(problem_);
     }
     /// The estimate of the scene; residual: residual().
-    DistanceEstimate distance(const ResidualParts& residual) {
-        return estimate_distance(problem_, sums_, residual, kept_ ? &*kept_ : nullptr);
+    detail::DistanceEstimate distance(const ResidualParts& residual) {
+        return detail::estimate_distance(problem_, sums_, residual, kept_ ? &*kept_ : nullptr);
     }
     /// Of the scene [m].
     double least_radius() const { return problem_.least_radius; }
@@ -52,8 +52,8 @@ class ConvergenceTest {
     const ContactProblem<M>& problem_;
     SolveOptions options_;
     FreeVelocities<M> free_;
-    DistanceSums<M> sums_;
-    std::optional<Iterate<M>> kept_;
+    detail::DistanceSums<M> sums_;
+    std::optional<detail::Iterate<M>> kept_;
     Marks marks_;
     ResidualParts residual_;
 };

@@ -19,7 +19,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class S>
 concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.residual() } -> std::same_as<ResidualParts>;
-    { system.distance(residual) } -> std::same_as<DistanceEstimate>;
+    { system.distance(residual) } -> std::same_as<detail::DistanceEstimate>;
     system.mark();
     { system.least_radius() } -> std::convertible_to<double>;
 };
@@ -82,9 +82,9 @@ TestResult tested(System& system, const SolveOptions& options, bool may_pass, Re
                   SolveReport& report) {
     residual = system.residual();
     const bool last = report.iterations >= options.max_iterations;
-    const bool near = report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
-    const double over_bounds = residual_over_bounds(report, options, system.least_radius());
-    if (near || last) report_distance(system.distance(residual), options, system.least_radius(), near, report);
+    const bool near = detail::report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
+    const double over_bounds = detail::residual_over_bounds(report, options, system.least_radius());
+    if (near || last) detail::report_distance(system.distance(residual), options, system.least_radius(), near, report);
     return {report.converged || last, over_bounds};
 }
 
@@ -98,8 +98,8 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     Stall stall;
     const bool bounded = std::isfinite(options.bounds.max_distance);
     for (TestResult test{false, 0}; !test.over;) {
-        const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
-        const int count = until_test(options, report);
+        const bool accelerated = detail::pays_to_accelerate(options, report, residual.contacts);
+        const int count = detail::until_test(options, report);
         // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
         const bool kept = bounded && test.residual <= 10;
         for (int k = 0; k < count; ++k) {
@@ -116,7 +116,8 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         }
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
-        const bool stalled = stall.seen(error_over_bounds(report, options, system.least_radius()), report.iterations);
+        const bool stalled =
+            stall.seen(detail::error_over_bounds(report, options, system.least_radius()), report.iterations);
         if (options.max_newton_contacts > 0 && options.tolerance > 0 &&
             (stalled || (last && report.iterations >= Stall::earliest))) {
             if (const HandedOver solved = system.hand_over(residual); solved.contacts > 0) {

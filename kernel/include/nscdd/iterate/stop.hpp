@@ -9,7 +9,7 @@
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/law/distance.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
 template <class Options>
@@ -44,8 +44,6 @@ inline bool too_deep(const SolveReport& report, const SolveOptions& options, dou
     return least_radius > 0 && report.penetration > options.bounds.max_penetration * least_radius;
 }
 
-namespace detail {
-
 /// A figure over its bound. Without a least radius the penetration counts as none.
 inline double over_bound(const BoundOption& bound, const SolveReport& report, const SolveOptions& options,
                          double least_radius) {
@@ -63,13 +61,11 @@ inline bool keeps_bounds(const SolveReport& report, const SolveOptions& options,
     });
 }
 
-}  // namespace detail
-
 /// The largest figure of the residual over its bound; 1 or less where all bounds of it are kept.
 inline double residual_over_bounds(const SolveReport& report, const SolveOptions& options, double least_radius) {
     double worst = report.residual / options.tolerance;
     for (const BoundOption& bound : bound_options)
-        if (!bound.estimated) worst = (std::max)(worst, detail::over_bound(bound, report, options, least_radius));
+        if (!bound.estimated) worst = (std::max)(worst, over_bound(bound, report, options, least_radius));
     return worst;
 }
 
@@ -78,7 +74,7 @@ inline double error_over_bounds(const SolveReport& report, const SolveOptions& o
     double worst = residual_over_bounds(report, options, least_radius);
     if (worst > 1) return worst;
     for (const BoundOption& bound : bound_options)
-        if (bound.estimated) worst = (std::max)(worst, detail::over_bound(bound, report, options, least_radius));
+        if (bound.estimated) worst = (std::max)(worst, over_bound(bound, report, options, least_radius));
     return worst;
 }
 
@@ -96,7 +92,7 @@ inline bool report_residual(const ResidualParts& parts, const SolveOptions& opti
     if (!std::isfinite(report.residual))
         throw std::runtime_error("the residual is not finite: check masses and velocities");
     return options.tolerance > 0 && report.residual <= options.tolerance &&
-           detail::keeps_bounds(report, options, least_radius, false);
+           keeps_bounds(report, options, least_radius, false);
 }
 
 /// Writes the estimate into the report. near: report_residual() was true.
@@ -106,7 +102,7 @@ inline void report_distance(const DistanceEstimate& estimate, const SolveOptions
     report.gap_error = estimate.gap_error;
     report.distance = estimate.worst;
     report.scene_distance = estimate.scene;
-    report.converged = near && detail::keeps_bounds(report, options, least_radius, true);
+    report.converged = near && keeps_bounds(report, options, least_radius, true);
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

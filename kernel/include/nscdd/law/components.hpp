@@ -12,7 +12,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Sets that are joined two by two.
 class UnionFind {
@@ -143,4 +143,4 @@ class Components {
     int count_ = 0;
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

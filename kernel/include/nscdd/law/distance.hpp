@@ -11,7 +11,7 @@
 #include "nscdd/law/iterate.hpp"
 #include "nscdd/law/residual.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Sums over the contacts and bodies of a component. r, w, V: now; r_0, V_0: at the mark, an earlier iterate; r_1, V_1:
 /// one iteration ago.
@@ -300,4 +300,4 @@ DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSum
     return estimate;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -103,7 +103,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
         map_impulse += g;
         map_velocity += stiffness * stiffness * g;
 
-        const Vec next = one_contact<dim>(w, u - w * r[c], mu), step = next - r[c];
+        const Vec next = detail::one_contact<dim>(w, u - w * r[c], mu), step = next - r[c];
         change += step.dot(w * step);
         energy += r[c].dot(w * r[c]);
         next_energy += next.dot(w * next);
@@ -126,7 +126,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
     e.worst = detail::relative(e.worst, scale);
     e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), (std::max)(q, uu));
     e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), rr);
-    e.eta = energy_residual(change, energy, next_energy, round_off);
+    e.eta = detail::energy_residual(change, energy, next_energy, round_off);
     const auto over = [](double& value, double largest) {
         if (largest > 0) value /= largest;
     };

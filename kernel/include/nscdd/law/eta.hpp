@@ -7,7 +7,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// sqrt(change over the larger energy), with r' the impulses that the law asks for where all others stay:
 ///   change       sum of (r'-r)^T W (r'-r) [J]
@@ -19,4 +19,4 @@ inline double energy_residual(double change, double energy, double next_energy, 
     return change > 0 ? std::sqrt(change / (std::max)(energy, next_energy)) : change;  // NaN stays NaN
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

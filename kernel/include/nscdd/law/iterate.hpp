@@ -4,7 +4,7 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Velocities and impulses of a problem at one moment of its iteration.
 template <class M>
@@ -23,4 +23,4 @@ struct Iterate {
     }
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

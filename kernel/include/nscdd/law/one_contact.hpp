@@ -14,7 +14,7 @@
 
 #include "nscdd/core/delassus_problem.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// r with 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n and u_t opposed to r_t where it slides, u = W r + q.
 ///   w   (dim, dim) positive definite, symmetric or not; the tangents may be without mobility, the normal may not
@@ -84,4 +84,4 @@ typename DelassusProblem<dim>::Vec one_contact(const typename DelassusProblem<di
     return r;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

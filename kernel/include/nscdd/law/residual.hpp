@@ -28,7 +28,9 @@ struct ResidualParts {
     double penetration = 0;          ///< h max(-v_n - bias), how far the step would drive a contact in [m]
     double miss = 0;                 ///< max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
 
-    double eta() const { return energy_residual(change, energy, next_energy, round_off); }  ///< METHOD.md, section 5.1
+    double eta() const {
+        return detail::energy_residual(change, energy, next_energy, round_off);
+    }  ///< METHOD.md, section 5.1
 
     /// Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
     /// V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).

@@ -90,11 +90,11 @@ class Bisector {
 
     explicit Bisector(const PartitionInput<M>& scene) : comm_(scene.comm), points_(scene.parts.size()) {
         const std::vector<Subdomain<M>>& parts = scene.parts;
-        const bool candidates = any_candidates(parts, comm_);
+        const bool candidates = detail::any_candidates(parts, comm_);
         for (std::size_t k = 0; k < parts.size(); ++k) {
             const auto add = [&](const Vec& x) { points_[k].push_back({x, 0}); };
             if (candidates)
-                visit_candidates(parts[k], [&](const Vec& midpoint, const Vec&, const Vec&) { add(midpoint); });
+                detail::visit_candidates(parts[k], [&](const Vec& midpoint, const Vec&, const Vec&) { add(midpoint); });
             else
                 for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
                     if (parts[k].primary(g)) add(parts[k].grains[g].position);

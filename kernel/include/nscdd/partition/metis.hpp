@@ -292,7 +292,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
     const Box<M> box = box_of_most(scene, own_grains);
     // Fine enough to tell a contact from its neighbours: with one cell a grain a quarter more grains are shared. Grains
     // alone, without contacts, need cells that are neighbours. Every process holds the table.
-    const bool candidates = any_candidates(parts, comm);
+    const bool candidates = detail::any_candidates(parts, comm);
     const double wanted =
         std::clamp((candidates ? 6 : 0.5) * grains, 8.0 * comm.size(), (std::max)(8.0 * comm.size(), double(1 << 20)));
     const Vec extent = (box.high - box.low).cwiseMax(1e-9 * (box.high - box.low).maxCoeff()).cwiseMax(1e-300);
@@ -319,7 +319,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
             ++counted[{number.owner(x), of_grains}];
             if (!candidates) ++counted[{number.owner(x), of_contacts}];
         });
-        visit_candidates(parts[k], [&](const Vec& midpoint, const Vec& a, const Vec& b) {
+        detail::visit_candidates(parts[k], [&](const Vec& midpoint, const Vec& a, const Vec& b) {
             const int at = number.owner(midpoint);
             ++counted[{at, of_contacts}];
             for (const int grain : {number.owner(a), number.owner(b)})

@@ -7,7 +7,7 @@
 #include "nscdd/comm/reduce.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Calls visit(midpoint, a, b) for each candidate of this subdomain; a and b are the positions of its grains, of a
 /// contact with a wall twice the same. A contact belongs to the rank that owns its midpoint.
@@ -51,4 +51,4 @@ double measure_imbalance(const std::vector<Subdomain<M>>& parts, Communicator& c
     return count.all > 0 ? count.most * comm.size() / count.all : 1;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -25,7 +25,7 @@ void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename Delas
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
         const typename DelassusProblem<dim>::Vec others = problem.velocity(c, r) - w * r[c];
-        r[c] = one_contact<dim>(w, others, problem.friction[c]);
+        r[c] = detail::one_contact<dim>(w, others, problem.friction[c]);
     }
 }
 
@@ -39,7 +39,7 @@ SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename
         throw std::invalid_argument("the tolerance must be a number and not negative, check_every at least 1");
     validate(problem, r);
     if (problem.contact_count() == 0) return {};
-    return iterate_until(
+    return detail::iterate_until(
         options, [&] { block_sweep(problem, r); }, [&] { return natural_map_error(problem, r); });
 }
 

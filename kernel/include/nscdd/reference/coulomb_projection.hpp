@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// P at one point, of one contact. `size`: components of an impulse; 1 is the normal one alone, without friction.
 template <int size>
@@ -68,4 +68,4 @@ ProjectedImpulse<size> project_cone(const typename ProjectedImpulse<size>::Vec& 
     return p;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -10,7 +10,7 @@
 #include "nscdd/reference/linear_contacts.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// An interior-point method on Coulomb's law as it is, in De Saxce's form [DeSaxce98], from an estimate, or none, until
 /// the status of every contact is known,
@@ -57,16 +57,16 @@ class InteriorPoint {
     }
 
   private:
-    using Vec = typename detail::Cone<size>::Vec;
-    using Block = typename detail::Cone<size>::Block;
+    using Vec = typename Cone<size>::Vec;
+    using Block = typename Cone<size>::Block;
 
     /// A contact in coordinates where the cone of friction is the circular one of 45 degrees: r = T r^, w^ = T w.
     /// Without friction only the normal is left. Has all that changes with the iterate.
     struct Local {
-        detail::Cone<size> cone;
+        Cone<size> cone;
         Block to_world, to_cone;  ///< T, and T^-1 where there is one
         Vec r, w;                 ///< of the cone
-        detail::ConeScaling<size> scaling;
+        ConeScaling<size> scaling;
         Vec slip;               ///< mu w_t/|w_t|
         double compliance = 0;  ///< added to W_cc for the step alone, in shares of its diagonal
         Block response, kept;   ///< dr = kept T k - response (L dx - residual), see linearise()
@@ -165,7 +165,7 @@ class InteriorPoint {
         const Eigen::VectorXd dr = dr_, dw = dw_;
         std::size_t c = 0;
         solve(factors, [&](const Local& local) -> Vec {
-            const detail::ConeScaling<size>& s = local.scaling;
+            const ConeScaling<size>& s = local.scaling;
             const Vec second = local.cone.product(s.inverse * (local.to_world * problem_.at(dw, c)),
                                                   s.w * (local.to_cone * problem_.at(dr, c)));
             ++c;
@@ -234,4 +234,4 @@ class InteriorPoint {
     double gap_ = 0, inconsistency_ = 0;         ///< sum of r . w, and of |r| |residual|
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

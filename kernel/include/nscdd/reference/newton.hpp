@@ -52,7 +52,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
     if (first > statuses_known) {
         double least = first;
         Eigen::VectorXd best = r;
-        InteriorPoint<size> approach(linear, new_factors);
+        detail::InteriorPoint<size> approach(linear, new_factors);
         approach(
             r, first,
             [&](const Eigen::VectorXd& answer) {
@@ -72,7 +72,7 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
         r.swap(best);
     }
     // From inside the cones the law holds to within the residual only: one step of Newton's method makes it exact.
-    ProximalNewton<size>(linear, options, new_factors)(
+    detail::ProximalNewton<size>(linear, options, new_factors)(
         r,
         [&](const Eigen::VectorXd& answer, NewtonReport& so_far) {
             return judge(answer, so_far) && (so_far.outer > 0 || so_far.interior == 0);
@@ -102,7 +102,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         ContactProblem<M> start = problem;
         Sweeper<M> sweeper;
         if (const SolveReport swept = nlgs_of_valid(problem, sweeps, sweeper);
-            !swept.converged && too_deep(swept, stop, problem.least_radius)) {
+            !swept.converged && detail::too_deep(swept, stop, problem.least_radius)) {
             // Maybe walls leave no room, and accelerated impulses run away: they must not become the first guess.
             problem = std::move(start);
             sweeps.window = 0;
@@ -121,7 +121,7 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
             test(so_far);
             // solved, and contacts still close: there is no answer
             return so_far.converged || (so_far.residual <= (std::min)(1e-7, options.tolerance) &&
-                                        too_deep(so_far, stop, problem.least_radius));
+                                        detail::too_deep(so_far, stop, problem.least_radius));
         },
         report);
     if (!report.converged) test.conclude(report);
@@ -163,13 +163,13 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
             const double weight = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])].trace() / dim;
             using Vec = typename DelassusProblem<dim>::Vec;
             const Vec z = answer[c] - problem.velocity(c, answer) / weight;
-            const Vec next = project_coulomb<dim>(z, Vec::Unit(0), problem.friction[c]).value;
+            const Vec next = detail::project_coulomb<dim>(z, Vec::Unit(0), problem.friction[c]).value;
             change += weight * (next - answer[c]).squaredNorm();
             energy += weight * answer[c].squaredNorm();
             next_energy += weight * next.squaredNorm();
             round_off += problem.q[c].squaredNorm() / weight;
         }
-        return energy_residual(change, energy, next_energy, round_off);
+        return detail::energy_residual(change, energy, next_energy, round_off);
     });
 }
 

@@ -124,7 +124,7 @@ class ProjectedGradient {
         return contacts_.friction[c] * (u - u.dot(n) * n).norm();
     }
     Vec project(std::size_t c, const Vec& z) const {
-        return project_cone<size>(z, contacts_.normal[c], contacts_.friction[c]).value;
+        return detail::project_cone<size>(z, contacts_.normal[c], contacts_.friction[c]).value;
     }
 
     struct Sums {
@@ -264,7 +264,7 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     detail::BodyGradient<M> gradient(problem);
     detail::ProjectedGradient iteration(gradient, descent);
     do {
-        const int count = until_test(options, report);
+        const int count = detail::until_test(options, report);
         for (int k = 0; k < count; ++k) {
             if (k + 1 == count) over.keep();
             iteration.iterate();
@@ -285,7 +285,7 @@ SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<
     if (problem.contact_count() == 0) return {};
     detail::BlockGradient<dim> gradient(problem, r);
     detail::ProjectedGradient iteration(gradient, descent);
-    const SolveReport report = iterate_until(
+    const SolveReport report = detail::iterate_until(
         options, [&] { iteration.iterate(); }, [&] { return measure(std::as_const(gradient.contacts.r)); });
     r = gradient.contacts.r;
     return report;

@@ -21,7 +21,7 @@
 #include "nscdd/reference/newton_options.hpp"
 #include "nscdd/reference/sparse_factors.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The iteration on any LinearContacts.
 template <int size>
@@ -196,4 +196,4 @@ class ProximalNewton {
     double rho_ = 1;
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

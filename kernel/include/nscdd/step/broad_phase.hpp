@@ -26,8 +26,8 @@ class BroadPhase {
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.broad_phase_every; }
 
     /// Broad phase with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
-    void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
-               double needed) {
+    void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
+               detail::Radii radii, double needed) {
         const Extent extent = find_extent(parts, comm);
         double speed = (std::max)(extent.speed, settings.h * settings.gravity.norm());
         for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
@@ -43,7 +43,7 @@ class BroadPhase {
 
     /// Repeats the last broad phase of another simulation. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                Radii radii, const BroadPhaseState<M>& last) {
+                detail::Radii radii, const BroadPhaseState<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
         for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
         struct Moved {
@@ -66,7 +66,7 @@ class BroadPhase {
         offsets_ = last.offsets;
         if (partition_) {
             imbalance_when_made_ = last.imbalance;
-            repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
+            detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         } else {
             detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box());
         }
@@ -76,7 +76,7 @@ class BroadPhase {
                 out[0][rank].push_back(m.id);
                 detail::Serialise<M>::put(m.to, out[0][rank]);
             });
-        const std::vector<Buffer> positions = route_by_square(comm, out);  // id, x
+        const std::vector<Buffer> positions = detail::route_by_square(comm, out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::unordered_map<int, const double*> by_id;
             for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
@@ -110,17 +110,17 @@ class BroadPhase {
     /// Broad phase in the partition as it is or, where that has become uneven, in a new one. The first partition is
     /// made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                const std::vector<Wall<M>>& walls, Radii radii, const Box<M>& box) {
+                const std::vector<Wall<M>>& walls, detail::Radii radii, const Box<M>& box) {
         const double allowed = settings.partition.imbalance;
         const bool first = !partition_;
-        const bool renew =
-            first || allowed <= 1 || measure_imbalance(parts, comm) > (std::max)(allowed, 1.1 * imbalance_when_made_);
+        const bool renew = first || allowed <= 1 ||
+                           detail::measure_imbalance(parts, comm) > (std::max)(allowed, 1.1 * imbalance_when_made_);
         for (int times = !renew ? 0 : first && allowed > 1 ? 2 : 1; times > 0; --times) {
             partition_ = settings.partition.make({parts, comm, box, partition_ ? partition_->numbers() : Buffer{}});
-            if (times > 1) repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
+            if (times > 1) detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         }
-        repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, renew);
-        if (renew && allowed > 1) imbalance_when_made_ = measure_imbalance(parts, comm);
+        detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, renew);
+        if (renew && allowed > 1) imbalance_when_made_ = detail::measure_imbalance(parts, comm);
     }
 
     std::optional<Partition<M>> partition_;

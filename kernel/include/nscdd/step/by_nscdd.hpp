@@ -13,7 +13,7 @@ template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
     detail::check_hand_over<M>(options, hand_over);
     return on_one_rank<M>("sequential NLGS", [=](Subdomain<M>& part, Meter& meter) {
-        const auto handed = [&](ContactProblem<M>&, DistanceSums<M>& sums, const ResidualParts& residual) {
+        const auto handed = [&](ContactProblem<M>&, detail::DistanceSums<M>& sums, const ResidualParts& residual) {
             if (!hand_over) return HandedOver{};
             InProcess alone(1);
             sums.add_up(part.problem, part.sweeper.kept(part.problem));

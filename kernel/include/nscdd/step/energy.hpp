@@ -7,7 +7,7 @@
 #include "nscdd/step/report.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// In: a solved step, whose velocities are in the problems and not yet in grains and walls. gravity [m/s^2], h [s].
 template <class M>
@@ -59,4 +59,4 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
     return total;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -34,15 +34,14 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
         text += "grain " + std::to_string(refusal.j);
     else
         text += "wall " + (wall < walls.size() ? "'" + walls[wall] + "'" : std::to_string(wall));
-    const std::string allowed = two_digits(100 * refusal.allowed) + " %";
+    const std::string allowed = detail::two_digits(100 * refusal.allowed) + " %";
     if (refusal.overlap > 0)
-        return text + " overlap by " + two_digits(100 * refusal.overlap, std::ceil) + " % of a radius (at most " +
-               allowed + ")";
+        return text + " overlap by " + detail::two_digits(100 * refusal.overlap, std::ceil) +
+               " % of a radius (at most " + allowed + ")";
     if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and close";
     // rounded down; with the step itself round-off would decide
-    return text +
-           " pass into or through each other within the step: take h <= " + two_digits(0.999 * refusal.h, std::floor) +
-           " s";
+    return text + " pass into or through each other within the step: take h <= " +
+           detail::two_digits(0.999 * refusal.h, std::floor) + " s";
 }
 
 /// What Simulation::step() throws, the same on every rank; what() is describe(refusal).
@@ -71,15 +70,16 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
 }  // namespace detail
 
 /// Throws StepRefused with the worst that the ranks have found. Collective.
-[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Overlap>& found, double allowed) {
-    const Overlap worst = detail::worst_of_all(comm, found);
+[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<detail::Overlap>& found,
+                                double allowed) {
+    const detail::Overlap worst = detail::worst_of_all(comm, found);
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .overlap = worst.ratio, .allowed = allowed});
 }
 
 /// The same for passages; within[k]: the step that would do for all pairs of the k-th hosted rank [s]. Collective.
-[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Passage>& found,
+[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<detail::Passage>& found,
                                 const std::vector<double>& within, double allowed) {
-    const Passage worst = detail::worst_of_all(comm, found);
+    const detail::Passage worst = detail::worst_of_all(comm, found);
     const double others = -reduce(comm, 0, [&within](std::size_t k) { return Buffer{-within[k]}; })[0];
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = (std::min)(worst.h, others)});
 }

@@ -12,15 +12,13 @@
 #include "nscdd/step/settings.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Of the grains.
 struct Radii {
     double least = 0;    ///< over the whole scene [m]
     double largest = 0;  ///< over the whole scene [m]
 };
-
-namespace detail {
 
 /// Before the first broad phase, when each grain is on one rank alone.
 struct GrainCount {
@@ -115,6 +113,4 @@ FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& 
     return all;
 }
 
-}  // namespace detail
-
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -125,21 +125,21 @@ class Simulation {
 
     /// Contacts and multiplicities.
     void detect(double alert, StepReport& report) {
-        std::vector<Overlap> worst(parts_.size());
+        std::vector<detail::Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
-            worst[k] = detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
+            worst[k] = detail::detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
         });
         const Detected all = reduce<Detected>(comm_, [&](std::size_t k) {
             return Detected{double(parts_[k].problem.contact_count()), worst[k].ratio};
         });
         report.contacts = all.contacts;
         if (all.worst_overlap > settings_.largest_overlap) refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
-        agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
+        detail::agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
     /// Split masses, free velocities, warm start; counts over the scene.
     void start_iteration(StepReport& report) {
-        split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
+        detail::split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
         const detail::FreeState all = detail::find_free_state(parts_, comm_, settings_.walls);
         report.interface_grains = all.interface_grains;
         report.free_norm = std::sqrt(all.energy);
@@ -191,10 +191,10 @@ class Simulation {
         const double time = (1 - settings_.theta) * settings_.h;
         const detail::Motion start = motion(Velocities::known, time);
         if (2 * start.moved > broad_.skin()) detect_roughly(2.2 * time * start.speed);
-        std::vector<Passage> passages;
+        std::vector<detail::Passage> passages;
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
-            passages.push_back(find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
-                                                     settings_.theta, settings_.largest_overlap));
+            passages.push_back(detail::find_early_passage<M>(parts_[k], settings_.walls, settings_.materials,
+                                                             settings_.h, settings_.theta, settings_.largest_overlap));
             return Unsettled{.passages = double(passages[k].found())};
         });
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
@@ -219,18 +219,18 @@ class Simulation {
             detect_roughly(2.2 * settings_.h * after.speed);
             return false;
         }
-        std::vector<Passage> passages;
+        std::vector<detail::Passage> passages;
         const bool early = attempt <= 3;  // of many grains some pass in each attempt, and 55,000 did not settle in 50
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
-            const bool passes = early && mark_passing(parts_[k], settings_.h);
-            const Tunnelled unseen = find_tunnelled<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
-                                                       after.speed, settings_.largest_overlap);
+            const bool passes = early && detail::mark_passing(parts_[k], settings_.h);
+            const detail::Tunnelled unseen = detail::find_tunnelled<M>(
+                parts_[k], settings_.walls, settings_.materials, settings_.h, after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
             return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
         if (any.passes > 0) return false;
         if (any.closes > 0) {
-            for (auto& part : parts_) mark_missed(part);
+            for (auto& part : parts_) detail::mark_missed(part);
             return false;
         }
         if (any.passages > 0) refuse_passages(passages, Velocities::solved);
@@ -238,7 +238,7 @@ class Simulation {
     }
 
     /// Throws StepRefused. Collective.
-    [[noreturn]] void refuse_passages(const std::vector<Passage>& passages, Velocities which) const {
+    [[noreturn]] void refuse_passages(const std::vector<detail::Passage>& passages, Velocities which) const {
         std::vector<double> within;
         for (const Subdomain<M>& part : parts_) {
             const auto velocity = [&](int grain) -> typename M::Vec {
@@ -252,8 +252,8 @@ class Simulation {
                 return wall.velocity.dot(wall.normal) +
                        (which == Velocities::solved ? part.problem.walls[w].speed : wall.speed);
             };
-            within.push_back(step_that_sees_all<M>(part, settings_.walls, settings_.materials,
-                                                   settings_.largest_overlap, velocity, speed));
+            within.push_back(detail::step_that_sees_all<M>(part, settings_.walls, settings_.materials,
+                                                           settings_.largest_overlap, velocity, speed));
         }
         refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
@@ -273,7 +273,7 @@ class Simulation {
     SimulationSettings<M> settings_;
     std::vector<Subdomain<M>> parts_;
     BroadPhase<M> broad_;
-    Radii radii_;
+    detail::Radii radii_;
     std::size_t grains_ = 0;
     int steps_ = 0;
     PhaseSeconds seconds_;
@@ -299,7 +299,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
         parts_[0].replicas.push_back(parts_[0].rank);
         parts_[0].replica_begin.push_back(static_cast<int>(parts_[0].replicas.size()));
     }
-    check_ids(parts_, comm_);
+    detail::check_ids(parts_, comm_);
     count_grains();
     Stopwatch watch(comm_);
     if (last)
@@ -308,7 +308,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
         detect_roughly(0);
     std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
     handed[0].assign(impulses.begin(), impulses.end());
-    hand_out_impulses(parts_, comm_, handed);
+    detail::hand_out_impulses(parts_, comm_, handed);
     watch.lap(seconds_.detect);
 }
 
@@ -336,14 +336,14 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
         iterations += report.solve.iterations;
         watch.skip();
         for (auto& part : parts_) keep_impulses(part);  // checks the contacts that the solver leaves
-        share_velocities(parts_, comm_);
+        detail::share_velocities(parts_, comm_);
         watch.lap(seconds_.advance);
         const bool done = complete(report.attempts);
         watch.lap(seconds_.detect);
         if (done) break;
     }
     report.solve.iterations = iterations;
-    report.energy = step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
+    report.energy = detail::step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
     commit();
     drift(settings_.theta * settings_.h);
     ++steps_;

@@ -94,7 +94,9 @@ class BatchSweeper {
     }
 
     void keep(const ContactProblem<M>& problem) { kept_.take(problem, rows_, walls_, grains_); }
-    const Iterate<M>* kept(const ContactProblem<M>& problem) { return kept_.read(problem, rows_, walls_, grains_); }
+    const detail::Iterate<M>* kept(const ContactProblem<M>& problem) {
+        return kept_.read(problem, rows_, walls_, grains_);
+    }
 
     double* row(std::size_t body) { return rows_.row(body); }
     void put_rows(const ContactProblem<M>&, const std::vector<int>&) {}  // are the velocities themselves

@@ -61,7 +61,7 @@ class ContactSweeper {
         kept_ = true;
         iterate_.take(problem);
     }
-    const Iterate<M>* kept(const ContactProblem<M>&) const { return kept_ ? &iterate_ : nullptr; }
+    const detail::Iterate<M>* kept(const ContactProblem<M>&) const { return kept_ ? &iterate_ : nullptr; }
 
     double* row(std::size_t body) { return rows_.row(body); }
     void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
@@ -81,7 +81,7 @@ class ContactSweeper {
     FreeVelocities<M> free_;
     std::size_t bytes_ = 0;
     bool kept_ = false;
-    Iterate<M> iterate_;
+    detail::Iterate<M> iterate_;
     PastVelocities<M> past_velocities_;
     std::vector<double> metric_;             ///< of each contact, in the order of a sweep
     std::vector<typename M::Impulse> past_;  ///< iterates and changes of each contact

@@ -28,8 +28,8 @@ class KeptIterate {
         copy(grains, impulses_);
     }
     /// What was taken last, null if it was forgotten. rows, walls, grains: those that it was taken from.
-    const Iterate<M>* read(const ContactProblem<M>& problem, const BodyStore<M>& rows, const Group& walls,
-                           const Group& grains) {
+    const detail::Iterate<M>* read(const ContactProblem<M>& problem, const BodyStore<M>& rows, const Group& walls,
+                                   const Group& grains) {
         if (!there_) return nullptr;
         iterate_.velocities.clear();
         for (std::size_t g = 0; g < problem.bodies.size(); ++g) iterate_.velocities.push_back(rows.velocity(g, rows_));
@@ -49,7 +49,7 @@ class KeptIterate {
 
   private:
     bool there_ = false;
-    Iterate<M> iterate_;  ///< as read() has made it
+    detail::Iterate<M> iterate_;  ///< as read() has made it
     AlignedDoubles rows_;
     std::vector<double> wall_impulses_, impulses_;  ///< batch by batch
 };

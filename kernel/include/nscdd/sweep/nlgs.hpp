@@ -43,10 +43,10 @@ class SweptAlone {
         return products_.data();
     }
     ResidualParts residual() { return metered_.residual(); }
-    DistanceEstimate distance(const ResidualParts& residual) {
+    detail::DistanceEstimate distance(const ResidualParts& residual) {
         metered_.count_test();
         sweeper_.store(problem_);
-        return estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
+        return detail::estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
     }
     void mark() {
         sweeper_.store(problem_);
@@ -70,7 +70,7 @@ class SweptAlone {
     Sweeper<M>& sweeper_;
     MeteredSweeper<M> metered_;
     HandOver hand_over_;
-    DistanceSums<M> sums_;
+    detail::DistanceSums<M> sums_;
     Anderson::Products products_{};
 };
 

@@ -20,7 +20,7 @@ concept Sweeps = requires(S& s, const S& told, ContactProblem<M>& problem, const
     { told.free_velocities(problem) } -> std::same_as<FreeVelocities<M>>;
     told.store(problem);
     s.keep(problem);
-    { s.kept(problem) } -> std::same_as<const Iterate<M>*>;
+    { s.kept(problem) } -> std::same_as<const detail::Iterate<M>*>;
     { s.row(std::size_t{0}) } -> std::same_as<double*>;
     s.put_rows(problem, bodies);
     told.read_rows(problem, bodies);
@@ -106,8 +106,8 @@ class Sweeper {
         of(*this, [&](auto& sweeps) { sweeps.keep(problem); });
     }
     /// What keep() has kept last, or null if it has not been called since load().
-    const Iterate<M>* kept(const ContactProblem<M>& problem) {
-        return of(*this, [&](auto& sweeps) -> const Iterate<M>* { return sweeps.kept(problem); });
+    const detail::Iterate<M>* kept(const ContactProblem<M>& problem) {
+        return of(*this, [&](auto& sweeps) -> const detail::Iterate<M>* { return sweeps.kept(problem); });
     }
 
     /// Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
