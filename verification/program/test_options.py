@@ -44,11 +44,24 @@ class Options(ProgramTest):
         scene, results = self.write("pair.toml", SCENE), self.folder / "run.json"
         self.succeeds("run", scene, "--distance", 0.0625, "--newton-contacts", 11, "--json", results, "--quiet")
         run = json.loads(results.read_text())
+        done = self.run_program("run", scene, "--distance", "nan")
+        self.assertEqual(done.stderr, "nscdd: --distance: must be a finite number > 0, found nan; see --help\n")
         self.assertEqual((run["max_distance"], run["max_newton_contacts"]), (0.0625, 11))
         for options in (("--distance", 1, "--max-distance", 1), ("--max-distance", 1, "--distance", 1)):
             done = self.run_program("run", scene, *options)
             self.assertEqual(done.returncode, 1)
             self.assertRegex(done.stderr, "^nscdd: --distance: is the earlier name of --max-distance, which is given too; see --help\n$")
+
+    def test_what_would_be_read_as_another_value_or_dropped_is_refused(self):
+        scene = self.write("pair.toml", SCENE)
+        for message, *options in (
+            ("--steps: must be written as 10, found 010; see --help", "--steps", "010"),
+            ("--from: is empty, give a file; see --help", "--from", ""),
+            ("--json: is empty, give a file; see --help", "--json", ""),
+            ("--max-newton-contacts is not of the method paper, which hands nothing over", "--method", "paper", "--max-newton-contacts", 5),
+        ):
+            done = self.run_program("run", scene, *options)
+            self.assertEqual((done.returncode, done.stderr), (1, f"nscdd: {message}\n"))
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateArguments& arguments) {
     command->add_option("--seconds", arguments.seconds, "Of a measurement, the median of five of which counts")
         ->check(positive_number())
         ->capture_default_str();
-    command->add_option("-o,--output", arguments.output, "JSON file to write")->required();
+    command->add_option("-o,--output", arguments.output, "JSON file to write")->required()->check(file_name());
     command->add_flag("--quiet", run.quiet, "No progress, no summary");
     return command;
 }

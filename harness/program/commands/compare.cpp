@@ -1,4 +1,5 @@
 #include "commands/compare.hpp"
+#include "commands/number_option.hpp"
 
 #include <fmt/format.h>
 
@@ -31,9 +32,10 @@ State state_of(const RunReport& run) {
 
 CLI::App* add_compare(CLI::App& app, CompareArguments& arguments) {
     CLI::App* command = app.add_subcommand("compare", "Does a run agree with its reference?");
-    command->add_option("reference", arguments.reference, "JSON of the reference run")->required();
-    command->add_option("candidate", arguments.candidate, "JSON of the run to judge")->required();
-    command->add_option("--json", arguments.json, "Table to write, see reports/compare.schema.json");
+    command->add_option("reference", arguments.reference, "JSON of the reference run")->required()->check(file_name());
+    command->add_option("candidate", arguments.candidate, "JSON of the run to judge")->required()->check(file_name());
+    command->add_option("--json", arguments.json, "Table to write, see reports/compare.schema.json")
+        ->check(file_name());
     return command;
 }
 

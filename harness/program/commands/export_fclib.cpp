@@ -24,7 +24,9 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     command->add_option("--max-iterations", arguments.max_iterations, "Cap of the step exported")
         ->check(whole_number())
         ->capture_default_str();
-    command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local, /solution)")->required();
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local, /solution)")
+        ->required()
+        ->check(file_name());
     command->add_flag("--quiet", arguments.run.quiet, "No progress, no summary");
     command->footer(
         "Example:\n  nscdd export-fclib cases/reduced/triaxial.toml --packing spheres.h5 --step 10 -o step10.hdf5");

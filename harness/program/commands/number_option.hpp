@@ -37,6 +37,9 @@ inline CLI::Validator whole_number(int low = 1, int high = std::numeric_limits<i
             int value = 0;
             const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
             const bool whole = end == text.data() + text.size() && !text.empty();
+            // CLI11 would read 010 as 8
+            if (whole && error == std::errc{} && text != std::to_string(value))
+                return fmt::format("must be written as {}, found {}", value, text);
             if (whole && error == std::errc{} && value >= low && value <= high) return {};
             const bool bounded = high < std::numeric_limits<int>::max() || error == std::errc::result_out_of_range;
             return fmt::format("must be a whole number, at least {}{}, found {}", low,
@@ -47,13 +50,20 @@ inline CLI::Validator whole_number(int low = 1, int high = std::numeric_limits<i
 
 inline CLI::Validator positive_number() { return number_in(positive); }
 
-// --NAME of an option of a table (OptionInfo), with its help and its check. `otherwise`: what holds if it is not given.
+// Checks that a file is named: an empty variable of the shell is no choice.
+inline CLI::Validator file_name() {
+    return CLI::Validator([](std::string& text) { return text.empty() ? "is empty, give a file" : ""; }, "FILE");
+}
+
+// --NAME of an option of a table (OptionInfo), with its help and its check. `otherwise`: what holds if it is not given,
+// empty if that is not told.
 template <class Value>
 CLI::Option* add_table_option(CLI::App& command, const OptionInfo& info, const std::string& otherwise,
                               std::function<void(const Value&)> take) {
     const std::string unit = *info.unit ? fmt::format(" [{}]", info.unit) : "";
     CLI::Option* option = command.add_option_function<Value>(
-        dashed(info.name), std::move(take), fmt::format("{}{} (default: {})", info.meaning, unit, otherwise));
+        dashed(info.name), std::move(take),
+        otherwise.empty() ? info.meaning : fmt::format("{}{} (default: {})", info.meaning, unit, otherwise));
     const OptionRange range = in_files(info.range, Value{});
     if constexpr (std::is_same_v<Value, int>)
         return option->check(whole_number(static_cast<int>(range.low), static_cast<int>(range.high)));

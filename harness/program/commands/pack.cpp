@@ -1,4 +1,5 @@
 #include "commands/pack.hpp"
+#include "commands/number_option.hpp"
 
 #include <fmt/format.h>
 
@@ -59,8 +60,11 @@ CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
     command
         ->add_option("specification", arguments.specification,
                      "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
-        ->required();
-    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box)")->required();
+        ->required()
+        ->check(file_name());
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box)")
+        ->required()
+        ->check(file_name());
     command
         ->add_option("--generator", arguments.generator,
                      "auto: LAMMPS if lmp is on PATH; lammps; own. Default: the specification's, or auto")

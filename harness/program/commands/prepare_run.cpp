@@ -114,6 +114,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     request.scene = read_scene(arguments.start.scene);
     if (arguments.steps) request.scene.step.count = *arguments.steps;
     request.scene.solver.override_by(arguments.solver);
+    if (request.scene.solver.method == Method::paper && arguments.solver.given.contains("max_newton_contacts"))
+        throw InputError("--max-newton-contacts is not of the method paper, which hands nothing over");
     read_start(request);
     const std::int64_t last_step = request.start_step + request.scene.step.count;
     const int every = request.frame_every();

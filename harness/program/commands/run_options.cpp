@@ -19,7 +19,7 @@ std::vector<int> read_grid(const std::string& text) {
     return cells;
 }
 
-// An option for every field of SolveOptions; under the name that it had in earlier programs too, which no help tells.
+// An option for every field of SolveOptions; under the name that it had in earlier programs too.
 void add_solve_options(CLI::App& command, SolveSettings& solver) {
     const SolveOptions defaults = default_options(Method::accelerated);
     visit_options(defaults, [&](const OptionInfo& info, auto value) {
@@ -30,6 +30,8 @@ void add_solve_options(CLI::App& command, SolveSettings& solver) {
         OptionInfo earlier = info;
         earlier.name = earlier_name(info.name);
         if (!earlier.name) return;
+        const std::string now = "now " + dashed(info.name);
+        earlier.meaning = now.c_str();
         const auto alone = [=](const auto& given) {
             if (option->count() > 0)
                 throw CLI::ValidationError(
@@ -37,7 +39,7 @@ void add_solve_options(CLI::App& command, SolveSettings& solver) {
                     fmt::format("is the earlier name of {}, which is given too", dashed(info.name)));
             take(given);
         };
-        add_table_option<std::remove_cv_t<decltype(value)>>(command, earlier, "", alone)->group("");
+        add_table_option<std::remove_cv_t<decltype(value)>>(command, earlier, "", alone)->group("Earlier names");
     });
 }
 
@@ -60,25 +62,31 @@ void add_subdomain_options(CLI::App& command, RunArguments& run) {
 }
 
 void add_output_options(CLI::App& command, RunArguments::Outputs& outputs) {
-    command.add_option("--json", outputs.json, "Results to write, see reports/run.schema.json");
-    command.add_option(
-        "--state", outputs.state,
-        "Last state to write (HDF5), with an .xdmf beside it for ParaView; where a step is refused, the one before it");
+    command.add_option("--json", outputs.json, "Results to write, see reports/run.schema.json")->check(file_name());
+    command
+        .add_option("--state", outputs.state,
+                    "Last state to write (HDF5), with an .xdmf beside it for ParaView; where a step is refused, the "
+                    "one before it")
+        ->check(file_name());
     command
         .add_option("--series", outputs.series,
                     "Time series to write, a row a step: strain, stress, energy and more, see reports/series.md. The "
                     "name ends in .h5 or .csv; may be given for each")
         ->allow_extra_args(false);
-    command.add_option("--frames", outputs.frames,
-                       "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
-                       "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed");
+    command
+        .add_option("--frames", outputs.frames,
+                    "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
+                    "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed")
+        ->check(file_name());
     command.add_option("--frame-every", outputs.frame_every, "Steps between frames (default: 1)")
         ->check(whole_number());
-    command.add_option("--checkpoint", outputs.checkpoint,
-                       "State to write on the way, from which --from goes on to the end of this run, to the last bit "
-                       "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
-                       "written and the run stops, exit code 4, with series and frames so far and no other "
-                       "results");
+    command
+        .add_option("--checkpoint", outputs.checkpoint,
+                    "State to write on the way, from which --from goes on to the end of this run, to the last bit "
+                    "on as many subdomains; it may be the file of --from. On SIGUSR1, to any rank, it is "
+                    "written and the run stops, exit code 4, with series and frames so far and no other "
+                    "results")
+        ->check(file_name());
     add_text(command, "--every",
              "Steps between checkpoints, such as 50, or seconds, such as 60s (default: on SIGUSR1 alone)",
              [&outputs](const std::string& text) { outputs.every = read_checkpoint_every(text); });
@@ -87,9 +95,9 @@ void add_output_options(CLI::App& command, RunArguments::Outputs& outputs) {
 }  // namespace
 
 void add_source_options(CLI::App& command, RunArguments& run, const std::string& going_on) {
-    command.add_option("scene", run.start.scene, "Scene (TOML)")->required();
-    command.add_option("--packing", run.start.packing, "HDF5 packing instead of the scene's own");
-    command.add_option("--from", run.start.from, going_on);
+    command.add_option("scene", run.start.scene, "Scene (TOML)")->required()->check(file_name());
+    command.add_option("--packing", run.start.packing, "HDF5 packing instead of the scene's own")->check(file_name());
+    command.add_option("--from", run.start.from, going_on)->check(file_name());
     command.add_flag("--adopt", run.start.adopt, "Go on from the state of another scene with as many walls");
 }
 

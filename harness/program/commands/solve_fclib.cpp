@@ -71,7 +71,7 @@ Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
 
 CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
-    command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required();
+    command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required()->check(file_name());
     const auto all = [](const LocalSolverInfo&) { return true; };
     command->add_option("--solver", arguments.solver, help_of(offered_solvers(), all))
         ->check(CLI::IsMember(names_of(offered_solvers(), all)))
@@ -93,8 +93,10 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
                 throw CLI::ValidationError(option->get_name(),
                                            "is of sweeps, which --solver " + arguments.solver + " does not make");
     });
-    command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution");
-    command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json");
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write: the problem with our /solution")
+        ->check(file_name());
+    command->add_option("--json", arguments.json, "Measures to write, see reports/fclib.schema.json")
+        ->check(file_name());
     command->footer("Example:\n  nscdd solve-fclib problem.hdf5 --tolerance 1e-6 -o solved.hdf5 --json solved.json");
     return command;
 }

@@ -116,7 +116,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     command->add_option("--repeat", run.repeat, "Times that the window is measured; the median is told")
         ->check(whole_number())
         ->capture_default_str();
-    command->add_option("--json", run.outputs.json, "Result to write");
+    command->add_option("--json", run.outputs.json, "Result to write")->check(file_name());
     command->add_flag("--quiet", run.quiet, "No summary");
     if (simulated) {
         command->add_option("--costs", arguments.costs, "What work costs: a file that `nscdd calibrate` wrote")
@@ -135,7 +135,7 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
         command->add_option("--bandwidth", arguments.bandwidth, "Divisor of what sending or receiving takes for a byte")
             ->check(positive_number())
             ->capture_default_str();
-        command->add_option("--seed", arguments.seed, "Of the noise")->capture_default_str();
+        command->add_option("--seed", arguments.seed, "Of the noise")->check(whole_number(0))->capture_default_str();
     }
     return command;
 }
