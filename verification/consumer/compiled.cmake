@@ -1,6 +1,6 @@
 # cmake -DBUILD=... -DWORK=... -DCXX=... -DNM=... -P compiled.cmake
 #
-# Installs nscdd::compiled from a build of ours, and builds and runs a program against it, which must not compile the
+# Installs nscdd::compiled from a build of ours, and builds and runs an example against it, which must not compile the
 # kernel once more.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
@@ -10,17 +10,26 @@ set(ENV{LDFLAGS})
 file(REMOVE_RECURSE ${WORK})
 file(MAKE_DIRECTORY ${WORK})
 call(text ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
+file(READ ${CMAKE_CURRENT_LIST_DIR}/../../kernel/examples/ten_balls.cpp program)
+string(REPLACE "nscdd/nscdd.hpp" "nscdd/compiled.hpp" program "${program}")
+string(REPLACE "nscdd::Model<3, nscdd::Coulomb>" "nscdd::compiled::Spheres" program "${program}")
+if(NOT program MATCHES "nscdd/compiled.hpp.*nscdd::compiled::Spheres")
+    message(FATAL_ERROR "ten_balls.cpp has not what is replaced in it")
+endif()
+file(WRITE ${WORK}/compiled.cpp "${program}")
 file(WRITE ${WORK}/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
 project(compiled LANGUAGES CXX)
 find_package(nscdd REQUIRED)
-add_executable(compiled ${CMAKE_CURRENT_LIST_DIR}/compiled.cpp)
+add_executable(compiled compiled.cpp)
 target_link_libraries(compiled PRIVATE nscdd::compiled)
 ")
 call(text ${CMAKE_COMMAND} -S ${WORK} -B ${WORK}/build -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release
     -DCMAKE_PREFIX_PATH=${WORK}/installed)
 call(text ${CMAKE_COMMAND} --build ${WORK}/build)
 call(answer ${WORK}/build/compiled)
-message("${answer}")
+if(NOT answer MATCHES "step 1000: 10 contacts, +[0-9]+ iterations, energy 0 J")
+    message(FATAL_ERROR "the balls do not rest:\n${answer}")
+endif()
 file(GLOB_RECURSE object ${WORK}/build/compiled.cpp.o)
 call(symbols ${NM} -C --undefined-only ${object})
 if(NOT symbols MATCHES "Simulation<.*>::Simulation" OR NOT symbols MATCHES "by_nscdd<")

@@ -1,11 +1,11 @@
 #include "commands/compare.hpp"
-#include "commands/number_option.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <filesystem>
 
+#include "commands/number_option.hpp"
 #include "files/say.hpp"
 #include "files/verdict.hpp"
 

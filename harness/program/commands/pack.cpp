@@ -1,9 +1,9 @@
 #include "commands/pack.hpp"
-#include "commands/number_option.hpp"
 
 #include <fmt/format.h>
 
 #include "commands/child_process.hpp"
+#include "commands/number_option.hpp"
 #include "commands/pack_generators.hpp"
 #include "commands/packing_checks.hpp"
 #include "files/replace_file.hpp"
@@ -31,7 +31,7 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
     if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
     spec.loose_fraction = spec.dimension == 3 ? 0.3 : 0.45;  // random placing gets slow above
-    if (table.has("solid_fraction")) spec.solid_fraction = table.number("solid_fraction", any_number);
+    spec.solid_fraction = table.number("solid_fraction", any_number, spec.solid_fraction);
     if (table.has("solid_fraction") && !(spec.solid_fraction > 0.3 && spec.solid_fraction < 0.9))
         table.fail("solid_fraction",
                    fmt::format("must be above the loose start's 0.3 (0.45 in 2D) and below 0.9, found {}",

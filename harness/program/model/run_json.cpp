@@ -23,18 +23,15 @@ Json by_operation(auto&& messages, auto&& seconds) {
     return json;
 }
 
-// A process speaks through its first rank.
-Rows rows_of_processes(const Rows& ranks) {
-    Rows processes{{}, ranks.columns};
-    for (std::size_t at = 0; at < ranks.values.size(); at += ranks.columns)
-        if (ranks.values[at + cost_column::speaks] > 0)
-            processes.values.insert(processes.values.end(), ranks.values.begin() + std::ptrdiff_t(at),
-                                    ranks.values.begin() + std::ptrdiff_t(at + ranks.columns));
-    return processes;
+// What figure(step) is of every step.
+Json list(const RunResult& result, auto&& figure) {
+    Json values = Json::array();
+    for (const StepReport& step : result.steps) values.push_back(figure(step));
+    return values;
 }
 
 Json costs_json(const RunResult& result) {
-    const Rows &ranks = result.costs, processes = rows_of_processes(ranks);
+    const Rows &ranks = result.costs, processes = result.costs_of_processes();
     const auto spread = [&](std::size_t column) { return over_ranks(processes.values, processes.columns, column); };
     const auto sum = [&](std::size_t column) { return processes.sum(column); };
     const double count = double(processes.count()), per = result.iterations() > 0 ? 1 / result.iterations() : 0;
@@ -68,37 +65,28 @@ Json costs_json(const RunResult& result) {
 // What every step has come to, a list for each figure.
 Json steps_json(const RunResult& result) {
     Json json;
-    const auto list = [&](const char* name, auto&& figure) {
-        Json values = Json::array();
-        for (const StepReport& step : result.steps) values.push_back(figure(step));
-        json[name] = std::move(values);
-    };
-    list("iterations", [](const StepReport& s) { return s.solve.iterations; });
-    list("residual", [](const StepReport& s) { return s.solve.residual; });
+    json["iterations"] = list(result, [](const StepReport& s) { return s.solve.iterations; });
+    json["residual"] = list(result, [](const StepReport& s) { return s.solve.residual; });
     for (const BoundOption& bound : bound_options)
-        list(bound.figure_name, [&](const StepReport& s) { return result.figure(bound, s.solve); });
-    list("scene_distance", [](const StepReport& s) { return s.solve.scene_distance; });
-    list("newton_contacts", [](const StepReport& s) { return s.solve.newton_contacts; });
-    list("rebounds_given_up", [](const StepReport& s) { return s.solve.rebounds_given_up; });
-    list("contacts", [](const StepReport& s) { return s.contacts; });
+        json[bound.figure_name] = list(result, [&](const StepReport& s) { return result.figure(bound, s.solve); });
+    json["scene_distance"] = list(result, [](const StepReport& s) { return s.solve.scene_distance; });
+    json["newton_contacts"] = list(result, [](const StepReport& s) { return s.solve.newton_contacts; });
+    json["rebounds_given_up"] = list(result, [](const StepReport& s) { return s.solve.rebounds_given_up; });
+    json["contacts"] = list(result, [](const StepReport& s) { return s.contacts; });
     return json;
 }
 
 Json energy_json(const RunResult& result) {
-    Json json;
-    const auto list = [&](const char* name, auto&& part) {
-        Json values = Json::array();
-        for (const StepReport& step : result.steps) values.push_back(part(step.energy));
-        json[name] = std::move(values);
+    const auto of = [&result](auto&& part) {
+        return list(result, [&part](const StepReport& step) { return part(step.energy); });
     };
-    list("before", [](const StepEnergy& e) { return e.before; });
-    list("kinetic", [](const StepEnergy& e) { return e.kinetic; });
-    list("external", [](const StepEnergy& e) { return e.external; });
-    list("walls", [](const StepEnergy& e) { return e.walls; });
-    list("normal", [](const StepEnergy& e) { return e.normal; });
-    list("friction", [](const StepEnergy& e) { return e.friction; });
-    list("round_off", [](const StepEnergy& e) { return e.round_off(); });
-    return json;
+    return {{"before", of([](const StepEnergy& e) { return e.before; })},
+            {"kinetic", of([](const StepEnergy& e) { return e.kinetic; })},
+            {"external", of([](const StepEnergy& e) { return e.external; })},
+            {"walls", of([](const StepEnergy& e) { return e.walls; })},
+            {"normal", of([](const StepEnergy& e) { return e.normal; })},
+            {"friction", of([](const StepEnergy& e) { return e.friction; })},
+            {"round_off", of([](const StepEnergy& e) { return e.round_off(); })}};
 }
 
 Json final_json(const FinalMeasures& final) {
@@ -196,25 +184,6 @@ nlohmann::json window_json(const RunRequest& request, const RunResult& result) {
     for (std::size_t w = 0; w < work_names.size(); ++w)
         json["work_per_iteration"][work_names[w]] = spread(first_work + w);
     return json;
-}
-
-int RunResult::unconverged_steps() const {
-    return static_cast<int>(std::ranges::count_if(steps, [](const StepReport& s) { return !s.solve.converged; }));
-}
-
-double RunResult::iterations() const {
-    double sum = 0;
-    for (const StepReport& step : steps) sum += step.solve.iterations;
-    return sum;
-}
-
-double RunResult::solver_cpu() const {
-    const Rows processes = rows_of_processes(costs);
-    return processes.sum(cost_column::solver_cpu) / double(processes.count());
-}
-
-double RunResult::seconds() const {
-    return over_ranks(rows_of_processes(costs).values, costs.columns, cost_column::total)["largest"];
 }
 
 }  // namespace nscdd

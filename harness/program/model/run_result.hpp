@@ -106,9 +106,10 @@ struct RunResult {
         return step.*bound.figure / (bound.limit == &Bounds::max_penetration ? least_radius : 1);
     }
     int unconverged_steps() const;
-    double iterations() const;  // of all steps
-    double solver_cpu() const;  // mean over processes [s]
-    double seconds() const;     // of the slowest process
+    double iterations() const;        // of all steps
+    Rows costs_of_processes() const;  // each speaks through its first rank
+    double solver_cpu() const;        // mean over processes [s]
+    double seconds() const;           // of the slowest process
 };
 
 }  // namespace nscdd

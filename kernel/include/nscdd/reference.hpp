@@ -1,6 +1,5 @@
 /// @file
-/// The solvers that NLGS and NSCDD are compared with, and Newton's method where these get nowhere: sparse
-/// factorisations, which take longer to compile than the rest of the kernel.
+/// The solvers that NLGS and NSCDD are compared with, and Newton's method where these get nowhere.
 #pragma once
 
 #include "nscdd/decompose/hand_over.hpp"
