@@ -1,4 +1,4 @@
-// What single precision would cost, reports/findings/single-precision.md: impulses, normals and velocities rounded as
+// What single precision would cost, reports/findings/cost-of-a-sweep.md: impulses, normals and velocities rounded as
 // if they were stored so, in sweeps that are those of nlgs() otherwise.
 #include "solver_problems.hpp"
 
