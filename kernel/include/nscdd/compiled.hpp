@@ -1,14 +1,14 @@
 /// @file
-/// The kernel in four models, compiled once: a program that links nscdd::compiled and includes this in the place of
-/// nscdd.hpp compiles in seconds. Other models, laws and solvers are compiled by the program as ever.
-/// NSCDD_WITHOUT_COMPILED_KERNEL: the names of the models alone.
+/// The kernel in four models, compiled once. A program that links nscdd::compiled includes this header in place of
+/// nscdd.hpp, and compiles in seconds. The program itself compiles other models, laws and solvers.
+/// NSCDD_WITHOUT_COMPILED_KERNEL leaves the names of the models alone.
 #pragma once
 
 #include "nscdd/reference.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The models that nscdd::compiled has.
+/// Models that nscdd::compiled has.
 namespace compiled {
 
 using SmoothDisks = Model<2, Frictionless>;    ///< disks without friction

@@ -1,6 +1,7 @@
 /// @file
-/// NLGS and NSCDD, and the steps of a scene. Beside it: "nscdd/reference.hpp" for Newton's method and projected
-/// gradients, "nscdd/comm/mpi.hpp" for MPI, "nscdd/partition/metis.hpp" for METIS. See README.md for a first program.
+/// NLGS and NSCDD, and the steps of a scene. Three headers stand beside it: "nscdd/reference.hpp" for Newton's method
+/// and projected gradients, "nscdd/comm/mpi.hpp" for MPI, "nscdd/partition/metis.hpp" for METIS. README.md has a first
+/// program.
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"

@@ -1,5 +1,5 @@
 /// @file
-/// The solvers that NLGS and NSCDD are compared with, and Newton's method where these get nowhere.
+/// Solvers to compare NLGS and NSCDD with. Newton's method also goes on where sweeps get nowhere.
 #pragma once
 
 #include "nscdd/decompose/hand_over.hpp"

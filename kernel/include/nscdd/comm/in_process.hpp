@@ -1,6 +1,5 @@
 /// @file
-/// All ranks in one process: the same supersteps and the same numbers as over MPI, on any number of threads, without
-/// MPI.
+/// All ranks in one process, on any number of threads, without MPI. Supersteps and numbers are the same as over MPI.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +18,13 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Meanings and shapes of the calls: communicator.hpp. Each throws std::logic_error, naming call and ranks, if a
-/// sender and its receiver disagree on a size, or a link has no counterpart.
+/// A communicator whose ranks all live in this process. Meanings and shapes of the calls are in communicator.hpp. Each
+/// throws std::logic_error, naming call and ranks, where a sender and its receiver disagree on a size, or a link has no
+/// counterpart.
 class InProcess final : public Communicator {
   public:
-    /// Hosts the ranks 0..size-1; each_rank() deals them to so many threads. Throws std::invalid_argument unless
-    /// 1 <= threads <= size.
+    /// Hosts the ranks 0..size-1, which each_rank() deals to so many threads. Throws std::invalid_argument unless 1 <=
+    /// threads <= size.
     explicit InProcess(int size, int threads = 1) : pool_(std::clamp(threads, 1, (std::max)(size, 1))) {
         if (size < 1) throw std::invalid_argument("InProcess: " + std::to_string(size) + " ranks, needs at least 1");
         if (threads < 1 || threads > size)
@@ -107,7 +107,7 @@ class InProcess final : public Communicator {
     CommSeconds seconds() const override { return {}; }
 
   private:
-    /// Copies at finish(), so that a rank may fill the next message while another has not yet read this one.
+    /// A channel that copies at finish(). So a rank may fill the next message while another has not yet read this one.
     class Messages final : public Channel {
       public:
         Messages(InProcess& comm, const std::vector<Links>& links) : comm_(comm) {
@@ -171,7 +171,7 @@ class InProcess final : public Communicator {
                                    std::to_string(ranks_.size()) + " ranks");
     }
 
-    static std::size_t at(int rank) { return static_cast<std::size_t>(rank); }  ///< its place in lists
+    static std::size_t at(int rank) { return static_cast<std::size_t>(rank); }  ///< place of a rank in lists
 
     /// The end at `peer` of the link that `rank` has with it.
     static const Link& counterpart(const std::vector<Links>& links, int peer, int rank) {

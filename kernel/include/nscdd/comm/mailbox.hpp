@@ -1,5 +1,6 @@
 /// @file
-/// A message between two processes, or threads, through memory that both see: two copies, and no call of a library.
+/// A message between two processes, or threads, through memory that both see. It takes two copies, and no call of a
+/// library.
 #pragma once
 
 #include <array>

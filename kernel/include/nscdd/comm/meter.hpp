@@ -1,5 +1,5 @@
 /// @file
-/// Work that is counted, by kind: what simulated machines take their time from.
+/// Work that is counted, by kind. Simulated machines take their time from it.
 #pragma once
 
 #include <array>
@@ -17,35 +17,36 @@ namespace nscdd { inline namespace NSCDD_ABI {
 enum class Work {
     sweep,          ///< contacts swept
     accelerated,    ///< contacts swept from a combination of iterates
-    driven,         ///< batches with driven walls: the cost beyond their contacts, as each waits for the one before
+    driven,         ///< batches with driven walls: their cost beyond their contacts, as each waits for the one before
     residual,       ///< contacts tested
     pack,           ///< copies of grains put into messages
     glue,           ///< copies of grains made to agree, in closed form
     factorised,     ///< copies of grains made to agree, by a factorised operator
-    message,        ///< messages that a process sends or receives in an iteration: what MPI's calls do for them
-    shared_message  ///< those through memory that processes share: what copying them takes
+    message,        ///< messages that a process sends or receives in an iteration: the cost of MPI's calls for them
+    shared_message  ///< messages through memory that processes share: the cost of copying them
 };
 /// Names of the kinds of Work, in their order, as files have them.
 constexpr std::array<const char*, 9> work_names{"sweep", "accelerated", "driven",  "residual",      "pack",
                                                 "glue",  "factorised",  "message", "shared_message"};
 
-/// Called for work on a rank: `count` units of a kind, on data of `bytes` that the rank goes through repeatedly; their
-/// size says which cache holds them; of messages it is the size of one. A simulated machine advances its clock by the
-/// time of this work.
+/// A function that is called for work on a rank: `count` units of a kind, on data of `bytes`. The rank goes through
+/// these data repeatedly, so their size says which cache holds them; for messages it is the size of one. A simulated
+/// machine advances its clock by the time of this work.
 using Charged = std::function<void(Work kind, double count, double bytes)>;
 
 /// The work of the ranks that a process hosts. Ranks may be charged at the same time, each by one thread.
 class Meter {
   public:
-    /// `charged`, if given, is called at every charge.
+    /// Makes a meter for so many ranks. `charged`, if given, is called at every charge.
     explicit Meter(std::size_t ranks = 0, Charged charged = {}) : swept_(ranks), charged_(std::move(charged)) {}
 
-    /// `count` units of work of the k-th hosted rank; bytes: see Charged. Throws std::out_of_range where there is none.
+    /// Charges `count` units of work of the k-th hosted rank; for `bytes` see Charged. Throws std::out_of_range where
+    /// there is no such rank.
     void charge(std::size_t k, Work kind, double count, double bytes) {
         swept_.at(k) += kind == Work::sweep || kind == Work::accelerated ? count : 0;
         if (charged_) charged_(kind, count, bytes);
     }
-    /// A message of so many bytes that the process sends or receives.
+    /// Charges a message of so many bytes that the process sends or receives.
     void charge_message(double bytes, bool shared) const {
         if (charged_) charged_(shared ? Work::shared_message : Work::message, 1, bytes);
     }

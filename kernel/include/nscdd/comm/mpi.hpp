@@ -1,6 +1,6 @@
 /// @file
-/// Over MPI, each process hosting one rank or several. No other header includes mpi.h but mpi_*.hpp, its parts, and
-/// none includes this one.
+/// The communicator over MPI. Each process hosts one rank or several. No other header includes mpi.h but mpi_*.hpp, its
+/// parts, and none includes this one.
 #pragma once
 
 #include <mpi.h>
@@ -22,24 +22,23 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Meanings and shapes of the calls: communicator.hpp. All are collective.
+/// A communicator over MPI. Meanings and shapes of the calls are in communicator.hpp. All are collective.
 ///
-/// Throws std::runtime_error when MPI fails (a message longer than expected is such a failure) and std::logic_error
-/// when a shape is wrong or a message shorter than expected. The other processes may then wait for this one, so
-/// that the caller can only abort. Channels must be gone before their communicator.
+/// Calls throw std::runtime_error when MPI fails; a message longer than expected is such a failure. They throw
+/// std::logic_error when a shape is wrong or a message shorter than expected. The other processes may then wait for
+/// this one, so the caller can only abort. Channels must be gone before their communicator.
 ///
-/// Wait and transfer are told apart as in late-sender analysis (Scalasca): every message carries the time at which
-/// its sender entered the call; what lies between our entry and that of the latest partner is wait, the rest is
-/// transfer.
+/// Wait and transfer are told apart as in late-sender analysis (Scalasca). Every message carries the time at which its
+/// sender entered the call. Wait lies between our entry and that of the latest partner; the rest is transfer.
 ///
-/// Ranks are dealt to processes in contiguous ranges. What the ranks of one process send to those of another is one
-/// message.
+/// Processes get ranks in contiguous ranges. All that the ranks of one process send to those of another is one message.
 class Mpi final : public Communicator {
   public:
-    /// Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective. `charged`,
-    /// if given, is called at every charge of the meter, and for the messages of channels and reductions. `size`: ranks
-    /// in all, the same on every process; 0: one a process. `within`: how messages go between processes of a node.
-    /// Throws std::invalid_argument for fewer ranks than processes.
+    /// Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
+    ///
+    /// `charged`, if given, is called at every charge of the meter, and for the messages of channels and reductions.
+    /// `size` is the number of ranks in all, the same on every process; 0 means one a process. `within` says how
+    /// messages go between processes of a node. Throws std::invalid_argument for fewer ranks than processes.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0,
                  WithinNode within = WithinNode::memory)
         : mpi_(comm, std::move(charged), size, within) {}
@@ -48,8 +47,8 @@ class Mpi final : public Communicator {
     std::span<const int> ranks() const override { return mpi_.hosted().ranks(); }
 
     /// Throws std::logic_error for a peer that is no rank, and for a message through memory of another length than
-    /// expected. Of other messages finish() throws std::logic_error when one is shorter, std::runtime_error when
-    /// longer.
+    /// expected. For other messages finish() throws std::logic_error when one is shorter, std::runtime_error when one
+    /// is longer.
     std::unique_ptr<Channel> open(const std::vector<Links>& links) override {
         const Turn::Hold hold(turn(), "open");
         check_count(links.size(), "open");
@@ -58,10 +57,10 @@ class Mpi final : public Communicator {
         return std::make_unique<detail::MpiMessages>(mpi_, links);
     }
 
-    /// Each message goes alone to its target, which learns of it by probing and answers with an empty one. A rank that
-    /// has all its answers enters a barrier; when the barrier is over, no message is under way (as NBX, Hoefler,
-    /// Siebert, Lumsdaine, PPoPP 2010, does by synchronous sends). The barrier is a reduction of nothing: SimGrid 3.32
-    /// lets ranks through MPI_Ibarrier when rank 0 has come to it, whoever else has not.
+    /// Each message goes alone to its target. The target learns of it by probing and answers with an empty one. A rank
+    /// that has all its answers enters a barrier. When the barrier is over, no message is under way; NBX does so by
+    /// synchronous sends (Hoefler, Siebert, Lumsdaine, PPoPP 2010). The barrier is a reduction of nothing, because
+    /// SimGrid 3.32 lets ranks through MPI_Ibarrier as soon as rank 0 has come to it.
     std::vector<Buffer> route(const std::vector<Outbox>& out) override {
         const Turn::Hold hold(turn(), "route");
         const double entry = now();
@@ -177,7 +176,7 @@ class Mpi final : public Communicator {
         mpi_.spent(Operation::reduction, entry, reduction_.rows().stamp());
         return reduction_.rows().row(0);
     }
-    /// Looking into a mailbox takes less time than looking at the clock, and is not counted.
+    /// A look into a mailbox takes less time than a look at the clock, and is not counted.
     void advance() override {
         if (!reduction_.awaits_mpi()) return reduction_.go_on(false);
         const double entry = now();
@@ -207,7 +206,7 @@ class Mpi final : public Communicator {
 
     detail::MpiProcess mpi_;
 
-    /// Staging, which only grows.
+    /// Staging memory, which only grows.
     Buffer send_, recv_, gathered_;
     detail::MpiReduction reduction_{mpi_, detail::MpiProcess::reduce_tag, true},
         barrier_{mpi_, detail::MpiProcess::barrier_tag, false};

@@ -23,11 +23,11 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// How messages of the iteration go from process to process within a node.
+/// Ways of a message of the iteration from process to process within a node.
 enum class WithinNode {
-    memory,    ///< through memory that the processes share, where the system gives it and they fit; others as below
+    memory,    ///< through memory that the processes share, where the system gives it and they fit; else as below
     messages,  ///< as messages of MPI
-    modelled   ///< as messages of MPI that are charged as if they went through memory: for simulated machines
+    modelled   ///< as messages of MPI, charged as if they went through memory: for simulated machines
 };
 
 namespace detail {

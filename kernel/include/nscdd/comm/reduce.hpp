@@ -17,7 +17,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Members are doubles, or Eigen objects of fixed size.
+/// A struct whose members are combined over ranks. They are doubles, or Eigen objects of fixed size.
 template <class T>
 concept Reducible = requires(T t) {
     std::tuple_size<decltype(t.summed())>::value;
@@ -34,12 +34,12 @@ std::span<double> numbers_of(Eigen::PlainObjectBase<Derived>& x) {
 
 }  // namespace detail
 
-/// visit(numbers) for each member of a std::tie, as a span of doubles.
+/// Calls visit(numbers) for each member of a std::tie, as a span of doubles.
 inline void each_member(auto&& members, auto&& visit) {
     std::apply([&](auto&... member) { (visit(detail::numbers_of(member)), ...); }, members);
 }
 
-/// All numbers of a Reducible, those that are summed first.
+/// All numbers of a Reducible, the summed ones first.
 template <Reducible T>
 Buffer numbers(T value) {
     Buffer out;
@@ -51,7 +51,8 @@ Buffer numbers(T value) {
     return out;
 }
 
-/// task(k) of each hosted rank, combined over all ranks: the same bits on each. Collective.
+/// Combines the structs that task(k) returns for each hosted rank, over all ranks. The bits are the same on each rank.
+/// Collective.
 template <Reducible T>
 T reduce(Communicator& comm, auto&& task) {
     const Turn::Hold hold(comm.turn(), "reduce");  // until the sums are read

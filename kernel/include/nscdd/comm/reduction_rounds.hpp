@@ -1,5 +1,5 @@
 /// @file
-/// Who sends its row to whom in a reduction, so that every rank gets the bits of combine_in_tree() in few rounds.
+/// The messages of a reduction: who sends its row to whom. Every rank gets the bits of combine_in_tree() in few rounds.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 /// @file
-/// Threads that share loops: what InProcess deals its ranks to.
+/// Threads that share loops. InProcess deals its ranks to them.
 #pragma once
 
 #include <atomic>

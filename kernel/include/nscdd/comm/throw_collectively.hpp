@@ -1,5 +1,5 @@
 /// @file
-/// An error that one rank finds, thrown on all: a rank that throws alone would leave the others waiting.
+/// An error that one rank finds is thrown on all. A rank that throws alone would leave the others waiting.
 #pragma once
 
 #include <stdexcept>
@@ -10,8 +10,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Collective. complaints[k] of ranks()[k], empty for none: throws std::invalid_argument with that of the lowest rank
-/// that has one, on every process.
+/// Throws std::invalid_argument on every process, with the complaint of the lowest rank that has one. complaints[k] is
+/// that of ranks()[k], empty for none. Collective.
 inline void throw_collectively(Communicator& comm, const std::vector<std::string>& complaints) {
     const Turn::Hold hold(comm.turn(), "throw_collectively");
     std::vector<Buffer> lengths;
@@ -30,7 +30,7 @@ inline void throw_collectively(Communicator& comm, const std::vector<std::string
     throw std::invalid_argument(text);
 }
 
-/// throw_collectively() with the std::invalid_argument that task(k) throws, called once for each hosted rank.
+/// Calls task(k) once for each hosted rank, and throws collectively the std::invalid_argument that one throws.
 void throw_collectively(Communicator& comm, auto&& task)
     requires std::invocable<decltype(task), std::size_t>
 {

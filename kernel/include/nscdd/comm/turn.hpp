@@ -9,17 +9,18 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Whose turn it is to call a communicator: one thread's at a time, and no task's of each_rank().
+/// The turn to call a communicator. One thread has it at a time, and no task of each_rank() has it.
 class Turn {
   public:
-    /// Has the turn while it lives. The thread that has it may take it again, but for tasks of each_rank().
+    /// An object that has the turn while it lives. Its thread may take the turn again, but tasks of each_rank() may
+    /// not.
     class Hold {
       public:
-        /// `tasks`: until the end of this only tasks of each_rank() run. Throws std::logic_error, naming `call`, for a
-        /// thread or task whose turn it is not.
+        /// Takes the turn. With `tasks`, only tasks of each_rank() run until the end of this object. Throws
+        /// std::logic_error, naming `call`, for a thread or task that may not have the turn.
         Hold(Turn& turn, const char* call, bool tasks = false)
             : turn_(turn), first_(turn.take(call)), tasks_(turn.tasks_ = tasks) {}
-        /// Gives back what it has taken.
+        /// Gives the turn back.
         ~Hold() {
             if (tasks_) turn_.tasks_ = false;
             if (first_) turn_.owner_.store({}, std::memory_order_release);
@@ -33,7 +34,7 @@ class Turn {
     };
 
   private:
-    /// Whether the thread had no turn before.
+    /// Takes the turn; returns whether the thread had none before.
     bool take(const char* call) {
         std::thread::id owner;
         const bool first = owner_.compare_exchange_strong(owner, std::this_thread::get_id(), std::memory_order_acquire);

@@ -1,11 +1,12 @@
 /// @file
-/// A namespace per instruction set, C++20, and no -ffast-math: what every header of the kernel begins with.
+/// The namespace of the kernel, one for each instruction set. Every header begins with this one. It asks for C++20 and
+/// refuses -ffast-math.
 /// ```
 /// namespace nscdd { inline namespace NSCDD_ABI {   // users write nscdd:: and see nothing of it
 /// ```
-/// The linker keeps one copy of each inline function and template. Were two units of a program, compiled with different
-/// -march, to share that copy, then the one for the lesser processor would run instructions that it lacks, or read
-/// batches of another width. So the name of the namespace says what the unit is compiled for.
+/// The linker keeps one copy of each inline function and template. Two units of a program, compiled with different
+/// -march, must not share that copy. Else the lesser processor would run instructions that it lacks, or read batches of
+/// another width. So the name of the namespace says for which processor the unit is compiled.
 #pragma once
 
 #if __cplusplus < 202002L

@@ -1,11 +1,11 @@
 /// @file
-/// What a contact law is, and the two that are shipped.
+/// The concept of a contact law, and the two laws that are shipped.
 /// ```
 /// using Model = nscdd::Model<3, nscdd::Coulomb>;
 /// ```
-/// A law of your own is one class, see kernel/examples/cohesive_law.cpp. All solvers of scenes use it as they use
-/// Coulomb's: NLGS, NSCDD, acceleration, the fast sweep. Newton's and gradient methods and problems in local form are
-/// for the shipped laws alone (SolvedOnCone).
+/// A law of your own is one class; kernel/examples/cohesive_law.cpp is an example. NLGS, NSCDD, acceleration and the
+/// fast sweep use it as they use Coulomb's. Newton's method, the gradient methods and problems in local form know the
+/// shipped laws alone (SolvedOnCone).
 #pragma once
 
 #include <concepts>
@@ -21,69 +21,69 @@ struct Pairing {
     double friction = 0;     ///< Coulomb's mu, >= 0
     double restitution = 0;  ///< Newton's e, 0 to 1
 
-    /// Null, or what is wrong with mu; MaterialTable::set() checks e.
+    /// Returns null, or a text that says why mu is wrong. MaterialTable::set() checks e.
     const char* fault() const {
         return friction >= 0 && friction <= (std::numeric_limits<double>::max)() ? nullptr
                                                                                  : "friction must be >= 0 and finite";
     }
 };
 
-/// No tangential impulse, hence no rotation: 0 <= v_n + bias perp r_n >= 0.
+/// The law without friction: 0 <= v_n + bias perp r_n >= 0. There is no tangential impulse, hence no rotation.
 struct Frictionless {
     static constexpr const char* name = "frictionless";  ///< in messages
-    static constexpr bool friction = false;              ///< an impulse has one component, grains have no spin
-    /// None: a contact stores nothing for the law.
+    static constexpr bool friction = false;              ///< impulses have one component, grains have no spin
+    /// A contact stores nothing for this law.
     struct Coefficients {
         bool operator==(const Coefficients&) const = default;  ///< always true
     };
     using Pairing = nscdd::Pairing;  ///< only the restitution counts
 
-    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  ///< none
+    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  ///< empty
     static const char* fault(const Coefficients&) { return nullptr; }                              ///< always null
-    /// r_n = max(0, trial) [N s].
+    /// The normal impulse r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
-    /// r_n itself [N s]: the least that a contact can have is 0.
+    /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
     }
 };
 
-/// |r_t| <= mu r_n, and r_t opposed to the slip velocity where it slides.
+/// Coulomb's law: |r_t| <= mu r_n, and r_t opposes the slip velocity where the contact slides.
 struct Coulomb {
     static constexpr const char* name = "Coulomb";  ///< in messages
-    static constexpr bool friction = true;          ///< an impulse has `dim` components, grains have spins
-    /// Of one contact.
+    static constexpr bool friction = true;          ///< impulses have `dim` components, grains have spins
+    /// Numbers of the law that one contact stores.
     struct Coefficients {
         double friction_coefficient = 0;                       ///< mu
         bool operator==(const Coefficients&) const = default;  ///< whether mu is the same
     };
     using Pairing = nscdd::Pairing;  ///< mu and restitution
 
-    /// mu of the pair of materials, whatever the gap [m] and the step h [s].
+    /// Returns mu of the pair of materials. The gap [m] and the step h [s] do not matter.
     static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
         return {pairing.friction};
     }
-    /// Null, or a text that says that mu is negative or not finite.
+    /// Returns null, or a text where mu is negative or not finite.
     static const char* fault(const Coefficients& k) {
         return k.friction_coefficient >= 0 && k.friction_coefficient <= (std::numeric_limits<double>::max)()
                    ? nullptr
                    : "the coefficient of friction is negative or not finite";
     }
-    /// r_n = max(0, trial) [N s].
+    /// The normal impulse r_n = max(0, trial) [N s].
     template <class Real>
     static Real normal(Real trial, const Coefficients&) {
         return larger(Real(0), trial);
     }
-    /// mu r_n [N s], the largest |r_t|.
+    /// The largest |r_t|, which is mu r_n [N s].
     template <class Real>
     static Real limit(Real normal, const Coefficients& k) {
         return Real(k.friction_coefficient) * normal;
     }
-    /// r_n itself [N s]: the least that a contact can have is 0.
+    /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
     template <class Real>
     static Real excess(Real normal, const Coefficients&) {
         return normal;
@@ -123,11 +123,12 @@ concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real
 
 }  // namespace detail
 
-/// A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3): the normal impulse first,
-/// then the tangential one, cut back to a limit that the normal impulse sets. All members are static; Real is double
-/// and Packet, so that scalar and fast sweep have one formula. Impulses and limits in N s. Both have Real(double), the
-/// operators + - * / between two of them, larger(a, b) and smaller(a, b), lane by lane; no comparison, hence no branch,
-/// and no unary minus.
+/// A law in two stages, for contacts whose block of W is diagonal (METHOD.md, section 3). The normal impulse comes
+/// first. The tangential one follows; it is cut back to a limit that the normal impulse sets.
+///
+/// All members are static. Real is double and Packet, so scalar and fast sweep have one formula. Impulses and limits
+/// are in N s. Both types have Real(double), the operators + - * / between two of them, and larger(a, b) and smaller(a,
+/// b), lane by lane. There is no comparison, hence no branch, and no unary minus.
 /// ```
 /// bool friction       constexpr: contacts have a tangential impulse, and grains a spin
 /// Coefficients        of one contact, stored with it; equality tells which contacts may share a batch
@@ -141,8 +142,9 @@ concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real
 /// excess(normal, k)   by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
 ///                     the contact must not open, (v_n + bias) excess = 0 at an answer
 /// ```
-/// The kernel makes of them the scalar and the packet's solve, eta, velocity error and energies (law/residual.hpp), and
-/// the warm start (last step's impulse, made admissible again: its own normal() and limit()).
+/// The kernel makes these of them: the solve of one contact and of a packet; eta, velocity error and energies
+/// (law/residual.hpp); and the warm start. The warm start makes the last step's impulse admissible by normal() and
+/// limit().
 template <class L>
 concept ContactLaw =
     detail::LawSaysFriction<L> && detail::LawHasCoefficients<L> && detail::LawHasPairing<L> &&

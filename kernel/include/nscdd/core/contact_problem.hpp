@@ -7,7 +7,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What a body has only with friction.
+/// The part of a body that only friction needs.
 template <bool friction>
 struct BodySpin {
     double inv_inertia = 0;  ///< 1/inertia [1/(kg m^2)], split as inv_mass
@@ -16,7 +16,8 @@ struct BodySpin {
 template <>
 struct BodySpin<false> {};
 
-/// A grain as the sweep sees it: V and the split M^-1 of this copy (multiplicity / whole mass).
+/// A grain as the sweep sees it: velocity V and inverse mass. The inverse mass is that of this copy, multiplicity over
+/// the whole mass.
 template <class M>
 struct Body : BodySpin<M::friction> {
     typename M::Velocity v = M::Velocity::Zero();  ///< translations [m/s], then spins [rad/s]
@@ -36,11 +37,11 @@ struct WallBody {
     double inv_mass = 0;  ///< 1/mass [1/kg], split; 0 for a wall that is not driven
 };
 
-/// What a contact has only with friction.
+/// The part of a contact that only friction needs.
 template <bool friction>
 struct ContactFriction {
     double inv_wt = 0;  ///< omega/W_t of the split masses [kg], set by prepare_contacts() for the scalar sweep
-    /// R_i + g/2 [m]: the middle of the gap, so that pairs make no angular momentum; at a wall R_i.
+    /// R_i + g/2 [m]; at a wall R_i. The lever ends in the middle of the gap, so that pairs make no angular momentum.
     double lever_i = 0;
     double lever_j = 0;  ///< R_j + g/2 [m]; of a wall 0
 };
@@ -48,7 +49,7 @@ struct ContactFriction {
 template <>
 struct ContactFriction<false> {};
 
-/// One contact; the law's coefficients are a base, so that a law without any takes no memory.
+/// One contact. The law's coefficients are a base class, so a law without any takes no memory.
 template <class M>
 struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
     int i = 0;               ///< number of the grain in ContactProblem::bodies
@@ -58,39 +59,39 @@ struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
     double inv_wn = 0;       ///< omega/W_n of the split masses [kg], as inv_wt
     typename M::Impulse r = M::Impulse::Zero();  ///< impulse on i [N s]; in: where a solver starts
 
-    const typename M::Law::Coefficients& coefficients() const { return *this; }  ///< for the law's functions
-    typename M::Law::Coefficients& coefficients() { return *this; }              ///< to be set
+    const typename M::Law::Coefficients& coefficients() const { return *this; }  ///< coefficients, to be read
+    typename M::Law::Coefficients& coefficients() { return *this; }              ///< coefficients, to be set
 };
 
-/// The contact problem (4) of one step on one subdomain, matrix-free: body velocities, contacts, impulses.
+/// The contact problem (4) of one step on one subdomain, matrix-free: velocities of bodies, contacts, impulses.
 ///
 /// Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
-/// the velocities and impulses back; bodies, walls, contacts and the step are all that it must fill (validate.hpp).
-/// Sizes: 64 bytes a body and 104 a contact in 3D with friction.
+/// velocities and impulses back. It must fill bodies, walls, contacts and the step (validate.hpp). In 3D with friction
+/// a body takes 64 bytes and a contact 104.
 template <class M>
 struct ContactProblem {
-    std::vector<Body<M>> bodies;            ///< in: V_free + M^-1 H r; out: the same with the new r
+    std::vector<Body<M>> bodies;            ///< in: V_free + M^-1 H r [m/s, rad/s]; out: the same with the new r
     std::vector<WallBody<M>> walls;         ///< all walls of the scene
     std::vector<Contact<M>> contacts;       ///< between grains, in spatial order
     std::vector<Contact<M>> wall_contacts;  ///< j is a wall
-    std::vector<int> multiplicity;          ///< of each body; W of the residual takes whole masses
-    std::vector<int> wall_multiplicity;     ///< of each wall; an empty list of multiplicities stands for 1 everywhere
+    std::vector<int> multiplicity;          ///< of each body; the residual takes whole masses by it
+    std::vector<int> wall_multiplicity;     ///< of each wall; an empty list stands for 1 everywhere
     double h = 0;                           ///< step [s]
-    /// Of the bodies, for the tests of a solved step (METHOD.md, section 5); empty where they are not known.
-    std::vector<typename M::Vec> centres;  ///< [m], how far a component of the scene reaches
-    std::vector<double> radii;             ///< [m], scale of the gap error of a contact
-    double least_radius = 0;  ///< of the whole scene [m], scale of the penetration test; 0: no such test (SolveReport)
+    /// Centres of the bodies, for the tests of a solved step (METHOD.md, section 5). They and the radii may be empty.
+    std::vector<typename M::Vec> centres;  ///< [m]; they say how far a component of the scene reaches
+    std::vector<double> radii;             ///< [m]; scale of the gap error of a contact
+    double least_radius = 0;  ///< of the whole scene [m], scale of the penetration test (SolveReport); 0: no such test
 
-    /// Whether any wall is driven, that is, pushed by a force. The same on every rank.
+    /// True if a force pushes any wall, the same on every rank.
     bool driven_walls() const {
         return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
     }
 
-    /// Contacts between grains and with walls.
+    /// Number of contacts, between grains and with walls.
     std::size_t contact_count() const { return contacts.size() + wall_contacts.size(); }
-    /// Multiplicity of a body, 1 where nothing is split.
+    /// Multiplicity of a body; 1 where nothing is split.
     int copies(std::size_t body) const { return multiplicity.empty() ? 1 : multiplicity[body]; }
-    /// Multiplicity of a wall, 1 where nothing is split.
+    /// Multiplicity of a wall; 1 where nothing is split.
     int wall_copies(std::size_t wall) const { return wall_multiplicity.empty() ? 1 : wall_multiplicity[wall]; }
 
     /// Memory that a sweep reads and writes [bytes].

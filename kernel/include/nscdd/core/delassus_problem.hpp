@@ -1,8 +1,8 @@
 /// @file
-/// The contact problem in local form: u = W r + q and the law, with the Delassus operator W stored by blocks.
+/// The contact problem in local form: u = W r + q and the law. The Delassus operator W is stored by blocks.
 ///
-/// For problems of other codes, whose blocks need not be diagonal, and as an oracle; scenes of grains are solved
-/// matrix-free (contact_problem.hpp). Components of a contact: normal first, then tangential, as in FCLIB.
+/// It is for problems of other codes, whose blocks need not be diagonal, and for checks. Scenes of grains are solved
+/// matrix-free (contact_problem.hpp). Components of a contact are ordered as in FCLIB: normal first, then tangential.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
@@ -16,7 +16,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Law of each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, u_t != 0 => r_t = -mu r_n u_t/|u_t|.
+/// A problem with this law at each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, and r_t = -mu r_n u_t/|u_t| where
+/// u_t != 0.
 template <int Dimension>
 struct DelassusProblem {
     static constexpr int dim = Dimension;                             ///< components of a contact, 2 or 3
@@ -24,24 +25,24 @@ struct DelassusProblem {
     using Block = Eigen::Matrix<double, dim, dim, Eigen::DontAlign>;  ///< of W [1/kg]
 
     ///@{
-    /// W by rows of blocks: those of row c are blocks[k], in block column columns[k], for row_begin[c] <= k <
-    /// row_begin[c + 1], by ascending column; diagonal[c] is the k of W_cc, which is always there.
+    /// W by rows of blocks. Those of row c are blocks[k], in block column columns[k], for row_begin[c] <= k <
+    /// row_begin[c + 1], by ascending column. The number k of W_cc, which is always there, is diagonal[c].
     std::vector<int> row_begin{0}, columns, diagonal;
     ///@}
-    std::vector<Block> blocks;     ///< those of W that are stored, row by row [1/kg]
+    std::vector<Block> blocks;     ///< blocks of W that are stored, row by row [1/kg]
     std::vector<Vec> q;            ///< free relative velocity, bias included [m/s]
     std::vector<double> friction;  ///< mu of each contact
 
     std::size_t contact_count() const { return q.size(); }  ///< number of contacts, from the size of q
 
-    /// One block for set_blocks().
+    /// One block of W, for set_blocks().
     struct Entry {
         int row;      ///< number of a contact, from 0
         int column;   ///< number of a contact, from 0
         Block block;  ///< velocity at `row` by the impulse at `column` [1/kg]
     };
-    /// Sets W, once q has its size. Entries in any order; those of one place are added up, in the order given. Throws
-    /// std::invalid_argument for an entry of no contact.
+    /// Sets W, once q has its size. Entries come in any order; those of one place are added up, in the order given.
+    /// Throws std::invalid_argument for an entry of no contact.
     void set_blocks(std::vector<Entry> entries) {
         for (const Entry& e : entries)
             for (const int index : {e.row, e.column})
@@ -67,7 +68,7 @@ struct DelassusProblem {
         }
     }
 
-    /// u = W r + q at contact c [m/s], for one impulse r [N s] for each contact.
+    /// Velocity u = W r + q at contact c [m/s]. r has one impulse [N s] for each contact.
     Vec velocity(std::size_t c, const std::vector<Vec>& r) const {
         Vec u = q[c];
         for (int k = row_begin[c]; k < row_begin[c + 1]; ++k)

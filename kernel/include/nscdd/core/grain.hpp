@@ -6,10 +6,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// One disk or sphere: what is known of it between two steps.
+/// One disk or sphere, as it is between two steps.
 template <class M>
 struct Grain {
-    int id = 0;                                           ///< the same in every copy, unique in the scene
+    int id = 0;                                           ///< number, the same in every copy and unique in the scene
     int material = 0;                                     ///< row of Materials
     double radius = 0;                                    ///< [m]
     double mass = 0;                                      ///< of the whole grain, never split here [kg]

@@ -14,17 +14,18 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class P>
 class MaterialTable {
   public:
-    static constexpr int most = 4096;  ///< materials that a table may have: then it takes 256 MB
+    static constexpr int most = 4096;  ///< materials that a table may have; then it takes 256 MB
 
-    /// Of `count` materials, each pair with P's defaults. Throws std::invalid_argument unless 1 <= count <= most.
+    /// Makes a table of `count` materials, each pair with P's defaults. Throws std::invalid_argument unless 1 <= count
+    /// <= most.
     explicit MaterialTable(int count = 1) : count_(count) {
         if (count < 1 || count > most)
             throw std::invalid_argument(std::to_string(count) + " materials: needs 1 to " + std::to_string(most));
         table_.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(count));
     }
 
-    /// Sets what materials a and b have, in both orders. Throws std::invalid_argument for materials that there are not,
-    /// and for what no pair can have.
+    /// Sets the coefficients of materials a and b, in both orders. Throws std::invalid_argument for materials out of
+    /// range, and for coefficients that no pair can have.
     void set(int a, int b, P pairing) {
         for (const int material : {a, b})
             if (material < 0 || material >= count_)
@@ -47,7 +48,7 @@ class MaterialTable {
     std::vector<P> table_;
 };
 
-using Materials = MaterialTable<Pairing>;  ///< of the shipped laws
+using Materials = MaterialTable<Pairing>;  ///< table of the shipped laws
 /// The table that scenes of model M have.
 template <class M>
 using MaterialsOf = MaterialTable<typename M::Law::Pairing>;

@@ -4,13 +4,13 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What a scene has, decided at compile time: dimension and contact law (contact_law.hpp).
+/// Dimension and contact law of a scene (contact_law.hpp), decided at compile time.
 /// ```
 /// using Model = nscdd::Model<3, nscdd::Coulomb>;
 /// Model::Velocity v;                 // 3 translations, 3 spins
 /// ```
-/// Nothing that a model lacks is stored or computed: a frictionless grain has no spin, a frictionless contact
-/// one scalar impulse. Whether a wall is pushed by a force is said at run time (Wall::driven).
+/// A model stores and computes only its own parts: a frictionless grain has no spin, a frictionless contact one scalar
+/// impulse. Wall::driven says at run time whether a force pushes a wall.
 template <int Dimension, class ContactLaw>
 struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
@@ -19,7 +19,7 @@ struct Model {
     using Law = ContactLaw;                                          ///< contact law of all contacts
     static constexpr int dim = Dimension;                            ///< 2: disks, 3: spheres
     static constexpr bool friction = Law::friction;                  ///< whether impulses have a tangential part
-    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  ///< of one grain
+    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  ///< spins of one grain
     static constexpr int dof = dim + spins;                          ///< degrees of freedom of one grain
 
     using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;       ///< a place, a direction, a translation
@@ -28,7 +28,7 @@ struct Model {
     using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  ///< world axes, or along n alone
 };
 
-/// spin x arm, the velocity of a point at `arm` from the centre [m/s].
+/// Velocity spin x arm of a point at `arm` from the centre [m/s].
 template <class M>
 typename M::Vec spin_cross(const auto& spin, const typename M::Vec& arm) {
     if constexpr (M::dim == 3)
@@ -38,7 +38,7 @@ typename M::Vec spin_cross(const auto& spin, const typename M::Vec& arm) {
         return {-spin[0] * arm[1], spin[0] * arm[0]};
 }
 
-/// arm x impulse, the angular impulse about the centre [N m s]; one component in 2D.
+/// Angular impulse arm x impulse about the centre [N m s]; one component in 2D.
 template <class M>
 typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& impulse) {
     if constexpr (M::dim == 3)

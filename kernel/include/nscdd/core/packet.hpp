@@ -1,9 +1,10 @@
 /// @file
-/// What the fast sweep asks of the machine: packets of doubles, and rows of bodies loaded component by component.
+/// Packets of doubles, and rows of bodies that are loaded component by component. The fast sweep asks no more of the
+/// machine.
 ///
-/// The bits are the same on every processor with fused products (IEEE 754), whatever the width of its vectors:
-/// operations go lane by lane, each rounded once; sums over lanes have a fixed order; no instruction that two
-/// processors round differently is used. GCC's vectors (Clang has them, too) are behind it.
+/// The bits are the same on every processor with fused products (IEEE 754), whatever the width of its vectors.
+/// Operations go lane by lane, each rounded once. Sums over lanes have a fixed order. No instruction is used that two
+/// processors round differently. GCC's vectors are behind it; Clang has them, too.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
@@ -49,34 +50,34 @@ struct Vector {
 struct Packet {
     static constexpr int width = NSCDD_LANES;                 ///< lanes, doubles in a packet
     using Native = detail::Vector<double, width>::type;       ///< the compiler's vector of `width` doubles
-    using Bits = detail::Vector<std::uint64_t, width>::type;  ///< and of as many words of 64 bits
+    using Bits = detail::Vector<std::uint64_t, width>::type;  ///< the compiler's vector of `width` words of 64 bits
 
     Native lanes;  ///< `width` doubles
 
     Packet() = default;
-    explicit Packet(double x) : lanes(x - Native{}) {}  ///< in every lane
-    /// A packet of these lanes.
+    explicit Packet(double x) : lanes(x - Native{}) {}  ///< x in every lane
+    /// Makes a packet of these lanes.
     static Packet of(Native lanes) {
         Packet packet;
         packet.lanes = lanes;
         return packet;
     }
 
-    /// `width` doubles, from or to memory aligned to sizeof(Packet); the first is that of lane 0.
+    /// Reads `width` doubles from memory aligned to sizeof(Packet). The first is that of lane 0.
     static Packet load(const double* from) {
         return of(*reinterpret_cast<const detail::Vector<double, width>::in_memory*>(from));
     }
-    /// See load().
+    /// Writes `width` doubles as load() reads them.
     void store(double* to) const { *reinterpret_cast<detail::Vector<double, width>::in_memory*>(to) = lanes; }
 
     ///@{
-    /// The operation in every lane.
+    /// The operation is done in every lane.
     friend Packet operator+(Packet a, Packet b) { return of(a.lanes + b.lanes); }
     friend Packet operator-(Packet a, Packet b) { return of(a.lanes - b.lanes); }
     friend Packet operator*(Packet a, Packet b) { return of(a.lanes * b.lanes); }
     friend Packet operator/(Packet a, Packet b) { return of(a.lanes / b.lanes); }
     ///@}
-    /// a b + c, rounded once where the machine can (fuses).
+    /// The sum a b + c, rounded once where the machine can (fuses).
     friend Packet madd(Packet a, Packet b, Packet c) {
 #if defined(NSCDD_MM) && defined(__FMA__)
         return of(NSCDD_MM(fmadd)(a.lanes, b.lanes, c.lanes));
@@ -92,16 +93,16 @@ struct Packet {
 #if defined(__FP_FAST_FMA) || defined(__FMA__)
     static constexpr bool fuses = true;
 #else
-    static constexpr bool fuses = false;  ///< counts of iterations and last digits are not those of other machines
+    static constexpr bool fuses = false;  ///< counts and last digits differ from those of machines that fuse
 #endif
-    /// |a|
+    /// The magnitude |a|.
     friend Packet magnitude(Packet a) {
         return of(reinterpret_cast<Native>(reinterpret_cast<Bits>(a.lanes) & ~std::uint64_t{0} >> 1));
     }
 };
 
 ///@{
-/// The larger of two, in every lane, and of two doubles: so a contact law has one formula for both.
+/// The larger of two packets, in every lane, or of two doubles. So a contact law has one formula for both.
 inline double larger(double a, double b) { return a < b ? b : a; }
 inline Packet larger(Packet a, Packet b) {
 #if defined(NSCDD_MM)
@@ -112,7 +113,7 @@ inline Packet larger(Packet a, Packet b) {
 }
 ///@}
 ///@{
-/// The smaller of two, in every lane, and of two doubles.
+/// The smaller of two packets, in every lane, or of two doubles.
 inline double smaller(double a, double b) { return b < a ? b : a; }
 inline Packet smaller(Packet a, Packet b) {
 #if defined(NSCDD_MM)
@@ -123,9 +124,9 @@ inline Packet smaller(Packet a, Packet b) {
 }
 ///@}
 
-/// a^-1/2 to the last bit or two, 1e-300 <= a <= 1e300. Not by the processor's estimate, which differs between makers:
-/// half the exponent by a shift, with |h| < 0.07 in a y^2 = 1 - h; then (1 - h)^-1/2 by a quadratic that is off by 3e-5
-/// at most over these h, and by its series to the third order.
+/// The inverse root a^-1/2 to the last bit or two, for 1e-300 <= a <= 1e300. The processor's estimate is not used,
+/// because it differs between makers. A shift halves the exponent; then a y^2 = 1 - h with |h| < 0.07. (1 - h)^-1/2
+/// comes by a quadratic, off by at most 3e-5 over these h, and then by its series to the third order.
 inline Packet inverse_root(Packet a) {
     const auto miss = [a](Packet y) { return madd(Packet::of(-(a * y).lanes), y, Packet(1)); };
     Packet y = Packet::of(

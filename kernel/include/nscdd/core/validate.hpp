@@ -1,11 +1,11 @@
 /// @file
-/// What solvers take for granted of a problem, checked once before a solve: else they would write past their arrays, or
-/// call an answer converged that is none.
+/// Checks of a problem, done once before a solve. Without them solvers would write past their arrays, or call an answer
+/// converged that is none.
 /// ```
 /// nscdd::validate(problem);       // throws std::invalid_argument: "contact 3: it touches body 7, but there are 5"
 /// ```
-/// Numbers count from 0, as in the vectors. A first pass only asks whether anything is wrong; a second one then says
-/// what.
+/// Numbers count from 0, as in the vectors. A first pass asks only whether anything is wrong; a second one then says
+/// what it is.
 #pragma once
 
 #include <cmath>
@@ -122,9 +122,9 @@ void name_fault(const ContactProblem<M>& problem) {
 
 }  // namespace detail
 
-/// Throws std::invalid_argument that names what is wrong. 3 to 5 ns a contact, less than half a sweep: 1 to 3 % of a
-/// solve of ten iterations. nlgs(), newton_solve() and projected_gradient() ask by themselves, once; by_nlgs() and
-/// NSCDD do not, for their problems are made by our own detection.
+/// Throws std::invalid_argument that names the fault. The check takes 3 to 5 ns a contact, less than half a sweep: 1 to
+/// 3 % of a solve of ten iterations. The functions nlgs(), newton_solve() and projected_gradient() make it by
+/// themselves, once. The solvers by_nlgs() and by_nscdd() do not, because their problems come from our own detection.
 template <class M>
 void validate(const ContactProblem<M>& problem) {
     bool sound = problem.h > 0 && detail::is_finite(problem.h) && detail::is_mass(problem.least_radius);
@@ -151,8 +151,8 @@ void validate(const ContactProblem<M>& problem) {
     if (!sound || !all_move) detail::name_fault(problem);
 }
 
-/// Throws std::invalid_argument unless W has the shape that DelassusProblem says, all is finite, and r has one impulse
-/// for each contact.
+/// Throws std::invalid_argument unless W has the shape that DelassusProblem says, all numbers are finite, and r has one
+/// impulse for each contact.
 template <int dim>
 void validate(const DelassusProblem<dim>& problem, const std::vector<typename DelassusProblem<dim>::Vec>& r) {
     const std::size_t count = problem.contact_count(), stored = problem.blocks.size();

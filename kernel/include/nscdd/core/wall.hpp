@@ -4,7 +4,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// A plane that bounds the sample: at rest, moving as prescribed, or pushed by a force along its normal.
+/// A plane that bounds the sample. It rests, moves as prescribed, or a force pushes it along its normal.
 template <class M>
 struct Wall {
     int material = 0;                           ///< row of Materials

@@ -10,14 +10,15 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Centralised communication scheme: rank 0 gathers all copies, solves the interface problem, scatters (paper, 4.1).
+/// Centralised communication scheme. Rank 0 gathers all copies, solves the interface problem, and scatters (paper,
+/// 4.1).
 template <class M, class Gluing = Factorised<>>
 class Ccs final : public CommunicationScheme<M> {
     static_assert(detail::complete_gluing<Gluing>());
 
   public:
-    static constexpr const char* name = "ccs";                   ///< as the program's --scheme
-    static constexpr const char* interface_name = Gluing::name;  ///< as the program's --interface
+    static constexpr const char* name = "ccs";                   ///< name, as in --scheme
+    static constexpr const char* interface_name = Gluing::name;  ///< name, as in --interface
 
     /// Tells rank 0 which copies there are.
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {

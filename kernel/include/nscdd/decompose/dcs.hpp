@@ -8,18 +8,18 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Decentralised communication scheme: each rank trades copies with those it shares grains with, and solves its
+/// Decentralised communication scheme. Each rank trades copies with those it shares grains with. It solves its
 /// elementary interface problem (10)-(11) itself (paper, 4.2).
 ///
-/// Every holder of a grain has all of its copies then, so the elementary answers already agree and the average (12)
+/// Every holder of a grain then has all of its copies. So the elementary answers already agree, and the average (12)
 /// over them needs no second exchange.
 template <class M, class Gluing = ClosedForm>
 class Dcs final : public CommunicationScheme<M> {
     static_assert(detail::complete_gluing<Gluing>());
 
   public:
-    static constexpr const char* name = "dcs";                   ///< as the program's --scheme
-    static constexpr const char* interface_name = Gluing::name;  ///< as the program's --interface
+    static constexpr const char* name = "dcs";                   ///< name, as in --scheme
+    static constexpr const char* interface_name = Gluing::name;  ///< name, as in --interface
 
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         fronts_.resize(parts.size());
@@ -61,7 +61,8 @@ class Dcs final : public CommunicationScheme<M> {
         Gluing gluing;
     };
 
-    /// Links of a subdomain, and the rows of grains that each carries: those of copies active in this step only.
+    /// Finds the links of a subdomain, and the rows of grains that each carries: those of copies active in this step
+    /// only.
     static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
         std::vector<std::vector<const double*>> by_peer(part.neighbours.size());
         for (const int g : part.interface)
@@ -91,8 +92,8 @@ class Dcs final : public CommunicationScheme<M> {
         }
     }
 
-    /// Where the velocity of each copy is read: in the own row, or in the message of a peer, which has its copies in
-    /// sequence.
+    /// Sets the place where the velocity of each copy is read. That is the own row, or the message of a peer, which has
+    /// its copies in sequence.
     void place_copies(Subdomain<M>& part, std::size_t k) {
         Front& front = fronts_[k];
         std::vector<std::size_t> taken(part.neighbours.size(), 0);  // doubles of each peer's message

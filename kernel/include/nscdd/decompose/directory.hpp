@@ -1,5 +1,5 @@
 /// @file
-/// Finds the ranks that hold a grain of which only the id is known: rank id % size knows them. Used once per
+/// Finds the ranks that hold a grain of which only the id is known. Rank id % size knows them. It is used once per
 /// simulation, as its grains and impulses may come from any rank. Every rank may have something for every other one, so
 /// messages travel in two hops.
 #pragma once

@@ -1,7 +1,8 @@
 /// @file
 /// The interface problem (7): from the velocities of all copies to velocities on which they agree.
 ///
-/// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored: it equals M_E (V_E before
+/// Both ways are the same map to round-off (METHOD.md, section 6.2). F_Gamma is never stored. It equals M_E (V_E before
+/// - V_E after), so no F_Gamma can outlive the copies that it belonged to.
 /// - V_E after), so no F_Gamma can outlive the copies that it belonged to.
 #pragma once
 
@@ -21,13 +22,13 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Shared bodies by ascending id; copy c of body b is begin[b] <= c < begin[b+1], in rank order.
+/// Shared bodies by ascending id. Copies of body b are begin[b] <= c < begin[b+1], in rank order.
 struct Copies {
     int dof = 1;                       ///< degrees of freedom of a body
     std::vector<int> begin{0};         ///< first copy of each body, then the number of copies; bodies + 1 entries
     std::vector<double> inverse_mass;  ///< of the whole body, bodies x dof [1/kg]; of spins 1/inertia [1/(kg m^2)]
-    std::vector<const double*> from;   ///< where the velocity of each copy is, dof doubles
-    std::vector<double*> to;           ///< where to write the glued velocity, null: nowhere; may equal `from`
+    std::vector<const double*> from;   ///< place of the velocity of each copy, dof doubles
+    std::vector<double*> to;           ///< place of the glued velocity; null: none; may equal `from`
 
     int bodies() const { return static_cast<int>(begin.size()) - 1; }  ///< number of shared bodies
     int count() const { return begin.back(); }                         ///< number of copies of all of them
@@ -41,7 +42,7 @@ struct Copies {
     }
 };
 
-/// What solves the interface problem for the copies that it is shown: ClosedForm, Factorised, or your own.
+/// A solver of the interface problem for the copies that it gets: ClosedForm, Factorised, or your own.
 /// ```
 /// setup(copies)     once per step
 /// glue(copies)      reads the velocities at `from`, writes those on which the copies of a body agree at `to`; copies
@@ -71,13 +72,13 @@ consteval bool complete_gluing() {
 
 }  // namespace detail
 
-/// Equal split masses: every copy takes the mean, summed in rank order so that all ranks get the same bits.
+/// Gluing for equal split masses. Every copy takes the mean, summed in rank order so that all ranks get the same bits.
 class ClosedForm {
   public:
-    static constexpr const char* name = "closed-form";  ///< as the program's --interface
-    static constexpr Work work = Work::glue;            ///< what a copy is charged as
+    static constexpr const char* name = "closed-form";  ///< name, as in --interface
+    static constexpr Work work = Work::glue;            ///< kind of work of a copy
 
-    /// Once per step: which copies want the mean.
+    /// Notes which copies want the mean. Called once per step.
     void setup(const Copies& copies) {
         to_.clear();
         to_begin_.assign(1, 0);
@@ -88,9 +89,11 @@ class ClosedForm {
         }
     }
 
-    /// Reads the velocities at `from`, writes the means at `to`. Copies as at setup(). Each case knows its degrees of
-    /// freedom at compile time, so that a copy is a few loads and stores: a quarter of the time. Throws
-    /// std::invalid_argument unless they are 2, 3 or 6. A template: compiled by those who call it.
+    /// Reads the velocities at `from`, writes the means at `to`. Copies are as at setup(). Throws std::invalid_argument
+    /// unless their degrees of freedom are 2, 3 or 6.
+    ///
+    /// Each case knows its degrees of freedom at compile time, so a copy is a few loads and stores: a quarter of the
+    /// time. It is a template, so its callers compile it.
     template <class = void>
     void operator()(const Copies& copies) {
         switch (copies.dof) {
@@ -129,12 +132,12 @@ class ClosedForm {
         }
     }
 
-    std::vector<double*> to_;  ///< where the mean of body b is wanted: to_begin_[b] <= t < to_begin_[b+1]
+    std::vector<double*> to_;  ///< places for the mean of body b: to_begin_[b] <= t < to_begin_[b+1]
     std::vector<std::size_t> to_begin_{0};
     std::array<double, 6> mean_{};  ///< on the stack GCC 12.2 misaligns it: a fault at -O2 with AVX-512
 };
 
-/// A_Gamma: one row per jump between consecutive copies and degree of freedom, +1 on the first and -1 on the second.
+/// A_Gamma, with one row per jump between consecutive copies and degree of freedom: +1 on the first, -1 on the second.
 inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     std::vector<Eigen::Triplet<double>> entries;
     int row = 0;
@@ -150,7 +153,7 @@ inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     return a;
 }
 
-/// Diagonal of M_E^-1 over all copies, copies x dof: multiplicity / whole mass or inertia.
+/// Diagonal of M_E^-1 over all copies, copies x dof: multiplicity over whole mass or inertia [1/kg, 1/(kg m^2)].
 inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     Eigen::VectorXd inverse(copies.count() * copies.dof);
     for (int b = 0; b < copies.bodies(); ++b) {
@@ -164,15 +167,15 @@ inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     return inverse;
 }
 
-/// X = sum_E A M_E^-1 A^T assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's interface:
-/// Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
+/// Gluing by X = sum_E A M_E^-1 A^T, assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's
+/// interface will do: Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
 template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
 class Factorised {
   public:
-    static constexpr const char* name = "factorised";  ///< as the program's --interface
-    static constexpr Work work = Work::factorised;     ///< what a copy is charged as
+    static constexpr const char* name = "factorised";  ///< name, as in --interface
+    static constexpr Work work = Work::factorised;     ///< kind of work of a copy
 
-    /// Once per step: assembles X and factorises it. Throws std::runtime_error unless X is positive definite.
+    /// Assembles X and factorises it. Called once per step. Throws std::runtime_error unless X is positive definite.
     void setup(const Copies& copies) {
         velocity_.resize(copies.count() * copies.dof);
         jumps_ = jump_matrix(copies);
@@ -184,8 +187,8 @@ class Factorised {
             throw std::runtime_error("interface operator X is not positive definite");
     }
 
-    /// Solves X Delta F_Gamma = sum_E A V_E for the velocities at `from`; writes those after it at `to`. Copies as at
-    /// setup().
+    /// Solves X Delta F_Gamma = sum_E A V_E for the velocities at `from`; writes those after it at `to`. Copies are as
+    /// at setup().
     void operator()(const Copies& copies) {
         if (jumps_.rows() == 0) return;
         const auto dof = static_cast<std::ptrdiff_t>(copies.dof);

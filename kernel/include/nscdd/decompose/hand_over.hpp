@@ -1,6 +1,6 @@
 /// @file
-/// Components on which sweeps get nowhere, solved by Newton's method or by damped sweeps: impulses that grow along a
-/// self-stress, or go round in a circle (METHOD.md, section 8.1).
+/// Components on which sweeps get nowhere are solved by Newton's method or by damped sweeps. Their impulses grow along
+/// a self-stress, or go round in a circle (METHOD.md, section 8.1).
 #pragma once
 
 #include <exception>
@@ -188,9 +188,9 @@ class CollectedComponent {
 
 }  // namespace detail
 
-/// Solves the components that are far from an answer (where none is, all) and have at most options.max_newton_contacts
-/// contacts by Newton's method, each on one rank: problems have their impulses and velocities then, and the bias of
-/// rebounds that were given up. sums: added up; residual: of the scene. Collective.
+/// Solves components by Newton's method, each on one rank. They are far from an answer (where none is, all count), and
+/// have at most options.max_newton_contacts contacts. Problems then have their impulses and velocities, and the bias of
+/// rebounds that were given up. `sums` are added up; `residual` is that of the scene. Collective.
 template <class M>
 HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums,
                      JoinedComponents<M>& joined, const ResidualParts& residual, const SolveOptions& options) {
@@ -233,7 +233,7 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::spa
     return nscdd::reduce<HandedOver>(comm, [&solved](std::size_t k) { return solved[k]; });
 }
 
-/// For by_nlgs() and by_nscdd(). Of a law that Newton's method does not know, null.
+/// The solver that by_nlgs() and by_nscdd() hand over to. It is null for a law that Newton's method does not know.
 template <class M>
 HandOver<M> newton_where_stalled() {
     if constexpr (SolvedOnCone<typename M::Law>) return &hand_over<M>;

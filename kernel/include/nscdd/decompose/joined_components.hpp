@@ -15,7 +15,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Adds up what is asked of a body over all its copies. Collective: one message to each neighbour.
+/// Adds up the changes asked of a body over all its copies. Collective: one message to each neighbour.
 template <class M>
 void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums) {
     if (comm.size() == 1) return;
@@ -40,12 +40,13 @@ void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::spa
         }
 }
 
-/// Components that reach across subdomains: grains and driven walls with copies join what each subdomain sees of them.
+/// Components that reach across subdomains. Grains and driven walls with copies join the parts that each subdomain
+/// sees.
 template <class M>
 class JoinedComponents {
   public:
-    /// Of problems as they are solved. Collective: one message to each neighbour, a gathering of the pairs of
-    /// components that meet, and a reduction of the shapes of those that do.
+    /// Finds the components of problems as they are solved. Collective: one message to each neighbour, a gathering of
+    /// the pairs of components that meet, and a reduction of the shapes of those that do.
     JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums)
         : joined_(parts.size()) {
         for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -58,7 +59,7 @@ class JoinedComponents {
         if (count_ > 0) reduce_shapes(comm);
     }
 
-    /// Collective; the same bits on every rank. sums: added up.
+    /// The estimate of the scene, with the same bits on every rank. `sums` are added up. Collective.
     detail::DistanceEstimate estimate(Communicator& comm, std::span<const detail::DistanceSums<M>> sums,
                                       const ResidualParts& residual) {
         // of each joined component, and of the scene; then what each rank has for itself
@@ -91,14 +92,13 @@ class JoinedComponents {
         return estimate;
     }
 
-    /// Of the component with this label on the k-th hosted rank: its number among those that reach across subdomains,
-    /// or -1; its whole shape; its last estimate.
+    /// Number of the component with this label on the k-th hosted rank among those that reach across subdomains, or -1.
     int number(std::size_t k, std::size_t label) const { return joined_[k][label]; }
-    /// Its whole shape.
+    /// Whole shape of the component.
     const detail::ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? shapes_[k][label] : joined_shapes_[static_cast<std::size_t>(number(k, label))];
     }
-    /// Its last estimate.
+    /// Last estimate of the component.
     const detail::DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? estimates_[k][label]
                                     : joined_estimates_[static_cast<std::size_t>(number(k, label))];
@@ -106,7 +106,7 @@ class JoinedComponents {
 
   private:
     static void append(const Buffer& numbers, Buffer& out) { out.insert(out.end(), numbers.begin(), numbers.end()); }
-    /// A component of a subdomain by one number, that is, 2^31 its rank and its label; walls have a rank of their own.
+    /// Names a component of a subdomain by one number, 2^31 its rank and its label. Walls have a rank of their own.
     static double name(int rank, int label) { return static_cast<double>(std::int64_t{rank} << 31 | label); }
 
     /// Pairs of names that are one component, of all ranks, one after the other.
@@ -171,7 +171,7 @@ class JoinedComponents {
                     joined_[k][c] = number[static_cast<std::size_t>(sets.find(at))];
     }
 
-    /// As a reduction takes them: all that is summed, then all of which the largest counts.
+    /// Puts members as a reduction takes them: first all that are summed, then all of which the largest counts.
     template <class T, class... Last>
     static Buffer rows_of(std::vector<T>& rows, Last&... last) {
         Buffer out;
@@ -205,16 +205,16 @@ class JoinedComponents {
         read_rows(all, joined_shapes_);
     }
 
-    std::vector<std::vector<detail::ComponentShape<M>>> shapes_;    ///< by hosted rank and label
-    std::vector<std::vector<int>> joined_;                          ///< the same: number of the joined component, or -1
-    std::vector<std::vector<detail::DistanceEstimate>> estimates_;  ///< the same, of those that are not joined
-    std::size_t count_ = 0;                                         ///< of joined components
+    std::vector<std::vector<detail::ComponentShape<M>>> shapes_;  ///< by hosted rank and label
+    std::vector<std::vector<int>> joined_;  ///< by hosted rank and label: number of the joined component, or -1
+    std::vector<std::vector<detail::DistanceEstimate>> estimates_;  ///< by rank and label, of those not joined
+    std::size_t count_ = 0;                                         ///< number of joined components
     std::vector<detail::ComponentShape<M>> joined_shapes_;          ///< by number
     std::vector<detail::DistanceEstimate> joined_estimates_;        ///< by number
 };
 
-/// Solves the components that are far from an answer, where sweeps get nowhere: hand_over() of hand_over.hpp does it by
-/// Newton's method. Null: nothing does.
+/// Solves the components that are far from an answer, where sweeps get nowhere. hand_over() of hand_over.hpp does it by
+/// Newton's method. With null none are solved.
 template <class M>
 using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm,
                                 std::span<detail::DistanceSums<M>> sums, JoinedComponents<M>& joined,

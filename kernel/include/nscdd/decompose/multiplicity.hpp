@@ -1,9 +1,9 @@
 /// @file
 /// Multiplicity of each grain in this step, and the masses split by it (paper, section 3).
 ///
-/// By Multiplicity::minimal a copy counts only where the narrow phase found a contact of it: the "future
-/// optimization" of section 3.2. Other copies take no part in the iteration and are given the answer when it is over.
-/// By Multiplicity::predicted, the paper's own, every copy that the broad phase foresaw counts.
+/// By Multiplicity::minimal a copy counts only where the narrow phase found a contact of it: the "future optimization"
+/// of section 3.2. Other copies take no part in the iteration, and get the answer when it is over. By
+/// Multiplicity::predicted, the paper's own, every copy counts that the broad phase foresaw.
 #pragma once
 
 #include <algorithm>

@@ -223,8 +223,8 @@ class SweptTogether {
 
 }  // namespace detail
 
-/// In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and velocities equal in
-/// all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
+/// Solves a step. In: split and prepared problems with V_free + M_E^-1 H_E r_E (warm start). Out: impulses, and
+/// velocities equal in all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
 template <class M>
 SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
                         const SolveOptions& options, PhaseSeconds& seconds, HandOver<M> hand_over = nullptr) {

@@ -1,12 +1,12 @@
 /// @file
-/// Where the time of a process goes, by phases of algorithm 1.
+/// The time of a process, by phases of algorithm 1.
 #pragma once
 
 #include "nscdd/comm/communicator.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// [s]: outside the communicator, and inside it as in CommSeconds.
+/// Time of a phase [s], outside the communicator, and inside it as in CommSeconds.
 struct PhaseTime {
     double own = 0;       ///< own work [s]
     double wait = 0;      ///< waiting for partners [s]
@@ -16,7 +16,7 @@ struct PhaseTime {
 /// Time of one process by phases, added up over the steps.
 struct PhaseSeconds {
     PhaseTime detect;     ///< contact detection, new decomposition of the domain, multiplicities
-    PhaseTime sweep;      ///< of the iteration: sweeps, and the test of convergence
+    PhaseTime sweep;      ///< of the iteration, sweeps and the test of convergence
     PhaseTime interface;  ///< the rest of the iteration
     PhaseTime advance;    ///< initial velocities and impulses, motion of the grains
 };
@@ -24,7 +24,7 @@ struct PhaseSeconds {
 /// Adds the time since the last lap to a phase.
 class Stopwatch {
   public:
-    /// Starts. `comm` must live as long as this, which reads its clock.
+    /// Starts the watch. `comm` must live as long, because its clock is read.
     explicit Stopwatch(const Communicator& comm) : comm_(comm), last_(reading()) {}
     /// Adds the time since the last lap(), skip() or the start to `phase`.
     void lap(PhaseTime& phase) {

@@ -1,6 +1,6 @@
 /// @file
-/// Makes the copies of shared grains agree between two sweeps: Ccs or Dcs. Behind an interface, so that Alg. 1 is
-/// compiled once for all schemes: a virtual call costs nothing beside its messages.
+/// Schemes that make the copies of shared grains agree between two sweeps: Ccs or Dcs. They are behind an interface, so
+/// Alg. 1 is compiled once for all of them. A virtual call costs nothing beside its messages.
 #pragma once
 
 #include <concepts>
@@ -12,26 +12,27 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Velocities of interface grains are read from the rows of the subdomains' sweepers and written back there.
+/// A scheme of communication. It reads velocities of interface grains from the rows of the subdomains' sweepers, and
+/// writes them back there.
 template <class M>
 class CommunicationScheme {
   public:
     using Model = M;  ///< dimension and contact law of the scene
     virtual ~CommunicationScheme() = default;
 
-    /// Once per step, after split_masses() and when the sweepers are loaded. Collective.
+    /// Called once per step, after split_masses() and when the sweepers are loaded. Collective.
     virtual void setup(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
     /// Writes the velocities of the k-th hosted rank's interface grains into its messages; returns how many. Not
     /// collective.
     virtual std::size_t pack(Subdomain<M>& part, std::size_t k) = 0;
     /// Sends the messages. Until finish() contacts of interface grains must not be swept; others may be.
     virtual void start() = 0;
-    /// From velocities of all active copies, which differ, to velocities on which they agree. Collective.
+    /// Turns the velocities of all active copies, which differ, into velocities on which they agree. Collective.
     virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
 
-/// What by_nscdd() runs: Ccs, Dcs, or a class of your own derived from `CommunicationScheme<M>`, made without arguments
-/// for each solve.
+/// A scheme for by_nscdd(): Ccs, Dcs, or a class of your own derived from `CommunicationScheme<M>`. One is made without
+/// arguments for each solve.
 template <class S>
 concept GluingScheme = requires { typename S::Model; } &&
                        std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;
@@ -58,13 +59,13 @@ void count_work(Communicator& comm, const Subdomain<M>& part, std::size_t k, Wor
     comm.meter().charge(k, kind, double(units), double(part.sweeper.bytes()));
 }
 
-/// pack() of all hosted ranks.
+/// Calls pack() for all hosted ranks.
 template <class M>
 void pack(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     comm.each_rank([&](std::size_t k) { count_work(comm, parts[k], k, Work::pack, scheme.pack(parts[k], k)); });
 }
 
-/// pack(), start() and finish() in one call, where nothing is swept meanwhile. Collective.
+/// Calls pack(), start() and finish(), where nothing is swept meanwhile. Collective.
 template <class M>
 void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communicator& comm) {
     pack(scheme, parts, comm);

@@ -1,5 +1,5 @@
 /// @file
-/// What travels between ranks as doubles, grains and impulses of pairs, and how a pair is found by its ids.
+/// Grains and impulses of pairs as doubles, which travel between ranks; and the search of a pair by its ids.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Impulse of a pair by ids, as it travels and as it is stored; j < 0: wall -1-j.
+/// Impulse of a pair by ids, as it travels and is stored. j < 0: wall -1-j.
 template <class M>
 struct PairImpulse {
     int i;                  ///< id of the grain with the lower one

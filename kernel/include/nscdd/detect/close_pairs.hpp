@@ -1,6 +1,6 @@
 /// @file
-/// Broad phase (the paper's broad phase): all pairs closer than a skin, by sorted cells. Done every few steps
-/// (paper, section 3).
+/// The paper's broad phase: all pairs closer than a skin, by sorted cells. It is done every few steps (paper, section
+/// 3).
 #pragma once
 
 #include <algorithm>
@@ -21,13 +21,14 @@ struct GrainPair {
     int j;  ///< place of the other one
 };
 
-/// Cubic cells over the grains' centres, numbered along a Morton curve so that close in space is close in memory.
+/// Cubic cells over the grains' centres. They are numbered along a Morton curve, so cells close in space are close in
+/// memory.
 template <class M>
 class Cells {
   public:
     using Coordinates = std::array<std::int64_t, M::dim>;  ///< of a cell, from 1 on along each axis
 
-    /// `size`: edge of a cell [m], at least the largest centre distance looked for.
+    /// Makes cells over the centres. `size` is the edge of a cell [m], at least the largest centre distance looked for.
     Cells(std::span<const Grain<M>> grains, double size) {
         typename M::Vec high = M::Vec::Constant(-1e300);
         low_ = M::Vec::Constant(1e300);
@@ -36,7 +37,7 @@ class Cells {
         size_ = (std::max)(size, grains.empty() ? 1.0 : (high - low_).maxCoeff() / double(max_coordinate - 2));
     }
 
-    /// Of the cell that the point is in; only for points within the box of the grains' centres.
+    /// Coordinates of the cell that the point is in; only for points within the box of the grains' centres.
     Coordinates coordinates(const typename M::Vec& x) const {
         Coordinates c;
         for (int d = 0; d < M::dim; ++d)
@@ -53,8 +54,8 @@ class Cells {
 
   private:
     static constexpr int bits = 63 / M::dim;
-    /// The lower bits of x, `dim` places apart: first halves of the bits are moved to their places, then quarters, and
-    /// so on.
+    /// Spreads the lower bits of x, `dim` places apart. First halves of the bits are moved to their places, then
+    /// quarters, and so on.
     static std::uint64_t spread(std::uint64_t x) {
         if constexpr (M::dim == 3) {
             x &= 0x1fffff;
@@ -78,7 +79,7 @@ class Cells {
     double size_;
 };
 
-/// Sorts the grains along the cells' curve. Equal cells: by id, so that the order does not depend on history.
+/// Sorts the grains along the cells' curve. Grains of one cell come by id, so the order does not depend on history.
 template <class M>
 void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
     std::vector<std::pair<std::uint64_t, int>> keys(grains.size());
@@ -94,11 +95,11 @@ void sort_in_space(std::vector<Grain<M>>& grains, const Cells<M>& cells) {
     grains.swap(sorted);
 }
 
-/// More pairs than a list of candidates may hold; thrown by close_pairs().
+/// Thrown by close_pairs() where there are more pairs than a list of candidates may hold.
 struct TooManyPairs {
     double overlap = 0;    ///< deepest of the pairs found, over the smaller radius; of grains `i` and `j` (ids)
-    int i = -1;            ///< -1: none overlap by more than a radius
-    int j = -1;            ///< likewise
+    int i = -1;            ///< id; -1: none overlap by more than a radius
+    int j = -1;            ///< id, likewise
     std::size_t most = 0;  ///< pairs that the list may hold
 };
 
@@ -120,8 +121,8 @@ void check_pair_count(std::span<const Grain<M>> grains, std::span<const GrainPai
     if (refused.i >= 0 || found.size() >= refused.most) throw refused;
 }
 
-/// Pairs with a gap below `skin` [m] whose two grains satisfy `keep(a, b)`, by ascending lower index; i has the lower
-/// id. Throws TooManyPairs.
+/// Finds the pairs with a gap below `skin` [m] whose two grains satisfy `keep(a, b)`, by ascending lower index. i has
+/// the lower id. Throws TooManyPairs.
 template <class M>
 std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells<M>& cells, double skin, auto&& keep) {
     // Cells are numbered row by row, with an empty cell at both ends of a row. The neighbours of a cell are runs of

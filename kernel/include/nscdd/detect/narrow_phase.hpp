@@ -1,6 +1,6 @@
 /// @file
-/// Narrow phase (the paper's narrow phase): contacts of this step out of the candidates of the broad phase, with gap,
-/// normal, levers and bias.
+/// The paper's narrow phase: contacts of this step out of the candidates of the broad phase, with gap, normal, levers
+/// and bias.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 /// @file
-/// The straight paths of two bodies within a step: when they come nearer than so much, and whether they pass each
-/// other.
+/// The straight paths of two bodies within a step. They tell when the bodies come nearer than so much, and whether they
+/// pass each other.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 /// @file
-/// What a step's motion does to candidates between two detections: contacts that were left out, contacts of grains that
-/// pass each other, and grains that pass through each other or through a wall unseen.
+/// The effect of a step's motion on candidates between two detections. It finds contacts that were left out, contacts
+/// of grains that pass each other, and grains that pass through each other or a wall unseen.
 #pragma once
 
 #include <algorithm>

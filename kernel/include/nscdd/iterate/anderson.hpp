@@ -1,10 +1,10 @@
 /// @file
-/// Anderson acceleration of whole iterations [Anderson65, Walker11]: from the last few iterates and what the sweep
-/// changed in each, the combination that would have changed least.
+/// Anderson acceleration of whole iterations [Anderson65, Walker11]. The last few iterates, and the change of each by
+/// its sweep, are combined such that the change would have been least.
 ///
-/// Impulses and glued velocities depend on each other affinely, V = V_free + M^-1 H r, so both take the same
-/// combination and no exchange is added. It may leave the cone: the sweep that follows brings every contact back into
-/// it.
+/// Impulses and glued velocities depend on each other affinely, V = V_free + M^-1 H r. So both take the same
+/// combination, and no exchange is added. The combination may leave the cone; the next sweep brings every contact back
+/// into it.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -18,36 +18,38 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The coefficients, the same on every rank. What is combined stays with those who hold it, in `window` slots: in each
-/// an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
+/// The coefficients of the combination, the same on every rank. Those who hold the iterates keep them in `window`
+/// slots. Each slot has an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
 /// ```
 /// x = g + sum_j c_j (g_j - g),   then g_last = g;   f = sweep(x) - x,   then f_now = f,   for c_j = coefficient(j),
 /// ```
-/// and tells update() the products f.f, f.f_0, f.f_1 ... (before f takes its slot), summed over all contacts.
+/// and tells update() the products f.f, f.f_0, f.f_1 ..., summed over all contacts, before f takes its slot.
 class Anderson {
   public:
-    static constexpr int largest_window = 8;                  ///< earlier iterates that can be combined, at most
+    static constexpr int largest_window = 8;                  ///< largest number of earlier iterates to combine
     using Products = std::array<double, largest_window + 1>;  ///< f.f, then f.f_j by slot [J]: products() are in use
-    /// The products have W_n as metric for the normal part of a change and a tenth of it for the tangential one, which
-    /// changes whenever a contact turns from sticking to sliding: with W itself it takes a quarter more iterations, and
-    /// with nothing for the tangential part a grain that rolls without a normal change would not count at all.
+    /// Weight of the tangential part of a change over that of the normal part, W_n. The tangential part changes
+    /// whenever a contact turns from sticking to sliding. W itself as metric takes a quarter more iterations. With no
+    /// weight at all a grain that rolls without a normal change would not count.
     static constexpr double tangential_weight = 0.1;
-    /// Bound on sum |c_j|. Where walls leave no room all f_j are nearly equal, so the minimising c_j are huge: impulses
-    /// grew a thousandfold and their round-off threw grains out.
+    /// Bound on sum |c_j|. Where walls leave no room all f_j are nearly equal, so the minimising c_j are huge. Without
+    /// the bound impulses grow a thousandfold there, and their round-off throws grains out.
     static constexpr double longest = 5;
     ///@{
-    /// After `many` iterations one in `pause` starts from the iterate itself, without a combination. Without that, slow
-    /// problems end in a cycle of combinations whose coefficients stay far below 1 (both: METHOD.md, section 8).
+    /// After `many` iterations one in `pause` starts from the iterate itself, without a combination. Without pauses
+    /// slow problems end in a cycle of combinations whose coefficients stay far below 1 (METHOD.md, section 8).
     static constexpr int many = 200, pause = 5;
     ///@}
-    /// Weight [1/kg] of a contact: W_n of split masses times (split/whole)^4, with W_n of split and of whole masses
-    /// (METHOD.md, section 8). Split masses slow interface contacts, which decide the number of iterations.
+    /// Weight [1/kg] of a contact: W_n of split masses times (split/whole)^4. `split` and `whole` are W_n of split and
+    /// of whole masses (METHOD.md, section 8). Split masses slow interface contacts, which decide the number of
+    /// iterations.
     static double metric(double split, double whole) {
         const double square = split / whole * (split / whole);
         return split * square * square;
     }
 
-    /// window: earlier iterates to combine, 0 to largest_window. It is not checked here (check_options()).
+    /// Makes an empty window. `window` is the number of earlier iterates to combine, 0 to largest_window. It is not
+    /// checked here (check_options()).
     explicit Anderson(int window)
         : window_(window),
           coefficients_(Vector::Zero(window_)),
@@ -59,15 +61,17 @@ class Anderson {
     std::size_t products() const { return static_cast<std::size_t>(window_ + 1); }  ///< numbers that update() reads
     double coefficient(int slot) const { return coefficients_[slot]; }  ///< c_j; 0 where the slot takes no part
     int now() const { return now_; }            ///< slot that takes f, the change by this iteration's sweep
-    int last() const { return last_; }          ///< slot that takes g, what the last iteration ended with
-    int restarts() const { return restarts_; }  ///< how often a change that grew has emptied the window
+    int last() const { return last_; }          ///< slot that takes g, the end of the last iteration
+    int restarts() const { return restarts_; }  ///< number of times that a change that grew has emptied the window
 
-    /// Velocities and impulses are combined by the same coefficients, so that V = V_free + M^-1 H r stays true but for
-    /// round-off. Coefficients beyond 1 multiply that round-off, by `growth_` at most: a heavy ball on light ones shows
-    /// it after 60 iterations, packings after thousands. True where the factor may exceed 1e4: then velocities have to
-    /// be computed from the impulses again, and must not be combined with earlier ones, forget().
+    /// True where velocities have to be computed from the impulses again. They must not be combined with earlier ones
+    /// then, forget().
+    ///
+    /// Velocities and impulses are combined by the same coefficients, so V = V_free + M^-1 H r stays true but for
+    /// round-off. Coefficients beyond 1 multiply that round-off, by `growth_` at most. A heavy ball on light ones shows
+    /// it after 60 iterations, packings after thousands. The limit of the factor is 1e4.
     bool velocities_stale() const { return growth_ > 1e4; }
-    /// Empties the window: the next iteration starts from g itself.
+    /// Empties the window. The next iteration starts from g itself.
     void forget() {
         coefficients_.setZero();
         filled_ = 0;
@@ -75,7 +79,7 @@ class Anderson {
     }
 
     /// Sets the coefficients of the next iteration from products() numbers [J]. If f.f has grown, the window is emptied
-    /// and nothing is combined. A template, so that what does not call it need not compile Eigen's factors.
+    /// and nothing is combined. It is a template, so only its callers compile Eigen's factors.
     template <class = void>
     void update(const double* products) {
         const double own = products[0];
@@ -99,8 +103,9 @@ class Anderson {
     }
 
   private:
-    /// Of fixed capacity: on a few contacts allocations would cost more than the sweep. Not aligned: how
-    /// Eigen aligns depends on the instruction set, and the names of its functions do not (abi.hpp).
+    /// A matrix of fixed capacity, because on a few contacts allocations would cost more than the sweep. It is not
+    /// aligned, because Eigen's alignment depends on the instruction set, and the names of its functions do not
+    /// (abi.hpp).
     using Matrix =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::DontAlign, largest_window, largest_window>;
     using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::DontAlign, largest_window, 1>;
@@ -111,7 +116,7 @@ class Anderson {
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #pragma GCC diagnostic ignored "-Warray-bounds"
 #endif
-    /// Least |f + sum_j c_j (f_j - f)|, by its normal equations.
+    /// Minimises |f + sum_j c_j (f_j - f)| by its normal equations.
     template <class = void>
     void combine(double own, const Vector& with) {
         std::array<int, largest_window> used;
@@ -154,14 +159,14 @@ class Anderson {
     int filled_ = 0, restarts_ = 0;
     int updates_ = 0;
     double previous_ = 0;
-    double growth_ = 1;  ///< of round-off since velocities were those of the impulses, at most
+    double growth_ = 1;  ///< of round-off since velocities came from the impulses, at most
 };
 
-/// What a sweep without acceleration does at each contact besides solving it: nothing.
+/// The acceleration of a sweep that has none. Its functions do nothing.
 struct Unaccelerated {
-    void prefetch(const auto&...) {}  ///< nothing: there are no earlier iterates to fetch
-    void before(const auto&...) {}    ///< nothing: the sweep starts from the impulse as it is
-    void after(const auto&...) {}     ///< nothing: there are no products to add
+    void prefetch(const auto&...) {}  ///< nothing, as there are no earlier iterates
+    void before(const auto&...) {}    ///< nothing, as the sweep starts from the impulse itself
+    void after(const auto&...) {}     ///< nothing, as there are no products to add
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -11,11 +11,12 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
-///   residual()             of the whole scene
-///   distance(residual)     the estimate of the whole scene, of its residual
-///   mark()                 the iterate becomes the mark of distance()
-///   least_radius()         of the scene [m], 0: unknown
+/// A system that is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
+///
+/// - residual() returns that of the whole scene.
+/// - distance(residual) returns the estimate of the whole scene.
+/// - mark() makes the iterate the mark of distance().
+/// - least_radius() is that of the scene [m]; 0: unknown.
 template <class S>
 concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.residual() } -> std::same_as<ResidualParts>;
@@ -24,13 +25,15 @@ concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.least_radius() } -> std::convertible_to<double>;
 };
 
-/// What iterates: sweeps over the contacts of one problem (nlgs.hpp), or over those of all subdomains and then gluing
+/// A system that iterates. It sweeps the contacts of one problem (nlgs.hpp), or those of all subdomains and then glues
 /// (nscdd_solve.hpp). The iterate that it is made with is the first mark.
-///   keep()                 the iterate is kept, and distance() looks along the line from it to a later one as well
-///   iterate(a, tested)     one iteration; tested: a test follows it. Accelerated by *a unless that is null, and then
-///                          returns the products that *a asks for, summed over all contacts
-///   restore_velocities()   V = V_free + M^-1 H r of the impulses held
-///   hand_over(residual)    Newton's method for the components that are far from an answer; what it has solved
+///
+/// - keep() keeps the iterate. distance() then looks along the line from it to a later one as well.
+/// - iterate(a, tested) makes one iteration. `tested` says that a test follows it. Unless a is null, *a accelerates it,
+///   and the products that *a asks for are returned, summed over all contacts.
+/// - restore_velocities() sets V = V_free + M^-1 H r of the impulses held.
+/// - hand_over(residual) leaves the components that are far from an answer to Newton's method. It returns what that has
+///   solved.
 template <class S>
 concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, const ResidualParts& residual) {
     system.keep();
@@ -39,11 +42,11 @@ concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, co
     { system.hand_over(residual) } -> std::same_as<HandedOver>;
 };
 
-/// When the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ... iterations,
-/// so that the line from mark to iterate spans half of all iterations and more.
+/// The times when the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ...
+/// iterations. So the line from mark to iterate spans half of all iterations and more.
 class Marks {
   public:
-    /// Whether the iterate after so many iterations is to be the mark from now on.
+    /// True if the iterate after so many iterations is to be the mark from now on.
     bool due(int iterations) {
         if (iterations < 2 * last_) return false;
         last_ = iterations;
@@ -54,7 +57,7 @@ class Marks {
     int last_ = 0;
 };
 
-/// Whether iterations get nowhere: twice as many have not halved the error. Asked at each mark.
+/// Tells where iterations get nowhere: twice as many have not halved the error. It is asked at each mark.
 class Stall {
   public:
     static constexpr int earliest = 1000;  ///< iterations; before them Newton's method would cost more than it saves
@@ -69,14 +72,14 @@ class Stall {
     double last_ = std::numeric_limits<double>::infinity();
 };
 
-/// What a test has found.
+/// Result of a test.
 struct TestResult {
     bool over;        ///< the step has converged, or the cap is reached
-    double residual;  ///< over its bounds: residual_over_bounds()
+    double residual;  ///< figures over their bounds, residual_over_bounds()
 };
 
-/// Tests the iterate. The estimate costs more than the residual, and is asked where that is small enough, or at the
-/// end. may_pass: whether the step may have converged before the last test.
+/// Tests the iterate. The estimate costs more than the residual, so it is asked where the residual is small enough, or
+/// at the end. The step may converge before the last test only with may_pass.
 template <Tested System>
 TestResult tested(System& system, const SolveOptions& options, bool may_pass, ResidualParts& residual,
                   SolveReport& report) {

@@ -1,5 +1,5 @@
 /// @file
-/// When an iteration stops and how it iterates, each option with all that a user is told of it.
+/// Options of an iteration, when it stops and how it iterates. Each has all that a user is told of it.
 #pragma once
 
 #include <array>
@@ -13,25 +13,25 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Values that an option may have: low to high, both included. The program asks for finite numbers between them.
+/// Values that an option may have: low to high, both included. The program accepts finite numbers between them.
 struct OptionRange {
     double low = 0;                                         ///< least value
     double high = std::numeric_limits<double>::infinity();  ///< largest value
-    bool open = false;                                      ///< low and high are no values themselves
+    bool open = false;                                      ///< low and high themselves are excluded
     /// Whether the option may have this value.
     bool holds(double value) const { return open ? value > low && value < high : value >= low && value <= high; }
 };
 
 /// All that a user is told of an option. Keys of files, the command line, its help and the checks are made of it.
 struct OptionInfo {
-    const char* name;        ///< of the member, and the key in files; on the command line with dashes
-    const char* unit;        ///< "" of a pure number
+    const char* name;        ///< name of the member and key in files; on the command line with dashes
+    const char* unit;        ///< unit; "" for a pure number
     const char* meaning;     ///< a sentence
     OptionRange range = {};  ///< of the value
-    bool of_sweeps = false;  ///< means nothing to a solver that does not sweep
+    bool of_sweeps = false;  ///< only solvers that sweep use it
 };
 
-/// Largest figures with which a step is done. Where a figure is larger the step goes on. METHOD.md, section 5.6.
+/// Largest figures with which a step is done. Where a figure is larger the step goes on (METHOD.md, section 5.6).
 struct Bounds {
     double max_velocity_error = 0.1;  ///< on SolveReport::velocity_error
     double max_energy_gain = 1e-3;    ///< on SolveReport::energy_gain
@@ -40,20 +40,20 @@ struct Bounds {
     double max_distance = 0.3;        ///< on SolveReport::distance
 };
 
-/// When NLGS or NSCDD stops, and how it iterates. As it is, the paper's own method.
+/// Options of NLGS and NSCDD: when they stop, and how they iterate. The defaults are the paper's own method.
 struct SolveOptions {
     double tolerance = 1e-4;     ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
-    Bounds bounds{};             ///< on the other figures: eta does not see all errors
+    Bounds bounds{};             ///< on the other figures, as eta does not see all errors
     int check_every = 10;        ///< iterations between two tests
-    int max_iterations = 20000;  ///< a solve that ends here is reported as not converged
-    /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(); 0:
-    /// none
+    int max_iterations = 20000;  ///< cap; a solve that ends here is reported as not converged
+    /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(). 0:
+    /// none.
     int max_newton_contacts = 0;
     int sweeps = 1;         ///< n_GS of Alg. 1: sweeps between two gluings
     int window = 0;         ///< of Anderson acceleration: earlier iterates to combine; 0: none
-    double relaxation = 1;  ///< omega: a contact goes by 1/W times it
+    double relaxation = 1;  ///< omega, a factor of 1/W at each contact
 
-    /// These options with the window that was found to need the fewest iterations (METHOD.md, section 8).
+    /// Returns these options with the window that needs the fewest iterations (METHOD.md, section 8).
     SolveOptions accelerated() const {
         SolveOptions options = *this;
         options.window = 2;
@@ -61,19 +61,19 @@ struct SolveOptions {
     }
 };
 
-/// A bound, and the figure that it is on.
+/// A bound, and the figure that it limits.
 struct BoundOption {
-    OptionInfo info;              ///< what a user is told
+    OptionInfo info;              ///< texts for a user
     double Bounds::*limit;        ///< the bound
-    double SolveReport::*figure;  ///< what it is on
-    const char* figure_name;      ///< of the member
-    bool estimated;               ///< by report_distance(), once the others are kept
+    double SolveReport::*figure;  ///< the figure
+    const char* figure_name;      ///< name of the figure's member
+    bool estimated;               ///< report_distance() estimates it, once the others are kept
 };
 
 /// An option beside the bounds.
 template <class Value>
 struct SolveOption {
-    OptionInfo info;              ///< what a user is told
+    OptionInfo info;              ///< texts for a user
     Value SolveOptions::*member;  ///< the option
 };
 

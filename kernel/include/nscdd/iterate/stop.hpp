@@ -1,5 +1,5 @@
 /// @file
-/// Whether an iteration may stop: its figures against their bounds.
+/// The decision whether an iteration may stop: its figures against their bounds.
 #pragma once
 
 #include <algorithm>

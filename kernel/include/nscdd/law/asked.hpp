@@ -8,22 +8,23 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What its contacts ask of a body whose neighbours stay as they are (METHOD.md, section 5.5).
+/// The change that its contacts ask of a body whose neighbours stay as they are (METHOD.md, section 5.5).
 template <class M>
 struct Asked {
     using Matrix = Eigen::Matrix<double, M::dim, M::dim>;             ///< of A
-    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;  ///< that copies of a body send each other
-    Matrix held = Matrix::Zero();                   ///< A: sum of the projections on what its contacts hold
-    typename M::Vec miss = M::Vec::Zero();          ///< b: sum of what they miss in it [m/s]
-    auto summed() { return std::tie(held, miss); }  ///< what copies of the body add up
+    static constexpr std::size_t numbers = M::dim * M::dim + M::dim;  ///< numbers that copies of a body send each other
+    Matrix held = Matrix::Zero();           ///< A: sum of the projections on the directions that its contacts hold
+    typename M::Vec miss = M::Vec::Zero();  ///< b: sum of the velocities that they miss in it [m/s]
+    auto summed() { return std::tie(held, miss); }  ///< members that copies of the body add up
 
-    /// sign: 1 of the first body of a contact, -1 of the second.
+    /// Adds the request of one contact. sign is 1 for the first body of a contact, -1 for the second.
     void add(const Matrix& contact_holds, const typename M::Vec& contact_misses, double sign) {
         held += contact_holds;
         miss += sign * contact_misses;
     }
-    /// Square of the least change of velocity u that gives them what they ask, in the mean: |A^+ b|^2 [m^2/s^2]. Of the
-    /// rank that A has but for round-off; by the theorem of Cayley and Hamilton where that is accurate.
+    /// Square of the least change of velocity u that gives the contacts what they ask, in the mean: |A^+ b|^2
+    /// [m^2/s^2]. The rank of A is taken but for round-off. The theorem of Cayley and Hamilton gives the square where
+    /// it is accurate.
     double square() const {
         const double b = miss.squaredNorm();
         if (b == 0) return 0;
@@ -40,7 +41,7 @@ struct Asked {
     }
 
   private:
-    /// The same, axis by axis.
+    /// The same square, axis by axis.
     double square_by_axes(double least) const {
         const Eigen::SelfAdjointEigenSolver<Matrix> axes(held);
         double sum = 0;

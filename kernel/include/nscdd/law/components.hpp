@@ -1,5 +1,5 @@
 /// @file
-/// The components of a scene: bodies that contacts join. What happens in one of them does not reach another.
+/// The components of a scene: bodies that contacts join. A change in one of them does not reach another.
 #pragma once
 
 #include <algorithm>

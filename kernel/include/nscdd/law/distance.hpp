@@ -1,6 +1,6 @@
 /// @file
-/// How far the velocities are from an answer, component by component, and by how much gaps would have to differ for the
-/// iterate to be one (METHOD.md, sections 5.4 and 5.5).
+/// The distance of the velocities from an answer, component by component, and the gap error. The gap error says by how
+/// much gaps would have to differ for the iterate to be an answer (METHOD.md, sections 5.4 and 5.5).
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
 /// @file
-/// How wrong the impulses of a problem in local form are, by the measures that contact codes publish and by ours.
+/// Errors of the impulses of a problem in local form, by the measures that contact codes publish and by ours.
 /// ```
 /// nscdd::ErrorMeasures e = nscdd::error_measures(problem, r);
 /// ```
@@ -15,23 +15,24 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Dimensionless, 0 for an exact answer; velocities are u = W r + q always. Norms are Euclidean over all components,
-/// "largest" is the largest absolute component: of r, or of u and q together.
+/// Errors of an answer, dimensionless, 0 for an exact one. Velocities are u = W r + q always. Norms are Euclidean over
+/// all components. "Largest" is the largest absolute component: of r, or of u and q together.
 struct ErrorMeasures {
     double natural_map = 0;            ///< |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
     double natural_map_velocity = 0;   ///< F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
-    double natural_map_impulse = 0;    ///< the same F over |r|
+    double natural_map_impulse = 0;    ///< F with that rho_c, over |r|
     double eta = 0;                    ///< energy residual (METHOD.md, section 5.1)
     double least_normal_impulse = 0;   ///< least r_n over the largest impulse: negative where a contact pulls
-    double cone_excess = 0;            ///< most that |r_t| exceeds mu r_n, over the largest impulse
+    double cone_excess = 0;            ///< largest excess of |r_t| over mu r_n, over the largest impulse
     double least_normal_velocity = 0;  ///< least u_n over the largest velocity: negative where a contact closes
     double complementarity = 0;        ///< largest |u_n r_n| over largest velocity times largest impulse
-    double dissipation = 0;  ///< largest |mu r_n |u_t| + r_t . u_t|, what friction fails to dissipate, over the same
-    std::size_t worst_contact = 0;  ///< where F with rho = 1 is largest
-    double worst = 0;               ///< and how large it is there, over the same as natural_map
+    double dissipation = 0;  ///< largest |mu r_n |u_t| + r_t . u_t|, which friction fails to dissipate, over the same
+    std::size_t worst_contact = 0;  ///< contact where F with rho = 1 is largest
+    double worst = 0;               ///< size of F there, over the same as natural_map
 };
 
-/// The point of the cone |y_t| <= mu y_n nearest to y. Not Newton's project_cone(), whose answers these measures judge.
+/// The point of the cone |y_t| <= mu y_n nearest to y. Newton's project_cone() is not used, because these measures
+/// judge its answers.
 template <class Vec>
 Vec project_on_cone(const Vec& y, double mu) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
@@ -45,7 +46,8 @@ Vec project_on_cone(const Vec& y, double mu) {
     return p;
 }
 
-/// F of one contact: r - P_K(r - rho (u + mu |u_t| n)), zero where the law holds, whatever rho > 0 [Acary18].
+/// The function F of one contact, r - P_K(r - rho (u + mu |u_t| n)). It is zero where the law holds, whatever rho > 0
+/// [Acary18].
 template <class Vec>
 Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
     constexpr int tangents = Vec::RowsAtCompileTime - 1;
@@ -63,7 +65,7 @@ inline double relative(double value, double scale) {
 
 }  // namespace detail
 
-/// ErrorMeasures::natural_map alone, the stopping test of solvers. Cost: one product with W.
+/// ErrorMeasures::natural_map alone, the stopping test of solvers. It costs one product with W.
 template <int dim>
 double natural_map_error(const DelassusProblem<dim>& problem,
                          const std::vector<typename DelassusProblem<dim>::Vec>& r) {
@@ -78,7 +80,7 @@ double natural_map_error(const DelassusProblem<dim>& problem,
     return detail::relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
 
-/// All measures. r: one impulse per contact, in the order and axes of the problem.
+/// All measures of the impulses r. r has one impulse per contact, in the order and axes of the problem.
 template <int dim>
 ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
                              const std::vector<typename DelassusProblem<dim>::Vec>& r) {

@@ -1,5 +1,5 @@
 /// @file
-/// The energy residual eta (METHOD.md, section 5.1), of sums over the contacts.
+/// The energy residual eta, computed from sums over the contacts (METHOD.md, section 5.1).
 #pragma once
 
 #include <algorithm>

@@ -6,14 +6,14 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// V_free, the velocities of a problem's bodies without contacts, and how much contacts change them.
+/// V_free, the velocities that a problem's bodies have without contacts. Contacts change them.
 template <class M>
 struct FreeVelocities {
     std::vector<typename M::Velocity> bodies;  ///< of ContactProblem::bodies: translations [m/s], then spins [rad/s]
     std::vector<double> walls;                 ///< of ContactProblem::walls: WallBody::speed [m/s]
 };
 
-/// V_free = V - M^-1 H r, of velocities that are consistent with the impulses. Cost: less than a sweep.
+/// V_free = V - M^-1 H r, from velocities that are consistent with the impulses. It costs less than a sweep.
 template <class M>
 FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
     for (const auto& c : problem.contacts) apply_impulse(problem, c, typename M::Impulse(-c.r), BetweenGrains{});
@@ -24,24 +24,25 @@ FreeVelocities<M> free_velocities(ContactProblem<M> problem) {
     return free;
 }
 
-/// The change that contacts make to the velocities: the same in every frame of reference that moves uniformly. Sums
-/// of split masses over the copies of a body are those of the whole body.
+/// The change that contacts make to the velocities. It is the same in every frame of reference that moves uniformly.
+/// Sums of split masses over the copies of a body are those of the whole body.
 struct VelocityChange {
     double energy = 0;   ///< |V - V_free|_M^2, driven walls included: sum of m c^2, c the change of one body [J]
     double quartic = 0;  ///< sum of m c^4 [J m^2/s^2]
 
-    /// A body of this inverse mass [1/kg] that is changed by c; `square` is c^2 [m^2/s^2].
+    /// Adds a body of this inverse mass [1/kg] that is changed by c; `square` is c^2 [m^2/s^2].
     void add(double inverse_mass, double square) {
         if (!(square > 0)) return;
         const double own = square / inverse_mass;
         energy += own;
         quartic += own * square;
     }
-    /// Mean c^2 [m^2/s^2], each body weighed by its share of the energy: bodies that hardly change do not count.
+    /// Mean c^2 [m^2/s^2]. Each body is weighed by its share of the energy, so bodies that hardly change do not count.
     double mean_square() const { return quartic / energy; }
 };
 
-/// Adds driven walls; `free`: their speeds in V_free [m/s]. Copies count on subdomains that have a contact with them.
+/// Adds driven walls, whose speeds in V_free are `free` [m/s]. Copies count on subdomains that have a contact with
+/// them.
 template <class M>
 void add_wall_changes(const ContactProblem<M>& problem, const std::vector<double>& free, VelocityChange& total) {
     std::vector<char> touched(problem.walls.size(), 0);
@@ -52,7 +53,7 @@ void add_wall_changes(const ContactProblem<M>& problem, const std::vector<double
     }
 }
 
-/// The change of one problem's velocities by its contacts; velocities must be glued (METHOD.md, section 5.2).
+/// The change of one problem's velocities by its contacts. Velocities must be glued (METHOD.md, section 5.2).
 template <class M>
 VelocityChange velocity_change(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     VelocityChange total;

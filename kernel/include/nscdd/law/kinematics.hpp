@@ -1,5 +1,6 @@
 /// @file
-/// H^T V and M^-1 H dr of one contact, without H: v at the contact point, and what an impulse does to the bodies.
+/// H^T V and M^-1 H dr of one contact, without the matrix H. The first is the velocity v at the contact point. The
+/// second is the effect of an impulse on the bodies.
 #pragma once
 
 #include "nscdd/core/contact_problem.hpp"
@@ -9,9 +10,11 @@ namespace nscdd { inline namespace NSCDD_ABI {
 struct BetweenGrains {};  ///< kind of contact that a function is compiled for: `j` is a grain
 struct WithWall {};       ///< kind of contact that a function is compiled for: `j` is a wall
 
-/// Calls visit(contact, kind) for every contact, those with walls first: the order of a sweep, which needs 1 % fewer
-/// iterations so, and of all vectors over contacts. Loops that only add up, as apply_impulses(), go the other way
-/// round: it would change the last bits of velocities, and by them the accepted numbers of iterations, for nothing.
+/// Calls visit(contact, kind) for every contact, those with walls first. Sweeps have this order, because they need 1 %
+/// fewer iterations so. All vectors over contacts have it, too.
+///
+/// Loops that only add up, as apply_impulses(), go the other way round. There this order would change the last bits of
+/// velocities, and by them the accepted numbers of iterations, for nothing.
 template <class Problem>
 void each_contact(Problem& problem, auto&& visit) {
     for (auto& c : problem.wall_contacts) visit(c, WithWall{});
@@ -19,7 +22,7 @@ void each_contact(Problem& problem, auto&& visit) {
 }
 
 ///@{
-/// Velocity of i relative to j at the contact point [m/s]; the normal component alone in a frictionless scene.
+/// Velocity of i relative to j at the contact point [m/s]. In a frictionless scene it is the normal component alone.
 template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -57,7 +60,7 @@ typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::V
 }
 
 ///@{
-/// V += M^-1 H dr: an impulse dr on i and -dr on j [N s], with the inverse masses as they stand.
+/// V += M^-1 H dr. The impulse is dr on i and -dr on j [N s]; the inverse masses are taken as they stand.
 template <class M>
 void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, BetweenGrains) {
     Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
@@ -84,7 +87,7 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
 }
 ///@}
 
-/// Gives each contact c the impulse next(c) [N s], in the order of each_contact(), and bodies and driven walls the
+/// Gives each contact c the impulse next(c) [N s], in the order of each_contact(). Bodies and driven walls get the
 /// velocities that go with it.
 template <class M>
 void replace_impulses(ContactProblem<M>& problem, auto&& next) {
@@ -95,14 +98,14 @@ void replace_impulses(ContactProblem<M>& problem, auto&& next) {
     });
 }
 
-/// The diagonal of the Delassus block, diag(W_n, W_t, W_t): W_nt = 0 and W_t isotropic for disks and spheres.
+/// The diagonal of the Delassus block, diag(W_n, W_t, W_t). W_nt = 0, and W_t is isotropic, for disks and spheres.
 struct DelassusDiagonal {
     double normal;      ///< W_n [1/kg]
     double tangential;  ///< W_t [1/kg]; 0 in a frictionless scene
 };
 
 ///@{
-/// W_n and W_t of one contact. `split`: with this copy's masses (the sweep), else with whole masses (the residual).
+/// W_n and W_t of one contact. With `split` they have this copy's masses (the sweep), else whole masses (the residual).
 template <class M>
 DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c, bool split, BetweenGrains) {
     const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);

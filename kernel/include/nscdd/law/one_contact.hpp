@@ -1,7 +1,7 @@
 /// @file
-/// The exact answer of one contact whose block of W is full: one scalar equation, solved inside a bracket.
+/// The exact answer of one contact whose block of W is full. One scalar equation is solved inside a bracket.
 ///
-/// For disks and spheres the block is diagonal and solve_contact() has the answer in closed form.
+/// For disks and spheres the block is diagonal, and solve_contact() has the answer in closed form.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen

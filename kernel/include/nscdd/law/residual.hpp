@@ -1,6 +1,6 @@
 /// @file
-/// How wrong an answer is, whatever the partition: eta, the velocity error, the energy gain, and the deepest
-/// penetration of the step.
+/// Errors of an answer, whatever the partition: eta, the velocity error, the energy gain, and the deepest penetration
+/// of the step.
 #pragma once
 
 #include <cmath>
@@ -18,22 +18,23 @@ struct ResidualParts {
     double change = 0;       ///< sum of (r'-r)^T W (r'-r) [J]
     double energy = 0;       ///< sum of r^T W r [J]
     double next_energy = 0;  ///< sum of r'^T W r' [J]
-    double round_off = 0;    ///< sum of |v|^2 / W_n [J], whose round-off squared no change can be below
+    double round_off = 0;    ///< sum of |v|^2 / W_n [J]; no change can be below its round-off squared
     double contacts = 0;     ///< number of contacts
-    /// sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t), each zero at an answer [J]; ContactLaw says what excess
-    /// and limit are, r_n and mu r_n in Coulomb's law
+    /// sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t) [J]. Each term is zero at an answer. ContactLaw defines
+    /// excess and limit; in Coulomb's law they are r_n and mu r_n.
     double work = 0;
     double made = 0;                 ///< sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
     VelocityChange velocity_change;  ///< of the bodies, by the contacts
-    double penetration = 0;          ///< h max(-v_n - bias), how far the step would drive a contact in [m]
-    double miss = 0;                 ///< max |W_cc (r'-r)|, by how much one contact alone misses its law [m/s]
+    double penetration = 0;          ///< h max(-v_n - bias): the step would drive a contact in so far [m]
+    double miss = 0;                 ///< max |W_cc (r'-r)|: one contact alone misses its law by so much [m/s]
 
     double eta() const {
         return detail::energy_residual(change, energy, next_energy, round_off);
-    }  ///< METHOD.md, section 5.1
+    }  ///< the energy residual (METHOD.md, section 5.1)
 
-    /// Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer: the larger of the work that the law forbids over |V -
-    /// V_free|_M^2, and of the worst miss over the mean change of velocity (METHOD.md, section 5.2).
+    /// Estimate of |V - V*|_M / |V* - V_free|_M, V* the answer. It is the larger of two quotients. One is the work that
+    /// the law forbids over |V - V_free|_M^2. The other is the worst miss over the mean change of velocity (METHOD.md,
+    /// section 5.2).
     double velocity_error() const {
         if (eta() == 0) return 0;
         if (velocity_change.energy == 0) return std::numeric_limits<double>::infinity();
@@ -51,8 +52,8 @@ struct ResidualParts {
     }
     auto largest() { return std::tie(penetration, miss); }  ///< members of which reduce() takes the largest
 
-    /// Scale of works: |V - V_free|_M^2 [J]. A lower bound keeps changes below 1e-8 of the velocities themselves from
-    /// being asked to be more exact than that.
+    /// Scale of works: |V - V_free|_M^2 [J]. A lower bound applies: a change of velocities is not asked to be exact to
+    /// less than 1e-8 of the velocities themselves.
     double scale() const { return (std::max)(velocity_change.energy, 1e-16 * round_off); }
     /// Mean change of a velocity by the contacts, raised as scale() is [m/s].
     double mean_change() const {
@@ -61,7 +62,7 @@ struct ResidualParts {
     }
 };
 
-/// Adds these contacts, all of one kind, to the sums; `velocity_change` is left as it is.
+/// Adds these contacts, all of one kind, to the sums. `velocity_change` stays as it is.
 template <class M>
 void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, auto kind,
                   ResidualParts& parts) {
@@ -99,8 +100,8 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
 }
 
 ///@{
-/// Of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless given.
-/// Cost: about one sweep.
+/// Sums of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless
+/// given. The cost is about one sweep.
 template <class M>
 ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
     ResidualParts parts;

@@ -1,5 +1,5 @@
 /// @file
-/// The exact answer of one contact: the normal impulse, then the tangential one, in closed form.
+/// The exact answer of one contact in closed form: the normal impulse, then the tangential one.
 #pragma once
 
 #include <cmath>
@@ -8,10 +8,12 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The impulse r' that satisfies the law at this contact while all others keep theirs.
-///   v, r        relative velocity and impulse now (world axes; normal component alone if frictionless)
-///   1/W_n, 1/W_t  of the diagonal Delassus block, for which normal and tangent decouple: r_n' first, then the
-///               disk |r_t| <= limit(r_n') (two stages, not the projection on the cone: METHOD.md, section 3)
+/// The impulse r' [N s] that satisfies the law at this contact while all others keep theirs. For a diagonal Delassus
+/// block normal and tangent decouple: r_n' comes first, then the disk |r_t| <= limit(r_n'). These two stages are not
+/// the projection on the cone (METHOD.md, section 3).
+///
+/// - v and c.r are the relative velocity [m/s] and the impulse now, in world axes; normal components if frictionless.
+/// - inv_wn and inv_wt are 1/W_n and 1/W_t of the block [kg].
 template <class M>
 typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt) {
     using Law = typename M::Law;

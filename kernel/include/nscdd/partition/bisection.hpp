@@ -14,20 +14,21 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Recursive coordinate bisection: space is cut across its longest side so that both halves have their share of the
-/// candidates, then each half again, until there is one piece for each rank.
+/// Recursive coordinate bisection. Space is cut across its longest side so that both halves have their share of the
+/// candidates. Each half is cut again, until there is one piece for each rank.
 template <class M>
 class Bisection {
   public:
     using Vec = typename M::Vec;
-    /// Points with x[axis] < at are on the first side, which has half of the ranks, rounded down.
+    /// A cut. Points with x[axis] < at are on the first side, which has half of the ranks, rounded down.
     struct Cut {
         int axis = 0;   ///< 0 to dim-1
         double at = 0;  ///< place of the cut on the axis [m]
     };
 
-    /// Cuts of the tree, each before those of its first side, these before those of the other: one fewer than ranks.
-    /// Throws std::invalid_argument for another number of them, an axis that is none, or a place that is not finite.
+    /// Takes the cuts of the tree: each comes before those of its first side, these before those of the other. There is
+    /// one fewer than ranks. Throws std::invalid_argument for another number of them, an axis out of range, or a place
+    /// that is not finite.
     Bisection(std::vector<Cut> cuts, int ranks) : cuts_(std::move(cuts)), ranks_(ranks) {
         if (ranks < 1 || cuts_.size() + 1 != static_cast<std::size_t>(ranks))
             throw std::invalid_argument("a bisection has one cut fewer than ranks (" + std::to_string(ranks) + ")");
@@ -51,12 +52,12 @@ class Bisection {
         return first;
     }
 
-    /// visit(rank) once for each rank whose piece comes within `reach` [m] (per axis) of the point, ascending.
+    /// Calls visit(rank) once for each rank whose piece comes within `reach` [m] (per axis) of the point, ascending.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         visit_below(0, 0, ranks_, point, reach, visit);
     }
 
-    std::string name() const { return "bisection into " + std::to_string(ranks_); }  ///< with the number of ranks
+    std::string name() const { return "bisection into " + std::to_string(ranks_); }  ///< name, with the number of ranks
     /// Axis and place [m] of each cut, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out;
@@ -240,7 +241,8 @@ class Bisector {
 
 }  // namespace detail
 
-/// Deals out the candidates of the last broad phase, or the grains before the first one. `imbalance`: Partitioner.
+/// Deals out the candidates of the last broad phase, or the grains before the first one. For `imbalance` see
+/// Partitioner.
 template <class M>
 Partitioner<M> by_bisection(double imbalance = 1.1) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };

@@ -15,10 +15,11 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <int dim>
 using GridCells = std::array<int, static_cast<std::size_t>(dim)>;
 
-/// The factorisation of `count` over the axes whose cells are nearest to cubes (least cut area): 3 -> 3x1x1,
-/// 4 -> 2x2x1, 8 -> 2x2x2 in a cube, as in Table 1 of the paper. Ties go to more cells along the first axes. `extent`:
-/// of the box [m]; axes along which it is next to nothing are not cut. Throws std::invalid_argument for a count
-/// below 1.
+/// Splits `count` over the axes such that cells are nearest to cubes (least cut area). In a cube 3 gives 3x1x1, 4 gives
+/// 2x2x1 and 8 gives 2x2x2, as in Table 1 of the paper. Ties go to more cells along the first axes.
+///
+/// `extent` is that of the box [m]; axes along which it is next to nothing are not cut. Throws std::invalid_argument
+/// for a count below 1.
 template <class M>
 GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     if (count < 1) throw std::invalid_argument("a scene has at least one subdomain");
@@ -48,7 +49,7 @@ GridCells<M::dim> choose_cells(int count, const typename M::Vec& extent) {
     return best;
 }
 
-/// Whether there is one cell for each rank. Cells of whatever sign or size, which a file may bring.
+/// True if there is one cell for each rank. Cells may have any sign or size, as a file may bring them.
 inline bool one_cell_each(std::span<const int> cells, int ranks) {
     for (const int count : cells) {
         if (count < 1 || ranks % count != 0) return false;
@@ -69,8 +70,8 @@ void check_cells(const GridCells<dim>& cells, int ranks) {
 template <class M>
 class Grid {
   public:
-    /// Equal cells over the box [low, high]; points outside belong to the nearest cell. Throws std::invalid_argument
-    /// for a grid without cells, or a box that is not finite.
+    /// Makes equal cells over the box [low, high]. Points outside belong to the nearest cell. Throws
+    /// std::invalid_argument for a grid without cells, or a box that is not finite.
     Grid(const GridCells<M::dim>& cells, const typename M::Vec& low, const typename M::Vec& high)
         : cells_(cells), low_(low), high_(high), size_(high - low) {
         if (*std::min_element(cells.begin(), cells.end()) < 1)
@@ -98,7 +99,7 @@ class Grid {
                 for (int x = first[0]; x <= last[0]; ++x) visit(x + nx * (y + ny * z));
     }
 
-    /// Such as "grid 2x2x1".
+    /// Name, such as "grid 2x2x1".
     std::string name() const {
         std::string text = "grid ";
         for (int d = 0; d < M::dim; ++d) {
@@ -128,8 +129,9 @@ class Grid {
     typename M::Vec low_, high_, size_;
 };
 
-/// A grid over the box of the grains, anew at every broad phase. Cells: one for each rank; zeros: chosen when the
-/// first is made. Making one throws std::invalid_argument for cells that are not one for each rank.
+/// A grid over the box of the grains, anew at every broad phase. There is one cell for each rank; zeros mean that
+/// numbers are chosen when the first grid is made. Making one throws std::invalid_argument for cells that are not one
+/// for each rank.
 template <class M>
 Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
     const auto make = [wanted](const PartitionInput<M>& scene) {

@@ -1,5 +1,5 @@
 /// @file
-/// Partition by METIS, which asks for the fewest grains shared and equal numbers of contacts. The only header that
+/// Partition by METIS, with the fewest grains shared and equal numbers of contacts. This is the only header that
 /// includes metis.h; nothing else includes this one. Link METIS (libmetis).
 #pragma once
 
@@ -30,9 +30,9 @@ class CellTable {
   public:
     using Vec = typename M::Vec;
 
-    /// `low`: corner of the box [m]; `edge`: of a cell, per axis [m]; `owner`: of each cell, the first axis fastest.
-    /// Throws std::invalid_argument for a number of cells below 1, another number of owners, an owner that is no rank,
-    /// and a box that is not finite.
+    /// Takes the cells. `low` is the corner of the box [m], `edge` that of a cell, per axis [m]. `owner` has the rank
+    /// of each cell, the first axis fastest. Throws std::invalid_argument for less than one cell, another number of
+    /// owners, an owner that is no rank, and a box that is not finite.
     CellTable(const std::array<int, M::dim>& cells, const Vec& low, const Vec& edge, std::vector<int> owner, int ranks)
         : cells_(cells), low_(low), edge_(edge), owner_(std::move(owner)), ranks_(ranks) {
         double count = 1;
@@ -52,7 +52,7 @@ class CellTable {
         return owner_[at];
     }
 
-    /// visit(rank) once for each rank that has a cell within `reach` [m] (per axis) of the point.
+    /// Calls visit(rank) once for each rank that has a cell within `reach` [m] (per axis) of the point.
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         std::array<std::size_t, 3> first{}, last{};
         for (int d = 0; d < M::dim; ++d) {
@@ -70,7 +70,7 @@ class CellTable {
         for (const int rank : seen) visit(rank);
     }
 
-    std::string name() const { return "METIS into " + std::to_string(ranks_); }  ///< with the number of ranks
+    std::string name() const { return "METIS into " + std::to_string(ranks_); }  ///< name, with the number of ranks
     /// Ranks, cells per axis, low corner [m], edges [m], owners, for Partitioner::restore.
     Buffer numbers() const {
         Buffer out{static_cast<double>(ranks_)};
@@ -353,8 +353,8 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 
 }  // namespace detail
 
-/// Deals out the candidates of the last broad phase, or the grains before the first one. The graph is that of a few
-/// hundred cells a rank: METIS would begin by putting grains together as well. `imbalance`: Partitioner.
+/// Deals out the candidates of the last broad phase, or the grains before the first one. The graph has a few hundred
+/// cells a rank, because METIS would begin by putting grains together as well. For `imbalance` see Partitioner.
 template <class M>
 Partitioner<M> by_metis(double imbalance = 1.1) {
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {

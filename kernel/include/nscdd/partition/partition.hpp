@@ -1,6 +1,6 @@
 /// @file
-/// What deals the points of space, and with them contacts, to ranks. Anything that can be asked the three questions
-/// below is a partition; a new one is one file (grid.hpp, bisection.hpp and metis.hpp are examples).
+/// A partition deals the points of space, and with them contacts, to ranks. Any class that answers the three questions
+/// below is one. A new one is one file; grid.hpp, bisection.hpp and metis.hpp are examples.
 #pragma once
 
 #include <concepts>
@@ -38,10 +38,12 @@ concept HasNumbers = requires(const P& partition) {
 
 }  // namespace detail
 
-/// int owner(point): the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
-/// visit_owners(point, reach, visit): calls visit(rank) once for each rank that owns a point at most `reach` [m] away
-/// along each axis; now and then it may call visit() for other ranks as well.
-/// name(): what reports say.
+/// A class with three functions:
+///
+/// - owner(point) returns the rank, 0 to size-1, whose subdomain the point is in; every point of space is in one.
+/// - visit_owners(point, reach, visit) calls visit(rank) for each rank that owns a point at most `reach` [m] away along
+///   each axis. Now and then it may call visit() for other ranks as well.
+/// - name() returns the name in reports.
 template <class P, class M>
 concept PartitionOf =
     detail::KnowsOwner<P, typename M::Vec> && detail::VisitsOwners<P, typename M::Vec> && detail::HasName<P>;
@@ -52,7 +54,7 @@ class Partition {
   public:
     using Vec = typename M::Vec;
 
-    /// Of any class that is a `PartitionOf<M>`; the compiler says what another one lacks.
+    /// Takes any class that is a `PartitionOf<M>`. The compiler says what another one lacks.
     template <class P>
         requires(!std::same_as<P, Partition>)
     Partition(P partition) {
@@ -67,11 +69,11 @@ class Partition {
     }
 
     int owner(const Vec& point) const { return held_->owner(point); }  ///< rank, 0 to size-1
-    /// visit(rank) for each rank that owns a point at most `reach` [m] away along each axis (PartitionOf).
+    /// Calls visit(rank) for each rank that owns a point at most `reach` [m] away along each axis (PartitionOf).
     void visit_owners(const Vec& point, double reach, auto&& visit) const {
         held_->visit_owners(point, reach, std::ref(visit));
     }
-    std::string name() const { return held_->name(); }  ///< what reports say
+    std::string name() const { return held_->name(); }  ///< name in reports
     /// Numbers from which this partition can be made again, for a stored simulation that goes on; empty if it has none.
     Buffer numbers() const { return held_->numbers(); }
 
@@ -110,28 +112,28 @@ struct Box {
     typename M::Vec high;  ///< upper corner [m]
 };
 
-/// What a partition may be made from.
+/// Data from which a partition may be made.
 template <class M>
 struct PartitionInput {
-    /// Subdomains of the last broad phase, with its candidates. Before the first one there are no candidates, and
-    /// the grains may lie on any rank.
+    /// Subdomains of the last broad phase, with its candidates. Before the first one there are no candidates, and the
+    /// grains may lie on any rank.
     const std::vector<Subdomain<M>>& parts;
-    Communicator& comm;  ///< parts[k] is that of its k-th hosted rank
-    Box<M> box;          ///< of all grains of the scene
-    Buffer numbers;      ///< of the partition until now; empty if there is none
+    Communicator& comm;  ///< communicator; parts[k] is of its k-th hosted rank
+    Box<M> box;          ///< box of all grains of the scene
+    Buffer numbers;      ///< numbers of the partition until now; empty if there is none
 };
 
 /// Makes the partition of a simulation.
 template <class M>
 struct Partitioner {
     std::string kind;  ///< kind of partition, the same for all that restore() can make
-    /// Collective; the same partition on every process.
+    /// Makes the partition, the same on every process. Collective.
     std::function<Partition<M>(const PartitionInput<M>&)> make;
-    /// The partition that has these numbers, for `ranks` ranks; empty if they are no partition of this kind. Without
-    /// this function the partition is made anew where a stored simulation goes on.
+    /// Makes the partition that has these numbers, for `ranks` ranks; empty if they are no partition of this kind.
+    /// Without this function the partition is made anew where a stored simulation goes on.
     std::function<std::optional<Partition<M>>(std::span<const double> numbers, int ranks)> restore = {};
-    /// A partition is kept while the busiest rank has at most so many times the mean number of candidates, and until it
-    /// has a tenth more than when the partition was made. 1: it is made anew at every broad phase.
+    /// Bound on the number of candidates of the busiest rank over the mean. A partition is kept below it, and until the
+    /// number is a tenth more than when the partition was made. 1: it is made anew at every broad phase.
     double imbalance = 1;
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// What a partition has to deal out evenly: the candidates of the last broad phase.
+/// Weights that a partition deals out evenly: the candidates of the last broad phase.
 #pragma once
 
 #include <vector>

@@ -1,6 +1,6 @@
 /// @file
-/// Sequential NLGS: sweeps until the residual is small (METHOD.md, section 4). For readers; nlgs() of sweep/ is the
-/// fast one.
+/// Sequential NLGS: sweeps until the residual is small (METHOD.md, section 4). It is for readers; nlgs() of sweep/ is
+/// the fast one.
 #pragma once
 
 #include "nscdd/iterate/report.hpp"
@@ -9,8 +9,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-/// In: V_free + M^-1 H r, and the r to start from. Out: impulses and velocities with eta at most the tolerance, or
-/// after `most` iterations.
+/// Sweeps until eta is at most the tolerance, or after `most` iterations. In: V_free + M^-1 H r, and the r to start
+/// from. Out: impulses and velocities.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, double tolerance, int most = 100'000) {
     SolveReport report;

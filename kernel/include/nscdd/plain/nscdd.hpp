@@ -1,6 +1,6 @@
 /// @file
-/// NSCDD: Alg. 1 of the paper as METHOD.md, section 6, writes it, all subdomains in one loop and no communication. For
-/// readers; nscdd_solve() of decompose/ is the fast one.
+/// NSCDD: Alg. 1 of the paper, written as in METHOD.md, section 6. All subdomains are in one loop, without
+/// communication. It is for readers; nscdd_solve() of decompose/ is the fast one.
 #pragma once
 
 #include <span>
@@ -12,8 +12,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-/// Gluing in closed form: as copies of a body have equal masses, it moves with the mean of their velocities. Impulses
-/// go to the whole problem as well.
+/// Glues in closed form. As copies of a body have equal masses, it moves with the mean of their velocities. Impulses go
+/// to the whole problem as well.
 template <class M>
 void glue(std::vector<Part<M>>& parts, ContactProblem<M>& whole) {
     std::vector<int> copies(whole.bodies.size(), 0);
@@ -33,8 +33,9 @@ void glue(std::vector<Part<M>>& parts, ContactProblem<M>& whole) {
     }
 }
 
-/// In: V_free + M^-1 H r of the whole problem, without driven walls, and the r to start from; owners as in split().
-/// Out: as nlgs(). n_gs: sweeps between two gluings. Throws std::invalid_argument where a wall is driven.
+/// Solves the whole problem on subdomains. In: its V_free + M^-1 H r and the r to start from, without driven walls;
+/// owners as in split(). Out: as nlgs(). n_gs is the number of sweeps between two gluings. Throws std::invalid_argument
+/// where a wall is driven.
 template <class M>
 SolveReport nscdd(ContactProblem<M>& whole, std::span<const int> owner, std::span<const int> owner_at_wall, int count,
                   double tolerance, int n_gs = 1, int most = 100'000) {

@@ -1,5 +1,6 @@
 /// @file
-/// A problem divided into subdomains, with copies of what they share (METHOD.md, section 6.1). For readers.
+/// A problem divided into subdomains, with copies of the bodies that they share (METHOD.md, section 6.1). It is for
+/// readers.
 #pragma once
 
 #include <map>
@@ -10,17 +11,18 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-/// A subdomain: the contacts that it owns, with copies of their bodies, whose masses are split (METHOD.md,
-/// section 6.1).
+/// A subdomain: the contacts that it owns, with copies of their bodies. Masses of copies are split (METHOD.md, section
+/// 6.1).
 template <class M>
 struct Part {
     ContactProblem<M> problem;               ///< of the subdomain alone
-    std::vector<std::size_t> bodies;         ///< of each copy: its body in the whole problem
-    std::vector<std::size_t> contacts;       ///< of each contact: its number in the whole problem
-    std::vector<std::size_t> wall_contacts;  ///< the same of contacts with walls
+    std::vector<std::size_t> bodies;         ///< body of each copy in the whole problem
+    std::vector<std::size_t> contacts;       ///< number of each contact in the whole problem
+    std::vector<std::size_t> wall_contacts;  ///< number of each contact with a wall there
 };
 
-/// Deals contacts to `count` subdomains; owner: of each contact, owner_at_wall: of each contact with a wall.
+/// Deals contacts to `count` subdomains. `owner` is that of each contact between grains, `owner_at_wall` of each with a
+/// wall.
 template <class M>
 std::vector<Part<M>> split(const ContactProblem<M>& whole, std::span<const int> owner,
                            std::span<const int> owner_at_wall, int count) {

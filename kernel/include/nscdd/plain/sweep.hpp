@@ -1,7 +1,7 @@
 /// @file
-/// One sweep of NLGS as METHOD.md, section 4, writes it: H, M^-1 and W as matrices, contact by contact. For readers. It
-/// is some ten times slower than sweep/, which tests hold to it, and knows Coulomb's law and the frictionless one
-/// alone.
+/// One sweep of NLGS, written as in METHOD.md, section 4: H, M^-1 and W are matrices, contact by contact. It is for
+/// readers. It is some ten times slower than sweep/, which tests hold to it, and knows Coulomb's law and the
+/// frictionless one alone.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -13,7 +13,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace plain {
 
-/// The law in the contact's own axes (normal first), W any diagonal block with W_t isotropic.
+/// The law in the contact's own axes, normal first. W is any diagonal block with W_t isotropic.
 template <class M>
 Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, const Eigen::MatrixXd& w, double bias,
                             double mu) {
@@ -28,8 +28,8 @@ Eigen::VectorXd contact_law(const Eigen::VectorXd& v, const Eigen::VectorXd& r, 
     return next;
 }
 
-/// Rows: normal, then tangents. Any orthonormal tangents do. Not contact_frame(): it shares no step with the fast
-/// sweep.
+/// Axes of a contact; rows are normal, then tangents. Any orthonormal tangents do. contact_frame() is not used, so that
+/// no step is shared with the fast sweep.
 template <class M>
 Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     Eigen::MatrixXd axes(M::friction ? M::dim : 1, M::dim);
@@ -44,7 +44,7 @@ Eigen::MatrixXd contact_axes(const typename M::Vec& normal) {
     return axes;
 }
 
-/// H^T of one body: maps its generalised velocity to the velocity of its point at `arm`, in contact axes.
+/// H^T of one body. It maps the generalised velocity to the velocity of the point at `arm`, in contact axes.
 template <class M>
 Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& arm) {
     Eigen::MatrixXd point(M::dim, M::dof);  // velocity of the point in world axes
@@ -59,7 +59,7 @@ Eigen::MatrixXd contact_map(const Eigen::MatrixXd& axes, const typename M::Vec& 
     return axes * point;
 }
 
-/// M^-1 of a body.
+/// The matrix M^-1 of a body.
 template <class M>
 Eigen::MatrixXd inverse_mass(const Body<M>& body) {
     Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(M::dof, body.inv_mass);
@@ -67,7 +67,7 @@ Eigen::MatrixXd inverse_mass(const Body<M>& body) {
     return diagonal.asDiagonal();
 }
 
-/// V += factor M^-1 H r.
+/// Adds factor M^-1 H r to V.
 template <class M>
 void add_impulses(ContactProblem<M>& problem, double factor) {
     const auto add = [&](const Contact<M>& c, int body, double sign, double lever) {
@@ -86,7 +86,7 @@ void add_impulses(ContactProblem<M>& problem, double factor) {
         }
 }
 
-/// Sweeps all contacts once, those with walls first. In and out: velocities and impulses of the problem.
+/// Sweeps all contacts once, those with walls first. It reads and writes velocities and impulses of the problem.
 template <class M>
 void sweep(ContactProblem<M>& problem) {
     static_assert(std::is_same_v<typename M::Law, Coulomb> || std::is_same_v<typename M::Law, Frictionless>,

@@ -1,9 +1,9 @@
 /// @file
 /// A scene's contact problem in local form, W = H^T M^-1 H stored by blocks, and its impulses there and back.
 ///
-/// Order: each_contact(). Axes: contact_frame(). The bias (g+/h, or e v_n-) is
-/// part of q_n. A frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses
-/// are taken as they stand: whole ones on one subdomain. A driven wall couples all its contacts.
+/// The order is that of each_contact(), the axes those of contact_frame(). The bias (g+/h, or e v_n-) is part of q_n. A
+/// frictionless model gives all components too, with mu = 0 and grains that do not turn. Inverse masses are taken as
+/// they stand: whole ones on one subdomain. A driven wall couples all its contacts.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -19,7 +19,8 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
 
-/// Rows N, T(, S): the normal and tangents that depend on nothing else, right-handed.
+/// Axes of a contact, in rows N, T(, S). The normal comes first; the tangents depend on nothing else and are
+/// right-handed.
 template <class M>
 ContactFrame<M> contact_frame(const typename M::Vec& normal) {
     ContactFrame<M> frame;
@@ -58,7 +59,8 @@ void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename D
     });
 }
 
-/// W [1/kg], q [m/s] and mu of a problem. In: velocities consistent with the impulses, as before or after nlgs().
+/// W [1/kg], q [m/s] and mu of a problem. Its velocities must be consistent with the impulses, as before or after
+/// nlgs().
 template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");

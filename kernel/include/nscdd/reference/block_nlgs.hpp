@@ -1,5 +1,6 @@
 /// @file
-/// Nonlinear Gauss-Seidel on a problem in local form, with full blocks: for problems of other codes, and as an oracle.
+/// Nonlinear Gauss-Seidel on a problem in local form, with full blocks. It is for problems of other codes, and for
+/// checks.
 /// ```
 /// std::vector<nscdd::DelassusProblem<3>::Vec> r(problem.contact_count(), Vec::Zero());   // or a warm start
 /// nscdd::SolveReport report = nscdd::block_nlgs(problem, r, {.tolerance = 1e-8});
@@ -12,14 +13,14 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// When block_nlgs() stops.
+/// Options of block_nlgs(): when it stops.
 struct BlockOptions {
     double tolerance = 1e-8;      ///< on the natural map, ErrorMeasures::natural_map
     int check_every = 10;         ///< sweeps between two tests; a test costs about one sweep
-    int max_iterations = 200000;  ///< sweeps; reported when hit, never silent
+    int max_iterations = 200000;  ///< sweeps; the report says so when they end the solve
 };
 
-/// One pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
+/// Makes one pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
 template <int dim>
 void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r) {
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
@@ -29,8 +30,8 @@ void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename Delas
     }
 }
 
-/// Sweeps until the natural map is small enough; the report's residual is the natural map. r: start and answer, one
-/// impulse per contact. Throws std::invalid_argument for what is no problem and for options without an end,
+/// Sweeps until the natural map is small enough. The report's residual is the natural map. r is start and answer, one
+/// impulse per contact. Throws std::invalid_argument for a faulty problem and for options without an end,
 /// std::runtime_error when the impulses are no longer finite.
 template <int dim>
 SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,

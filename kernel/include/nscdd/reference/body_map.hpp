@@ -1,5 +1,5 @@
 /// @file
-/// H^T of one contact, written out: what solvers that store matrices are assembled from.
+/// H^T of one contact, written out. Solvers that store matrices assemble them from it.
 #pragma once
 
 #include "nscdd/law/kinematics.hpp"

@@ -1,6 +1,6 @@
 /// @file
-/// The friction cone for interior-point methods: Jordan algebra of the second-order cone, written with the normal n
-/// instead of a first axis, and Nesterov and Todd's scaling of one contact [NesterovTodd97].
+/// The friction cone for interior-point methods: the Jordan algebra of the second-order cone, and Nesterov and Todd's
+/// scaling of one contact [NesterovTodd97]. The algebra is written with the normal n instead of a first axis.
 #pragma once
 
 #include "nscdd/core/abi.hpp"

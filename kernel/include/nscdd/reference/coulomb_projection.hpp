@@ -1,5 +1,5 @@
 /// @file
-/// The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P, for Newton methods.
+/// The law as a fixed point, r = P(r - rho u) for every rho > 0, and the derivative of P. Newton methods need both.
 #pragma once
 
 #include "nscdd/core/abi.hpp"

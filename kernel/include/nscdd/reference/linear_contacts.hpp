@@ -1,5 +1,5 @@
 /// @file
-/// A contact problem written out as sparse matrices, what a Newton method needs: from bodies, or from a stored W.
+/// A contact problem written out as sparse matrices for Newton methods, from bodies or from a stored W.
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen
@@ -15,7 +15,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What methods on the friction cone know of each contact, in the order of each_contact() or of the rows of W.
+/// Data of each contact for methods on the friction cone, in the order of each_contact() or of the rows of W.
 template <int size>
 struct ConeContacts {
     using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;  ///< impulse, velocity or normal of one contact
@@ -26,7 +26,7 @@ struct ConeContacts {
 
     std::size_t contacts() const { return normal.size(); }  ///< number of contacts
 
-    /// Of bodies: in world axes, or without friction along the normal alone.
+    /// Adds the contacts of bodies, in world axes, or without friction along the normal alone.
     template <class M>
     void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
         static_assert(SolvedOnCone<typename M::Law>, "methods on the friction cone know Coulomb's law alone");
@@ -37,7 +37,7 @@ struct ConeContacts {
         else
             normal.push_back(Vec{1.0}), friction.push_back(0);
     }
-    /// All of a stored W. Throws std::invalid_argument where its diagonal is not positive.
+    /// Adds all contacts of a stored W. Throws std::invalid_argument where its diagonal is not positive.
     void add(const DelassusProblem<size>& problem) {
         normal.assign(problem.contact_count(), Vec::Unit(0));
         friction = problem.friction;
@@ -50,9 +50,10 @@ struct ConeContacts {
     }
 };
 
-/// u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy: M^(1/2) (V - V_free) for bodies, where
-/// L = H^T M^(-1/2) and B = L^T; D^(-1/2) W r for a stored W, where L = D^(1/2), D the weights below. Without the
-/// scaling, mass ratios of 1e6 would enter norms and pivots.
+/// u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy.
+///
+/// For bodies x = M^(1/2) (V - V_free), L = H^T M^(-1/2) and B = L^T. For a stored W x = D^(-1/2) W r and L = D^(1/2),
+/// with D the weights below. Without the scaling, mass ratios of 1e6 would enter norms and pivots.
 template <int size>
 struct LinearContacts : ConeContacts<size> {
     using ConeContacts<size>::weight, ConeContacts<size>::contacts;
@@ -81,11 +82,11 @@ struct LinearContacts : ConeContacts<size> {
 template <class M>
 constexpr int impulse_size = M::Impulse::RowsAtCompileTime;
 
-/// The matrices of a model's problems.
+/// Type of the matrices of a model's problems.
 template <class M>
 using LinearContactsOf = LinearContacts<impulse_size<M>>;
 
-/// v + b n [m/s]: the velocity that the law is about, of which LinearContacts and the gradients speak as u.
+/// Velocity v + b n [m/s] that the law is about. LinearContacts and the gradient methods call it u.
 template <class M>
 typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Contact<M>& c, auto kind) {
     if constexpr (M::friction)
@@ -94,7 +95,8 @@ typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Cont
         return relative_velocity(problem, c, kind) + typename M::Impulse{c.bias};
 }
 
-/// From bodies; their velocities must be consistent with the impulses. Driven walls are states of one component each.
+/// Writes out a problem of bodies. Their velocities must be consistent with the impulses. Driven walls are states of
+/// one component each.
 template <class M>
 LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     constexpr int size = impulse_size<M>;
@@ -140,7 +142,7 @@ LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     return linear;
 }
 
-/// From a stored W. Throws std::invalid_argument where the diagonal of W is not positive.
+/// Writes out a problem with a stored W. Throws std::invalid_argument where the diagonal of W is not positive.
 template <int dim>
 LinearContacts<dim> linear_contacts(const DelassusProblem<dim>& problem) {
     const auto size = static_cast<Eigen::Index>(problem.contact_count()) * dim;

@@ -1,7 +1,7 @@
 /// @file
-/// Contact problems to high accuracy, on Coulomb's law as it is: an interior-point method until the statuses of the
-/// contacts are known, then a proximal Newton method to round-off. For reference answers: where NLGS stalls between
-/// 1e-5 and 1e-8 this goes on, at the price of a sparse factorisation a step.
+/// Contact problems to high accuracy, on Coulomb's law as it is. An interior-point method goes on until the statuses of
+/// the contacts are known, then a proximal Newton method to round-off. It is for reference answers. Where NLGS stalls
+/// between 1e-5 and 1e-8 it goes on, at the price of a sparse factorisation a step.
 /// ```
 /// nscdd::NewtonReport report = nscdd::newton_solve(problem, {.tolerance = 1e-10});
 /// ```
@@ -21,7 +21,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What factorises unless told otherwise; the harness takes UMFPACK through Eigen's wrapper.
+/// Factorisation by default. The harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
 
 namespace detail {
@@ -82,9 +82,10 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
 
 }  // namespace detail
 
-/// The problem of bodies, in and out as for nlgs(). Ends when eta and the penetration are small enough; not converged,
-/// with the best answer met, when a cap is reached first, as it is where walls leave the grains no room. Throws
-/// std::invalid_argument for what is no problem or no options, std::runtime_error when the residual is not finite.
+/// Solves the problem of bodies, in and out as for nlgs(). It ends when eta and the penetration are small enough. Where
+/// a cap comes first it has not converged, and returns the best answer met. That happens where walls leave the grains
+/// no room. Throws std::invalid_argument for a faulty problem or options, std::runtime_error when the residual is not
+/// finite.
 template <class Factorisation = SparseLU, class M>
 NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
     check_options(options);
@@ -128,9 +129,9 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
     return report;
 }
 
-/// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, best answer out, one of each contact.
-/// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
-/// measure is not finite.
+/// Solves the problem with a stored W until measure(r) <= tolerance. r is first guess and best answer, one impulse of
+/// each contact. Throws std::invalid_argument for a faulty problem, or a W without a positive diagonal,
+/// std::runtime_error when the measure is not finite.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options, auto&& measure) {
@@ -153,7 +154,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     return report;
 }
 
-/// The same by eta, METHOD.md section 5.1, with the mean of the diagonal of W_cc for W_cc.
+/// Does the same by eta (METHOD.md, section 5.1), with the mean of the diagonal of W_cc for W_cc.
 template <class Factorisation = SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {

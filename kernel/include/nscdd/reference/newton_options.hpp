@@ -6,13 +6,13 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// When the Newton methods stop, and how they ended.
+/// Options of the Newton methods: when they stop.
 struct NewtonOptions {
     double tolerance = 1e-10;   ///< on eta, or on the measure given
     Bounds bounds{};            ///< as in SolveOptions; bodies only
     int max_iterations = 2000;  ///< Newton steps in all
     int max_interior = 100;     ///< of them by the interior-point method
-    int warm_sweeps = 1000;     ///< of NLGS before, at most; bodies only. They cost what a factorisation does
+    int warm_sweeps = 1000;     ///< sweeps of NLGS before, at most; bodies only. They cost as much as a factorisation
     int max_outer = 200;        ///< proximal iterations
 };
 
@@ -23,7 +23,7 @@ inline void check_options(const NewtonOptions& options) {
         throw std::invalid_argument("the limits of the Newton methods must not be negative");
 }
 
-/// How newton_solve() ended; its iterations are Newton steps, of both methods.
+/// End of newton_solve(). Its iterations are Newton steps, of both methods.
 struct NewtonReport : SolveReport {
     int interior = 0;        ///< Newton steps by the interior-point method
     int outer = 0;           ///< proximal iterations

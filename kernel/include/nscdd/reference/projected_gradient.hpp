@@ -5,9 +5,10 @@
 /// nscdd::SolveReport report = nscdd::projected_gradient(problem, {.tolerance = 1e-6});
 /// ```
 /// With De Saxce's correction s = mu |u_t| n [DeSaxce98] the law is r = P_K(r - rho (u + s)), P_K the nearest point of
-/// the cone. With s frozen u + s is the gradient of a convex quadratic, and s follows. Gradients, steps and distances
-/// are in the metric of D, the mean of the diagonal of each W_cc: one number a contact keeps the cone round, and takes
-/// mass ratios out.
+/// the cone. With s frozen, u + s is the gradient of a convex quadratic, and s follows.
+///
+/// Gradients, steps and distances are in the metric of D, the mean of the diagonal of each W_cc. One number a contact
+/// keeps the cone round, and takes mass ratios out.
 #pragma once
 
 #include <algorithm>
@@ -22,7 +23,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Which method takes the steps (METHOD.md, section 11).
+/// Methods of the steps (METHOD.md, section 11).
 enum class Descent {
     spectral,  ///< SPG2 [Birgin00]: Barzilai-Borwein steps, not monotone
     nesterov,  ///< APGD [Mazhar15]: Nesterov's extrapolation, restarted where it climbs
@@ -250,9 +251,9 @@ class ProjectedGradient {
 
 }  // namespace detail
 
-/// The problem of bodies, in and out as for nlgs(); options `sweeps`, `relaxation` and `window` are ignored. Throws
-/// std::runtime_error when the residual is not finite, std::invalid_argument for what is no problem and for options
-/// without an end.
+/// Solves the problem of bodies, in and out as for nlgs(). The options `sweeps`, `relaxation` and `window` are ignored.
+/// Throws std::runtime_error when the residual is not finite, std::invalid_argument for a faulty problem and for
+/// options without an end.
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {
@@ -274,9 +275,9 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     return report;
 }
 
-/// The problem with a stored W, until measure(r) <= tolerance; r: first guess in, answer out, one of each contact.
-/// Throws std::invalid_argument for what is no problem, or a W without a positive diagonal, std::runtime_error when the
-/// measure is not finite.
+/// Solves the problem with a stored W until measure(r) <= tolerance. r is first guess and answer, one impulse of each
+/// contact. Throws std::invalid_argument for a faulty problem, or a W without a positive diagonal, std::runtime_error
+/// when the measure is not finite.
 template <int dim>
 SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                                const SolveOptions& options, Descent descent, auto&& measure) {

@@ -1,12 +1,14 @@
 /// @file
-/// Proximal-point iteration around a semismooth Newton method, on Coulomb's law as it is: exact to round-off, and quick
-/// where it starts near an answer.
+/// Proximal-point iteration around a semismooth Newton method, on Coulomb's law as it is. It is exact to round-off, and
+/// quick where it starts near an answer.
 ///
-/// Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc, which makes
-/// the problem regular however hyperstatic the packing is; its answer is r_{k+1}, and a fixed point satisfies the law
-/// itself [Rockafellar76], [Acary18]. With the matrices of LinearContacts and x the change of the state it
-/// reads
-///     F(x) = x - B (r - r_k) = 0,   r = P(r_k - rho_c (u_k + L x)).
+/// Outer iteration k adds (r - r_k)/rho_c to the velocity of each contact, rho_c = rho / mean of diag W_cc. That makes
+/// the problem regular however hyperstatic the packing is. Its answer is r_{k+1}, and a fixed point satisfies the law
+/// itself [Rockafellar76], [Acary18]. With the matrices of LinearContacts, and x the change of the state, the iteration
+/// reads:
+/// ```
+/// F(x) = x - B (r - r_k) = 0,   r = P(r_k - rho_c (u_k + L x)).
+/// ```
 /// As the unknown is the change since r_k, round-off of V is not multiplied by rho.
 #pragma once
 

@@ -1,6 +1,6 @@
 /// @file
-/// Factorisations for the Newton methods, by any sparse solver of Eigen's interface, behind one type: the methods are
-/// compiled once for all solvers. A virtual call costs nothing beside a factorisation.
+/// Factorisations for the Newton methods, by any sparse solver of Eigen's interface, behind one type. So the methods
+/// are compiled once for all solvers. A virtual call costs nothing beside a factorisation.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -18,12 +18,12 @@ class SparseFactors {
     virtual ~SparseFactors() = default;
     virtual void analyze(const Matrix& pattern) = 0;   ///< before the first factorize(), and where the pattern changes
     virtual bool factorize(const Matrix& matrix) = 0;  ///< false where it fails
-    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;  ///< by the last matrix factorised
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& right) const = 0;  ///< solves by the last matrix factorised
 };
 
 using NewFactors = std::function<std::unique_ptr<SparseFactors>()>;  ///< makes one that has no matrix yet
 
-/// By a solver with analyzePattern(), factorize(), info() and solve(), such as Eigen::SparseLU.
+/// Factors by a solver with analyzePattern(), factorize(), info() and solve(), such as Eigen::SparseLU.
 template <class Factorisation>
 class FactorsBy final : public SparseFactors {
   public:

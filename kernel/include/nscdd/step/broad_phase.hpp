@@ -11,8 +11,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The broad phase of a simulation: broad phase, whose candidates serve until a grain has used up the skin, and
-/// with it the partition of space.
+/// The broad phase of a simulation, and with it the partition of space. Its candidates serve until a grain has used up
+/// the skin.
 template <class M>
 class BroadPhase {
   public:
@@ -22,10 +22,10 @@ class BroadPhase {
     const Partition<M>& partition() const { return *partition_; }        ///< of the last broad phase
     double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
-    /// Counts a step. True when broad phase is due by the number of steps since the last one.
+    /// Counts a step. Returns true when the broad phase is due by the number of steps since the last one.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.broad_phase_every; }
 
-    /// Broad phase with a skin that the next steps should not use up, and at least `needed` [m]. Collective.
+    /// Makes a broad phase with a skin that the next steps should not use up, of at least `needed` [m]. Collective.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                detail::Radii radii, double needed) {
         const Extent extent = find_extent(parts, comm);
@@ -86,7 +86,7 @@ class BroadPhase {
     }
 
   private:
-    /// Of all grains.
+    /// Sums over all grains.
     struct Extent {
         typename M::Vec minus_low = M::Vec::Constant(-(std::numeric_limits<double>::max)()),
                         high = minus_low;  // box [m]
@@ -107,8 +107,9 @@ class BroadPhase {
         });
     }
 
-    /// Broad phase in the partition as it is or, where that has become uneven, in a new one. The first partition is
-    /// made from grains, as there are no candidates yet, and then again from the candidates that it leads to.
+    /// Makes a broad phase in the partition as it is or, where that has become uneven, in a new one. The first
+    /// partition is made from grains, as there are no candidates yet, and then again from the candidates that it leads
+    /// to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                 const std::vector<Wall<M>>& walls, detail::Radii radii, const Box<M>& box) {
         const double allowed = settings.partition.imbalance;

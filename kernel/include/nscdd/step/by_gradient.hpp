@@ -7,7 +7,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The step throws std::logic_error on more than one rank, else what projected_gradient() throws.
+/// Solves steps by projected gradients. The step throws std::logic_error on more than one rank, else the exceptions of
+/// projected_gradient().
 template <class M>
 AnyStepSolver<M> by_gradient(const SolveOptions& options, Descent descent) {
     return counted_as_sweeps<M>("a projected gradient", [options, descent](ContactProblem<M>& problem) {

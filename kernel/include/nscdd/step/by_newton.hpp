@@ -7,7 +7,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The step throws std::logic_error on more than one rank, else what newton_solve() throws.
+/// Solves steps by Newton's methods. The step throws std::logic_error on more than one rank, else the exceptions of
+/// newton_solve().
 template <class M, class Factorisation = SparseLU>
 AnyStepSolver<M> by_newton(const NewtonOptions& options) {
     return counted_as_sweeps<M>("Newton's method", [options](ContactProblem<M>& problem) {

@@ -7,8 +7,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The sequential reference; the step throws std::logic_error on more than one rank. hand_over: what solves the
-/// components on which sweeps get nowhere, newton_where_stalled<M>() of hand_over.hpp.
+/// Solves steps by the sequential reference. The step throws std::logic_error on more than one rank. `hand_over` solves
+/// the components on which sweeps get nowhere: newton_where_stalled<M>() of hand_over.hpp.
 template <class M>
 AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
     detail::check_hand_over<M>(options, hand_over);
@@ -24,8 +24,8 @@ AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nu
     });
 }
 
-/// Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so that copies of the solver share nothing.
-/// hand_over: as in by_nlgs().
+/// Solves steps by Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so copies of the solver
+/// share nothing. `hand_over` is as in by_nlgs().
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
 AnyStepSolver<M> by_nscdd(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
     detail::check_hand_over<M>(options, hand_over);

@@ -1,5 +1,5 @@
 /// @file
-/// The energy balance of one step: what gravity, walls and contacts did to the kinetic energy. Collective.
+/// The energy balance of one step: the works of gravity, walls and contacts beside the kinetic energy. Collective.
 #pragma once
 
 #include "nscdd/comm/reduce.hpp"

@@ -9,7 +9,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// A grain, and what subdomains know of it.
+/// A grain, and the data of it that subdomains have.
 template <class M>
 struct GatheredGrain {
     Grain<M> grain;                        ///< as it is now
@@ -18,14 +18,14 @@ struct GatheredGrain {
     int multiplicity;                      ///< active copies in the last step
 };
 
-/// Grains, or contacts by the grain i, from `begin` up to but without `end`.
+/// A range of grains, or of contacts by their grain i: from `begin` up to but without `end`.
 struct Ids {
     int begin = 0;                                                  ///< the first id
     int end = (std::numeric_limits<int>::max)();                    ///< one after the last
     bool contain(int id) const { return begin <= id && id < end; }  ///< whether an id is in the range
 };
 
-/// A contact of the last step; vectors in world axes.
+/// A contact of the last step. Vectors are in world axes.
 template <class M>
 struct GatheredContact {
     int i;                    ///< id
@@ -37,7 +37,7 @@ struct GatheredContact {
     typename M::Vec impulse;  ///< on i [N s]
     typename M::Vec branch;   ///< now, to the centre of i from that of j, or from its foot on the wall [m]
 
-    /// To hand to a simulation that goes on from here.
+    /// The impulse to hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
         if constexpr (M::friction)
             return {i, j, impulse};
@@ -73,7 +73,7 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids
     return grains;
 }
 
-/// The last broad phase but for the positions; not collective.
+/// The last broad phase but for the positions. Not collective.
 template <class M>
 BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
     const BroadPhase<M>& broad = simulation.broad_phase();
@@ -86,7 +86,7 @@ BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
             .offsets = broad.offsets()};
 }
 
-/// The last broad phase; positions by ascending id on the process that hosts rank 0, none elsewhere.
+/// The last broad phase. Positions come by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
 BroadPhaseState<M> gather_rough(const Simulation<M>& simulation) {
     BroadPhaseState<M> rough = last_rough(simulation);

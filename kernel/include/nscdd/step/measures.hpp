@@ -12,13 +12,13 @@ struct Measures {
 
     double kinetic_energy = 0;                  ///< of the grains [J]
     typename M::Vec momentum = M::Vec::Zero();  ///< of the grains [kg m/s]
-    /// A component for each axis to turn about.
+    /// A vector with a component for each axis to turn about.
     using Rotation = Eigen::Matrix<double, rotations, 1, Eigen::DontAlign>;
     Rotation angular_momentum = Rotation::Zero();  ///< of the grains about the origin, spins included [kg m^2/s]
-    /// Sum of f (x) branch vector [N m]; over the volume: stress, positive in pressure.
+    /// Sum of f (x) branch vector [N m]. Over the volume it is the stress, positive in pressure.
     Tensor virial = Tensor::Zero();
-    double contacts = 0;         ///< number of those that carry (carries_impulse())
-    double wall_contacts = 0;    ///< number of them with walls
+    double contacts = 0;         ///< number of contacts that carry (carries_impulse())
+    double wall_contacts = 0;    ///< of them with walls
     double grains_volume = 0;    ///< of the grains [m^3], area [m^2] in 2D
     double touched = 0;          ///< grains with a contact that carries; observe() counts exactly, measure() nearly
     double largest_overlap = 0;  ///< [m], of the contacts of the last step, now

@@ -1,5 +1,6 @@
 /// @file
-/// What a time series holds of one step: sums over the scene, so that no rank needs all grains or contacts. Collective.
+/// The content of a time series for one step: sums over the scene, so that no rank needs all grains or contacts.
+/// Collective.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +11,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// W walls. A contact carries when carries_impulse() says so: it pushes or pulls.
+/// Sums over the scene after a step; there are W walls. A contact carries when carries_impulse() says so: it pushes or
+/// pulls.
 template <class M>
 struct Observables {
     Measures<M> measures;                     ///< `touched` is exact here
@@ -18,7 +20,7 @@ struct Observables {
     double grains = 0;                        ///< in the scene
     double mass = 0;                          ///< of the grains [kg]
     double mean_radius = 0;                   ///< [m]
-    std::vector<typename M::Vec> wall_force;  ///< (W) of the grains on each wall, mean of the step [N]
+    std::vector<typename M::Vec> wall_force;  ///< (W) force of the grains on each wall, mean of the step [N]
 
     /// Share of grains without a contact that carries.
     double rattlers() const { return 1 - measures.touched / grains; }

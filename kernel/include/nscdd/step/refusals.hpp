@@ -1,5 +1,5 @@
 /// @file
-/// Why a step is refused: as data, and in one line.
+/// The reason why a step is refused, as data and in one line.
 #pragma once
 
 #include <limits>
@@ -15,7 +15,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Of all pairs that make a step impossible the worst one.
+/// The worst of all pairs that make a step impossible.
 struct Refusal {
     int step = 0;        ///< counted from 1, as the simulation has made them
     int i = -1;          ///< id
@@ -25,8 +25,8 @@ struct Refusal {
     double h = 0;        ///< a step that would do for all pairs of the scene as they move now [s]; 0: none is known
 };
 
-/// In one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)". `walls`: their
-/// names, empty for their numbers.
+/// The reason in one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)".
+/// `walls` are their names, empty for their numbers.
 inline std::string describe(const Refusal& refusal, std::span<const std::string> walls = {}) {
     std::string text = "step " + std::to_string(refusal.step) + ": grain " + std::to_string(refusal.i) + " and ";
     const auto wall = static_cast<std::size_t>(-1 - refusal.j);
@@ -44,13 +44,13 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
            detail::two_digits(0.999 * refusal.h, std::floor) + " s";
 }
 
-/// What Simulation::step() throws, the same on every rank; what() is describe(refusal).
+/// The exception that Simulation::step() throws, the same on every rank. what() is describe(refusal).
 class StepRefused : public std::runtime_error {
   public:
-    /// For this reason.
+    /// Makes the exception for this reason.
     explicit StepRefused(const Refusal& why) : std::runtime_error(describe(why)), refusal(why) {}
 
-    Refusal refusal;  ///< why
+    Refusal refusal;  ///< the reason
 };
 
 namespace detail {
@@ -76,7 +76,8 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .overlap = worst.ratio, .allowed = allowed});
 }
 
-/// The same for passages; within[k]: the step that would do for all pairs of the k-th hosted rank [s]. Collective.
+/// Throws StepRefused with the worst passage. within[k] is the step that would do for all pairs of the k-th hosted rank
+/// [s]. Collective.
 [[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<detail::Passage>& found,
                                 const std::vector<double>& within, double allowed) {
     const detail::Passage worst = detail::worst_of_all(comm, found);

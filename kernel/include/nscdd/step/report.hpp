@@ -1,5 +1,5 @@
 /// @file
-/// What a step reports.
+/// The report of a step.
 #pragma once
 
 #include <tuple>
@@ -8,8 +8,9 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Works are impulses times the mean of the velocities before and after the step, so that their sum is the change of
-/// kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the potential energy lost.
+/// The energy balance of a step. Works are impulses times the mean of the velocities before and after the step. So
+/// their sum is the change of kinetic energy but for round-off. With theta = 1/2 the work of a constant force is the
+/// potential energy lost.
 struct StepEnergy {
     double before = 0;    ///< kinetic energy of grains and driven walls before the step [J]
     double kinetic = 0;   ///< kinetic energy of grains and driven walls after the step [J]
@@ -19,19 +20,19 @@ struct StepEnergy {
     double friction = 0;  ///< work of the contacts along their tangents [J]
 
     double contacts() const { return normal + friction; }  ///< not above zero where no energy is made [J]
-    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }  ///< what reduce() adds up
+    auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }  ///< reduce() adds them up
     auto largest() { return std::tie(); }  ///< reduce() takes the largest value of no member
     double round_off() const { return kinetic - before - external - walls - contacts(); }  ///< left of the balance [J]
 };
 
-/// Of one step, the same on every rank.
+/// Report of one step, the same on every rank.
 struct StepReport {
-    SolveReport solve;            ///< of the last attempt; the iterations are those of all
+    SolveReport solve;            ///< of the last attempt, with the iterations of all
     int attempts = 1;             ///< more than one when the answer changed which pairs are contacts
     double contacts = 0;          ///< number in the whole scene
-    double interface_grains = 0;  ///< number in the whole scene: grains with contacts in several subdomains
+    double interface_grains = 0;  ///< number in the whole scene of grains with contacts in several subdomains
     double free_norm = 0;         ///< sqrt(sum of V_free^T M V_free), driven walls included [J^1/2]
-    StepEnergy energy;            ///< what changed the kinetic energy
+    StepEnergy energy;            ///< balance of the kinetic energy
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -1,6 +1,6 @@
 /// @file
-/// What a simulation asks of its whole scene: how many grains, how fast and far they move, what they do without
-/// contacts.
+/// Sums over the whole scene of a simulation: how many grains there are, how fast and far they move. Other sums say how
+/// they would move without contacts.
 #pragma once
 
 #include <cmath>

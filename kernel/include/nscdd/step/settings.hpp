@@ -1,5 +1,5 @@
 /// @file
-/// What a simulation is made of, and checks of it: all throw std::invalid_argument with one line.
+/// Settings of a simulation, and checks of them. All checks throw std::invalid_argument with one line.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// All that a scene has beside its grains, and how it is stepped.
+/// All data of a scene beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
     std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
@@ -27,25 +27,25 @@ struct SimulationSettings {
     double h = 0;                              ///< time step [s], has to be set
     double theta = 0.5;                        ///< of the Moreau-Jean scheme, 0.5 to 1 in use
     int broad_phase_every = 10;                ///< steps between broad phases; sooner when grains have moved too far
-    Partitioner<M> partition = by_grid<M>();   ///< how space is dealt to subdomains; a regular grid as in the paper
+    Partitioner<M> partition = by_grid<M>();   ///< deals space to subdomains; a regular grid as in the paper
     Multiplicity multiplicity = Multiplicity::minimal;  ///< which copies of a grain share its mass
     double largest_overlap = 0.1;                       ///< of a radius; more is an error
 };
 
-/// The last broad phase. It decides which candidates there are, who owns them, in which order they are swept, and
-/// when the next one comes: all that a step depends on beside grains, walls and impulses.
+/// The last broad phase. It decides which candidates there are, who owns them, in which order they are swept, and when
+/// the next one comes. Beside grains, walls and impulses a step depends on nothing else.
 template <class M>
 struct BroadPhaseState {
     std::string kind;                        ///< of the partition
-    Buffer partition;                        ///< its numbers; empty: it is made anew
-    double imbalance = 1;                    ///< that the partition had when it was made (Partitioner)
+    Buffer partition;                        ///< numbers of the partition; empty: it is made anew
+    double imbalance = 1;                    ///< of the partition when it was made (Partitioner)
     double skin = 0;                         ///< [m]
     int steps_since = 0;                     ///< steps made since
     std::vector<typename M::Vec> positions;  ///< of the grains that the process has, at the detection [m]
     std::vector<double> offsets;             ///< of the walls, at the detection [m]
 };
 
-/// `materials`: their number. Throws std::invalid_argument for a grain that no scene can have, and names its id.
+/// Throws std::invalid_argument for a grain that no scene can have, and names its id. `materials` is their number.
 template <class M>
 void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
@@ -62,7 +62,7 @@ void check_grains(std::span<const Grain<M>> grains, int materials) {
     }
 }
 
-/// `materials`: their number. Throws std::invalid_argument for a wall that no scene can have, and names its index.
+/// Throws std::invalid_argument for a wall that no scene can have, and names its index. `materials` is their number.
 template <class M>
 void check_walls(std::span<const Wall<M>> walls, int materials) {
     for (const auto& wall : walls) {
@@ -98,7 +98,7 @@ void check_impulses(std::span<const PairImpulse<M>> impulses) {
             throw std::invalid_argument("the impulse of grain " + std::to_string(p.i) + " is not finite");
 }
 
-/// Throws std::invalid_argument for what is no broad phase of so many grains and walls.
+/// Throws std::invalid_argument for data that are no broad phase of so many grains and walls.
 template <class M>
 void check_rough(const BroadPhaseState<M>& rough, std::size_t grains, std::size_t walls) {
     if (rough.positions.size() != grains || rough.offsets.size() != walls)

@@ -23,31 +23,45 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// const auto solve = nscdd::by_nscdd<nscdd::Dcs<Model>>(options);
 /// nscdd::StepReport report = simulation.step(solve);
 /// ```
-/// No process ever has all grains or contacts: what belongs to a rank is sent there.
+/// No process ever has all grains or contacts. Each rank is sent what belongs to it.
 template <class M>
 class Simulation {
   public:
-    /// Collective. Each process passes the grains that it has, whichever; all others of the scene come from the other
-    /// processes, each grain from one. Impulses likewise.
+    /// Makes a simulation. Collective. Each process passes the grains that it has, whichever they are. All others of
+    /// the scene come from the other processes, each grain from one. Impulses likewise.
     ///
-    /// To go on where another simulation stopped, pass what it had: the grains and, as `last`, gather_rough(), whose
-    /// positions are in the order of the grains passed; pair() of gather_contacts(); settings() with its walls. On as
-    /// many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of ranks
-    /// `last` still tells when the next broad phase comes.
+    /// A simulation can go on where another one stopped. It needs:
     ///
-    /// Throws std::invalid_argument, the same on every process, for what no scene can have: no step h, no grain, two of
-    /// one id, a radius or mass that is not positive and finite, an impulse that is not finite, a driven wall without
-    /// mass, a partition that does not know whose a grain is (repartition()). std::logic_error: see
-    /// Communicator::turn().
+    /// - the grains of that one;
+    /// - as `last` its gather_rough(), whose positions are in the order of the grains passed;
+    /// - pair() of its gather_contacts();
+    /// - its settings() with its walls.
+    ///
+    /// On as many ranks the steps are then, to the last bit, those of a simulation that goes on. On another number of
+    /// ranks `last` still tells when the next broad phase comes.
+    ///
+    /// Throws std::invalid_argument, the same on every process, for a scene that cannot be:
+    ///
+    /// - no step h, or no grain;
+    /// - two grains of one id, or a radius or mass that is not positive and finite;
+    /// - an impulse that is not finite;
+    /// - a driven wall without mass;
+    /// - a partition that does not know whose a grain is (repartition()).
+    ///
+    /// Throws std::logic_error as Communicator::turn() says.
     Simulation(Communicator& comm, SimulationSettings<M> settings, std::span<const Grain<M>> grains,
                std::span<const PairImpulse<M>> impulses = {}, const BroadPhaseState<M>* last = nullptr);
 
     ///@{
-    /// One step of h. Collective. Throws, the same on every rank, StepRefused when grains overlap too much or pass
-    /// through each other unseen, another std::runtime_error when the numbers are no longer finite,
-    /// std::invalid_argument for no solver and for walls that have become what no scene can have, and what
-    /// repartition() throws; std::logic_error, on its own process, when a solver has left other contacts, bodies or
-    /// walls than it was given, and for a call within tasks of each_rank() or beside another thread that uses the
+    /// Makes one step of h. Collective. It throws, the same on every rank:
+    ///
+    /// - StepRefused when grains overlap too much or pass through each other unseen;
+    /// - another std::runtime_error when the numbers are no longer finite;
+    /// - std::invalid_argument for no solver, and for walls that no scene can have;
+    /// - the exceptions of repartition().
+    ///
+    /// It throws std::logic_error, on its own process, when a solver has left other contacts, bodies or walls than it
+    /// was given. So it does for a call within tasks of each_rank() or beside another thread that uses the
     /// communicator.
     template <class Solver>
     StepReport step(const Solver& solve) {
@@ -62,9 +76,9 @@ class Simulation {
     StepReport step(const AnyStepSolver<M>& solve);
     ///@}
 
-    Communicator& comm() const { return comm_; }  ///< that it was made with
-    /// Of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved, and so does all
-    /// that is measured or gathered of one.
+    Communicator& comm() const { return comm_; }  ///< communicator that it was made with
+    /// Subdomains of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved; so do
+    /// all functions that measure or gather one.
     const std::vector<Subdomain<M>>& parts() const {
         check_there();
         return parts_;
@@ -95,7 +109,7 @@ class Simulation {
         for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
     }
 
-    /// Throws std::runtime_error when the scene's motion is not finite.
+    /// Motion of the scene. Throws std::runtime_error when it is not finite.
     detail::Motion motion(Velocities which, double lookahead = 0) {
         detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), which, lookahead);
         all.speed += settings_.h * settings_.gravity.norm();
@@ -123,7 +137,7 @@ class Simulation {
         auto largest() { return std::tie(worst_overlap); }
     };
 
-    /// Contacts and multiplicities.
+    /// Finds contacts and multiplicities.
     void detect(double alert, StepReport& report) {
         std::vector<detail::Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
@@ -137,7 +151,7 @@ class Simulation {
         detail::agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
-    /// Split masses, free velocities, warm start; counts over the scene.
+    /// Splits masses, sets free velocities and warm start, and counts over the scene.
     void start_iteration(StepReport& report) {
         detail::split_masses<M>(parts_, settings_.walls, settings_.gravity, settings_.h);
         const detail::FreeState all = detail::find_free_state(parts_, comm_, settings_.walls);
@@ -167,7 +181,8 @@ class Simulation {
         return report;
     }
 
-    /// Into the candidates. Throws std::logic_error for a contact that is no longer that of its candidate.
+    /// Writes impulses into the candidates. Throws std::logic_error for a contact that is no longer that of its
+    /// candidate.
     void keep_impulses(Subdomain<M>& part) const {
         const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
                               std::vector<Candidate<M>>& candidates, const char* name) {
@@ -185,7 +200,7 @@ class Simulation {
         keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ");
     }
 
-    /// Checks the motion of (1 - theta) h before the first detection: no step has checked it, and a stored state may
+    /// Checks the motion of (1 - theta) h before the first detection. No step has checked it, and a stored state may
     /// come from another h.
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
@@ -200,16 +215,17 @@ class Simulation {
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
     }
 
-    /// On any rank, above 0: a contact that is to be none; a candidate that is to be one; a passage.
+    /// Changes that a further attempt needs, above 0 on any rank. A contact is to be none, a candidate is to be one, or
+    /// there is a passage.
     struct Unsettled {
         double passes = 0, closes = 0, passages = 0;
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(passes, closes, passages); }
     };
 
-    /// False if the velocities found could close a pair that was not among the contacts, or if grains of a contact pass
-    /// each other: the step is then solved again with that pair, or without. The broad phase is renewed first if grains
-    /// move farther than its skin allows.
+    /// Returns false if the velocities found could close a pair that was not among the contacts, or if grains of a
+    /// contact pass each other. The step is then solved again with that pair, or without. The broad phase is renewed
+    /// first if grains move farther than its skin allows.
     bool complete(int attempt) {
         if (attempt > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
@@ -258,7 +274,7 @@ class Simulation {
         refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
 
-    /// Velocities of the step into grains and walls.
+    /// Writes velocities of the step into grains and walls.
     void commit() {
         for (auto& part : parts_) {
             for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;

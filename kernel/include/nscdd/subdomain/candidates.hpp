@@ -13,16 +13,16 @@ struct Candidate {
     int i;  ///< place in Candidates::grains; the grain with the lower id of the two
     int j;  ///< place of the other grain, or number of the wall
     typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
-    /// `free_gap` of a contact that the law holds.
+    /// Value of `free_gap` for a contact that the law holds.
     static constexpr double held = std::numeric_limits<double>::infinity();
-    double free_gap = held;  ///< its gap [m], unless it is a contact that the law keeps from closing within the step
-    bool closes = false;     ///< left out, and the last attempt would close it
-    bool missed = false;     ///< has closed: a contact in the next attempt
-    bool passes = false;     ///< a contact of grains that pass each other: none in the next attempt, unless missed
+    double free_gap = held;  ///< gap [m], unless the law keeps this contact from closing within the step
+    bool closes = false;     ///< left out, but the last attempt would close it
+    bool missed = false;     ///< has closed, so it is a contact in the next attempt
+    bool passes = false;     ///< grains that pass each other: no contact in the next attempt, unless missed
 };
 
-/// The grains of one rank, and the pairs among them that may touch. Written by repartition(), at each broad phase.
-/// Between steps the grains have their motion here, and pairs their impulses; within a step the contact problem has
+/// The grains of one rank, and the pairs among them that may touch. repartition() writes them, at each broad phase.
+/// Between steps the grains have their motion here, and pairs their impulses. Within a step the contact problem has
 /// them.
 template <class M>
 struct Candidates {
@@ -32,8 +32,8 @@ struct Candidates {
     std::vector<Candidate<M>> wall_pairs;               ///< with walls, by grain
 };
 
-/// Where the contacts of a step come from. Written by the narrow phase, detect_contacts(), and put in the order of the
-/// contacts by agree_on_multiplicities().
+/// Candidates from which the contacts of a step come. The narrow phase, detect_contacts(), writes them.
+/// agree_on_multiplicities() puts them in the order of the contacts.
 struct ContactSources {
     std::vector<int> source;       ///< candidate of each contact
     std::vector<int> wall_source;  ///< candidate of each contact with a wall

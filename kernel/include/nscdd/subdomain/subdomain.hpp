@@ -9,11 +9,11 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// What one rank holds. Each base says who writes it.
+/// All that one rank holds. Each base class says who writes it.
 template <class M>
 struct Subdomain : Halo, Candidates<M>, ContactSources, ActiveCopies {
-    ContactProblem<M> problem;  ///< of this step: filled by the narrow phase, solved by the step solver
-    Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, while it is being solved
+    ContactProblem<M> problem;  ///< of this step; the narrow phase fills it, the step solver solves it
+    Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, during a solve
 
     /// Number of active copies of a grain, at least 1.
     int multiplicity(std::size_t grain) const {

@@ -1,6 +1,6 @@
 /// @file
-/// What an accelerated sweep does besides solving contacts (anderson.hpp): velocities are combined before it; at each
-/// contact before() combines its iterates, after() adds its products and keeps its change.
+/// The work of an accelerated sweep besides solving contacts (anderson.hpp). Velocities are combined before it. At each
+/// contact before() combines its iterates; after() adds its products and keeps its change.
 #pragma once
 
 #include "nscdd/iterate/anderson.hpp"

@@ -1,7 +1,7 @@
 /// @file
-/// Contacts of one batch, a packet wide: what kinematics.hpp and solve_contact.hpp do for one contact. Where packets
-/// hold fewer doubles than a batch has contacts, its parts are taken one after the other: `lane` is the first contact
-/// of one.
+/// Contacts of one batch, a packet wide. The functions do for a packet the work of kinematics.hpp and solve_contact.hpp
+/// for one contact. Where packets hold fewer doubles than a batch has contacts, its parts follow one after the other:
+/// `lane` is the first contact of one.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 /// @file
-/// The contacts of a problem into batches, and their impulses back.
+/// Puts the contacts of a problem into batches, and their impulses back.
 #pragma once
 
 #include <numeric>

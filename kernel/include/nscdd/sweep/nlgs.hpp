@@ -1,5 +1,5 @@
 /// @file
-/// Nonlinear Gauss-Seidel, the sequential reference: matrix-free, contacts in the order given.
+/// Nonlinear Gauss-Seidel, the sequential reference. It is matrix-free and takes contacts in the order given.
 /// ```
 /// nscdd::SolveReport report = nscdd::nlgs(problem, {.tolerance = 1e-6});
 /// ```
@@ -11,9 +11,9 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// For nlgs(), which knows no other method: hands nothing over.
+/// Hands nothing over. nlgs() uses it, as it knows no other method.
 struct NothingElse {
-    /// Nothing.
+    /// Returns the report of nothing handed over.
     HandedOver operator()(const auto&...) const { return {}; }
 };
 
@@ -76,8 +76,8 @@ class SweptAlone {
 
 }  // namespace detail
 
-/// nlgs() of a problem that validate() has let pass, or that our own detection has filled. meter: counts the work, of
-/// its first rank, unless it is null.
+/// Does nlgs() for a problem that validate() has let pass, or that our own detection has filled. `meter` counts the
+/// work, as that of its first rank, unless it is null.
 template <class M, class HandOver = NothingElse>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper,
                           HandOver hand_over = {}, Meter* meter = nullptr) {
@@ -91,9 +91,10 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
 
 ///@{
 /// Sweeps until the step has converged (SolveReport) or the cap is reached. In: velocities consistent with the
-/// impulses. `sweeper` only saves its memory for the next call. Throws std::invalid_argument for a problem that is none
-/// (validate.hpp) and for options with which it would not end, std::runtime_error when numbers grow beyond what is
-/// finite.
+/// impulses. `sweeper` only saves its memory for the next call.
+///
+/// Throws std::invalid_argument for a faulty problem (validate.hpp) and for options with which it would not end,
+/// std::runtime_error when numbers are no longer finite.
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     validate(problem);

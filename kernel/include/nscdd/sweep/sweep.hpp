@@ -8,10 +8,12 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// One pass over `contacts`, a list or part of a list of `problem`, in their order. Changes their impulses and the
-/// velocities in `problem`; needs inv_wn and inv_wt, see prepare_contacts().
-///   kind            BetweenGrains{} or WithWall{}
-///   acceleration    before(c) and after(c, change of its impulse) are called at each contact c: Unaccelerated{}
+/// Makes one pass over `contacts`, a list or part of a list of `problem`, in their order. It changes their impulses and
+/// the velocities in `problem`. prepare_contacts() must have set inv_wn and inv_wt.
+///
+/// - `kind` is BetweenGrains{} or WithWall{}.
+/// - `acceleration` has before(c) and after(c, change of its impulse), which are called at each contact c; else it is
+///   Unaccelerated{}.
 template <class M>
 void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contacts, auto kind, auto&& acceleration) {
     for (Contact<M>& c : contacts) {
@@ -28,8 +30,8 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
 }
 
 ///@{
-/// One pass over all contacts, each solved exactly with the latest velocities [Jean99]: sweep_contacts() of both lists,
-/// in the order of each_contact().
+/// Makes one pass over all contacts, each solved exactly with the latest velocities [Jean99]. It is sweep_contacts() of
+/// both lists, in the order of each_contact().
 template <class M>
 void sweep(ContactProblem<M>& problem, auto&& acceleration) {
     sweep_contacts(problem, problem.wall_contacts, WithWall{}, acceleration);
@@ -51,7 +53,7 @@ void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
     });
 }
 
-/// V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.
+/// Sets V = V_free + M^-1 H r for the impulses that the contacts bring along (warm start). `bodies` hold V_free before.
 template <class M>
 void apply_impulses(ContactProblem<M>& problem) {
     for (const Contact<M>& c : problem.contacts) apply_impulse(problem, c, c.r, BetweenGrains{});

@@ -41,30 +41,30 @@ concept Sweeps = requires(S& s, const S& told, ContactProblem<M>& problem, const
 template <class M>
 class Sweeper {
   public:
-    /// Takes over velocities and impulses; `relaxation` is omega, between 0 and 2. A problem that the layout does not
-    /// fit (levers or inertias not those of solid grains, 3D) is swept where it is, all of it in the first pass.
+    /// Takes over velocities and impulses. `relaxation` is omega, between 0 and 2. The layout fits levers and inertias
+    /// of solid grains in 3D. A problem that it does not fit is swept where it is, all of it in the first pass.
     void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {}) {
         batched_ = batches_.load(problem, relaxation, front);
         if (!batched_) contacts_.load(problem, relaxation);
         window_ = 0;
     }
 
-    /// To be called before a sweep with an Anderson of this window. The first call makes room for its iterates and
-    /// changes, and sets its metric.
+    /// Prepares sweeps with an Anderson of this window. The first call makes room for its iterates and changes, and
+    /// sets its metric.
     void accelerate(const ContactProblem<M>& problem, int window) {
         if (window_ != 0) return;
         window_ = window;
         of(*this, [&](auto& sweeps) { sweeps.make_room(problem, window); });
     }
 
-    /// V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
+    /// Sets V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
     void restore_velocities(ContactProblem<M>& problem) {
         of(*this, [&](auto& sweeps) { sweeps.restore_velocities(problem); });
     }
 
     ///@{
-    /// One sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed. With an
-    /// Anderson the sweep starts from its combination of iterates, and adds the products of these contacts to
+    /// Makes one sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed.
+    /// With an Anderson the sweep starts from its combination of iterates, and adds the products of these contacts to
     /// `products` [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
@@ -76,19 +76,19 @@ class Sweeper {
     }
     ///@}
 
-    /// To be called once before the passes of a sweep. Without acceleration `anderson` is null, and `products` of
-    /// pass() may be null.
+    /// Begins the passes of a sweep; to be called once before them. Without acceleration `anderson` is null, and
+    /// `products` of pass() may be null.
     void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
         of(*this, [&](auto& sweeps) { sweeps.begin(problem, anderson); });
     }
-    /// A part of a sweep: SweepPass::first before or after all others; `anderson` as in begin(), `products` as in
-    /// sweep().
+    /// Makes a part of a sweep. SweepPass::first comes before or after all others. `anderson` is as in begin(),
+    /// `products` as in sweep().
     void pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson = nullptr,
               Anderson::Products* products = nullptr, SweepPiece piece = {}) {
         of(*this, [&](auto& sweeps) { sweeps.pass(problem, which, anderson, products, piece); });
     }
 
-    /// As residual_parts(problem), of the velocities and impulses held here.
+    /// Sums of residual_parts(problem), for the velocities and impulses held here.
     ResidualParts residual(const ContactProblem<M>& problem) const {
         return of(*this, [&](auto& sweeps) { return sweeps.residual(problem); });
     }
@@ -96,16 +96,16 @@ class Sweeper {
     FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const {
         return of(*this, [&](auto& sweeps) { return sweeps.free_velocities(problem); });
     }
-    /// Velocities and impulses back into the problem.
+    /// Writes velocities and impulses back into the problem.
     void store(ContactProblem<M>& problem) const {
         of(*this, [&](auto& sweeps) { sweeps.store(problem); });
     }
 
-    /// Keeps the iterate as it is: a fifth of a sweep.
+    /// Keeps the iterate as it is. The cost is a fifth of a sweep.
     void keep(const ContactProblem<M>& problem) {
         of(*this, [&](auto& sweeps) { sweeps.keep(problem); });
     }
-    /// What keep() has kept last, or null if it has not been called since load().
+    /// The iterate that keep() has kept last, or null if it has not been called since load().
     const detail::Iterate<M>* kept(const ContactProblem<M>& problem) {
         return of(*this, [&](auto& sweeps) -> const detail::Iterate<M>* { return sweeps.kept(problem); });
     }
@@ -114,25 +114,27 @@ class Sweeper {
     double* row(int body) {
         return of(*this, [&](auto& sweeps) { return sweeps.row(static_cast<std::size_t>(body)); });
     }
-    /// Before rows are glued: where not batched(), these bodies' rows from their velocities in the problem of load().
+    /// Fills these bodies' rows from their velocities in the problem of load(), before rows are glued; only where not
+    /// batched().
     void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
         of(*this, [&](auto& sweeps) { sweeps.put_rows(problem, bodies); });
     }
-    /// After rows are glued: where not batched(), the velocities of these bodies from their rows.
+    /// Reads the velocities of these bodies from their rows, after rows are glued; only where not batched().
     void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
         of(*this, [&](auto& sweeps) { sweeps.read_rows(problem, bodies); });
     }
 
     bool batched() const { return batched_; }  ///< whether the layout fits the problem of load()
-    /// Batches with driven walls in a pass, each of which waits for the speeds that the one before it leaves.
+    /// Number of batches with driven walls in a pass. Each waits for the speeds that the one before it leaves.
     std::size_t driven_batches(SweepPass which) const {
         return of(*this, [&](auto& sweeps) { return sweeps.driven_batches(which); });
     }
-    /// Where batched(): indices into problem.contacts, detail::batch_size a batch, in the order of a sweep; -1 pads.
+    /// Indices into problem.contacts in the order of a sweep, where batched(): detail::batch_size a batch, padded by
+    /// -1.
     const std::vector<int>& order() const { return batches_.order(); }
     const std::vector<int>& wall_order() const { return batches_.wall_order(); }  ///< of wall_contacts
 
-    /// What a sweep reads and writes [bytes], without what acceleration adds.
+    /// Memory that a sweep reads and writes [bytes], without that of acceleration.
     std::size_t bytes() const {
         return of(*this, [](auto& sweeps) { return sweeps.bytes(); });
     }
@@ -140,7 +142,7 @@ class Sweeper {
   private:
     static_assert(detail::Sweeps<detail::BatchSweeper<M>, M> && detail::Sweeps<detail::ContactSweeper<M>, M>);
 
-    /// call(sweeps) of the kind that has the problem.
+    /// Calls call(sweeps) with the kind of sweeps that has the problem.
     static decltype(auto) of(auto& self, auto&& call) {
         return self.batched_ ? call(self.batches_) : call(self.contacts_);
     }
