@@ -21,6 +21,32 @@ class Words(ProgramTest):
             self.counts("Take one, e.g. This.\n\n    not this one. Nor this.\n\n| nor. | This. |\n\n```sh\nnor. This.\n```\nsee Fig. 2 there\n"), [4, 4]
         )
 
+    def test_public_comments_are_joined_and_counted(self):
+        header = self.write(
+            "header.hpp",
+            """/// @file
+/// One two
+/// three.
+namespace nscdd { namespace detail {
+/// Not this, nor the next.
+int hidden;  ///< nor this
+}}  // namespace nscdd::detail
+// Nor this.
+///@{
+/// Four five. Six.
+int code;  ///< seven eight nine
+           ///< ten
+int more;  ///< eleven [m]
+///@}
+/// - Twelve is an item.
+/// ```
+/// not this
+/// ```
+""",
+        )
+        found = [(sentence.line, sentence.words) for sentence in script.sentences(header)]
+        self.assertEqual(found, [(2, 3), (10, 2), (10, 1), (11, 4), (13, 2), (15, 4)])
+
     def test_what_is_too_long_is_told(self):
         text = self.write("README.md", " ".join(["word"] * 36) + ".\n")
         said = io.StringIO()
