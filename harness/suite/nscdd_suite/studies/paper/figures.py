@@ -1,18 +1,16 @@
 """Figs. 3 and 4 of the paper, and the same axes for what the paper does not have: other partitions, acceleration, a cluster."""
-import numpy as np
-
-from .data import FAMILIES, Paper, total
 from ...page.style import NLGS, SCHEMES, SUBDOMAINS, apart, ideal, plt, subdomain_ticks
+from .data import FAMILIES, total
 
 PLATFORMS = {"node48": "node of 48 cores", "cluster": "cluster of 128 nodes of 8"}
 METHODS = {"paper": ("paper's method", "-"), "auto": ("accelerated", "--"), "predicted": ("paper's method, predicted interface", ":")}
-COLOUR = dict(zip(FAMILIES, (SUBDOMAINS[0], SUBDOMAINS[1], SUBDOMAINS[2])))
+COLOUR = dict(zip(FAMILIES, SUBDOMAINS))
 MARK = {
     "grid": {"marker": "o", "markersize": 3.5},
     "bisection": {"marker": "s", "markersize": 7, "markerfacecolor": "none"},
     "metis": {"marker": "^", "markersize": 4.5},
+    "predicted": {"marker": "x", "markersize": 7},
 }
-PREDICTED = {"marker": "x", "markersize": 7}
 
 
 def chosen_counts(runs):
@@ -36,110 +34,111 @@ def iterations(run, mean):
     return total(run) / run["steps"] if mean else total(run)
 
 
+def blank(axis):
+    axis.text(0.5, 0.5, "not in these results", ha="center", transform=axis.transAxes, color=NLGS)
+    axis.set_axis_off()
+
+
+def marks(scheme, colour):
+    """CCS as open squares around the points of DCS."""
+    return {"color": colour, "markersize": 5, "markerfacecolor": colour} | ({"markersize": 9, "markerfacecolor": "none"} if scheme == "ccs" else {})
+
+
+def plot_curve(axis, curve, band, *marker, **how):
+    """Speed-ups of {subdomains: point} with their bands; returns the line."""
+    n, points = zip(*sorted(curve.items()))
+    axis.fill_between(n, [p.low for p in points], [p.high for p in points], color=how["color"], alpha=band, linewidth=0)
+    return axis.plot(n, [p.speed_up for p in points], *marker, **how)[0]
+
+
 def speed_up_panel(axis, paper, scene):
     """Simulated points of CCS and DCS with their bands; whether there are any."""
+    axis.set_title("(a) speed-up, SIMULATED")
     curves = {scheme: paper.curve(scene, "paper", scheme, "grid") for scheme in SCHEMES}
     numbers = sorted({n for curve in curves.values() for n in curve})
-    axis.set_title("(a) speed-up, SIMULATED")
     if not numbers:
-        axis.text(0.5, 0.5, "not in these results", ha="center", transform=axis.transAxes, color=NLGS)
-        axis.set_axis_off()
-        return False
+        return blank(axis)
     ideal(axis, numbers[-1])
     for scheme, (label, colour, marker) in SCHEMES.items():
-        if not curves[scheme]:
-            continue
-        n, points = zip(*sorted(curves[scheme].items()))
-        axis.fill_between(n, [p.low for p in points], [p.high for p in points], color=colour, alpha=0.18, linewidth=0)
-        axis.plot(n, [p.speed_up for p in points], marker=marker, color=colour, label=label, markersize=5)
-        every = [p for p in paper.points(scene, "paper", scheme, "grid") if p.speed_up is not None]
-        axis.plot([p.n for p in every], [p.speed_up for p in every], marker, color=colour, markersize=3, markerfacecolor="none")
+        if curves[scheme]:
+            plot_curve(axis, curves[scheme], 0.18, marker=marker, color=colour, label=label, markersize=5)
+            every = [p for p in paper.points(scene, "paper", scheme, "grid") if p.speed_up is not None]
+            axis.plot([p.n for p in every], [p.speed_up for p in every], marker, color=colour, markersize=3, markerfacecolor="none")
     ticks(axis, [1, *numbers])
     axis.set(xlabel="processes", ylabel="speed-up over NLGS, SIMULATED", ylim=(0, None))
     axis.legend(loc="upper left")
-    return True
+    return "simulated"
 
 
 def iteration_panel(axis, paper, scene, mean):
-    """Counts of every splitting; a line through those that share fewest grains. CCS as open squares around the points of DCS."""
-    axis.set_title(f"(b) {'mean' if mean else 'total'} iterations, counted")
+    """Counts of every splitting; a line through those that share fewest grains."""
+    what = f"{'mean' if mean else 'total'} iterations, counted"
+    axis.set_title(f"(b) {what}")
     numbers = set()
     for scheme, (label, colour, marker) in SCHEMES.items():
-        runs = paper.runs(scene, "paper", scheme, "grid")
-        if not runs:
-            continue
-        numbers |= {run["subdomains"] for run in runs}
-        line = chosen_counts(runs)
-        size = 9 if scheme == "ccs" else 5
-        axis.plot(list(line), [iterations(run, mean) for run in line.values()], color=colour, linewidth=1.2, label=f"{label}, fewest shared grains")
-        axis.plot(
-            [run["subdomains"] for run in runs],
-            [iterations(run, mean) for run in runs],
-            marker,
-            color=colour,
-            markersize=size,
-            markerfacecolor="none" if scheme == "ccs" else colour,
-            label=f"{label}, each splitting",
-        )
+        if runs := paper.runs(scene, "paper", scheme, "grid"):
+            numbers |= {run["subdomains"] for run in runs}
+            line = chosen_counts(runs)
+            axis.plot(list(line), [iterations(run, mean) for run in line.values()], color=colour, linewidth=1.2, label=f"{label}, fewest shared grains")
+            points = [run["subdomains"] for run in runs], [iterations(run, mean) for run in runs]
+            axis.plot(*points, marker, label=f"{label}, each splitting", **marks(scheme, colour))
     if not numbers:
-        axis.text(0.5, 0.5, "not in these results", ha="center", transform=axis.transAxes, color=NLGS)
-        axis.set_axis_off()
-        return False
+        return blank(axis)
     if paper.nlgs(scene):
         axis.axhline(iterations(paper.nlgs(scene), mean), linestyle="--", linewidth=1, color=NLGS, label="sequential NLGS")
     ticks(axis, numbers)
-    axis.set(xlabel="subdomains", ylabel=f"{'mean' if mean else 'total'} iterations, counted", ylim=(0, 1.3 * axis.dataLim.y1))
+    axis.set(xlabel="subdomains", ylabel=what, ylim=(0, 1.3 * axis.dataLim.y1))
     axis.yaxis.set_major_formatter(lambda y, _: f"{y:,.0f}".replace(",", "\u00a0"))
     axis.legend(loc="lower right", fontsize=9)
-    return True
+    return "counted"
 
 
 def measured_panel(axis, paper, scene):
-    """Real ranks on real cores, each repeat a small point where it has seconds of its own."""
+    """Real ranks on real cores."""
     axis.set_title("(c) speed-up, measured")
-    rows = [(row, speed_up) for row, speed_up in paper.measured(scene) if speed_up and row["method"] == "paper"]
+    rows = [(row, speed_up) for row, speed_up in paper.measured(scene) if speed_up]
     if not rows:
-        axis.text(0.5, 0.5, "not in these results", ha="center", transform=axis.transAxes, color=NLGS)
-        axis.set_axis_off()
-        return False
+        return blank(axis)
     most = max(2, *(row["ranks"] for row, _ in rows))
     ideal(axis, most)
     for scheme, (label, colour, marker) in {"nlgs": ("NLGS", NLGS, "D"), **SCHEMES}.items():
-        own = sorted((row["ranks"], speed_up) for row, speed_up in rows if row["scheme"] == scheme)
-        if own:
-            axis.plot(
-                *zip(*own), marker, color=colour, label=label, markersize=8 if scheme == "ccs" else 5, markerfacecolor="none" if scheme == "ccs" else colour
-            )
-    ticks(axis, sorted({1, 2, *(row["ranks"] for row, _ in rows)}))
+        if own := sorted((row["ranks"], speed_up) for row, speed_up in rows if row["scheme"] == scheme):
+            axis.plot(*zip(*own), marker, label=label, **marks(scheme, colour) | ({"markersize": 8} if scheme == "ccs" else {}))
+    ticks(axis, {1, 2, *(row["ranks"] for row, _ in rows)})
     axis.set(xlabel="real ranks", ylabel="speed-up over NLGS, measured", ylim=(0, 1.1 * most), xlim=(0.85, 1.2 * most))
     axis.legend(loc="upper left")
-    return True
+    return "measured"
 
 
 def draw_scene(paper, scene, mean):
-    """Fig. 3 or 4: simulated, counted and measured each in a panel of its own; None if there is none."""
+    """Fig. 3 or 4: simulated, counted and measured each in a panel of its own; None if there is none. And which of them there are."""
     figure, axes = plt.subplots(1, 3, figsize=(10.6, 3.5), width_ratios=(1.15, 1.25, 0.8))
     drawn = (speed_up_panel(axes[0], paper, scene), iteration_panel(axes[1], paper, scene, mean), measured_panel(axes[2], paper, scene))
     if any(drawn):
-        return apart(figure), drawn
+        return apart(figure), tuple(filter(None, drawn))
     plt.close(figure)
-    return None, drawn
+    return None, ()
 
 
-def beyond(paper, scene, platform):
-    """{(partition family, method): {n: point}} of DCS, all over plain sequential NLGS."""
-    curves = {(of, method): paper.curve(scene, method, "dcs", of, platform) for of in FAMILIES for method in ("paper", "auto")}
-    curves["grid", "predicted"] = Paper(paper.record, "predicted").curve(scene, "paper", "dcs", "grid", platform)
-    return {key: curve for key, curve in curves.items() if curve}
+def views(paper):
+    """(partition family, method, which runs, the method as they name it) of all that is drawn beyond the paper."""
+    return [*((of, method, paper, method) for of in FAMILIES for method in ("paper", "auto")), ("grid", "predicted", paper.predicted, "paper")]
+
+
+def look(of, method):
+    return {"linestyle": METHODS[method][1], "color": COLOUR[of], **MARK["predicted" if method == "predicted" else of]}
 
 
 def draw_beyond(paper, scene):
-    """Speed-up on each platform, and iterations: a colour for each partition, dashes for the accelerated method, dots for the predicted interface; None if there is
-    nothing but the grid by the paper's method, which is in the figures before."""
-    platforms = {platform: curves for platform in PLATFORMS if (curves := beyond(paper, scene, platform))}
-    counts = {(of, method): chosen_counts(paper.runs(scene, method, "dcs", of)) for of in FAMILIES for method in ("paper", "auto")}
-    counts["grid", "predicted"] = chosen_counts(Paper(paper.record, "predicted").runs(scene, "paper", "dcs", "grid"))
-    counts = {key: runs for key, runs in counts.items() if runs}
+    """Speed-up of DCS on each platform, and iterations: a colour for each partition, dashes for the accelerated method, dots for the predicted
+    interface. None if there is nothing but the grid by the paper's method, which is in the figures before."""
+
+    def there(of_view):
+        return {(of, method): found for of, method, view, name in views(paper) if (found := of_view(view, name, of))}
+
+    platforms = {platform: there(lambda view, name, of: view.curve(scene, name, "dcs", of, platform)) for platform in PLATFORMS}
+    platforms = {platform: curves for platform, curves in platforms.items() if curves}
+    counts = there(lambda view, name, of: chosen_counts(view.runs(scene, name, "dcs", of)))
     if not any(key != ("grid", "paper") for curves in (*platforms.values(), counts) for key in curves) and "cluster" not in platforms:
         return None
     figure, axes = plt.subplots(1, len(platforms) + 1, figsize=(3.5 * (len(platforms) + 1), 3.6), squeeze=False)
@@ -148,28 +147,17 @@ def draw_beyond(paper, scene):
         numbers = sorted({n for curve in curves.values() for n in curve})
         handles["ideal"] = ideal(axis, numbers[-1], ":")
         for (of, method), curve in curves.items():
-            n, points = zip(*sorted(curve.items()))
-            axis.fill_between(n, [p.low for p in points], [p.high for p in points], color=COLOUR[of], alpha=0.15, linewidth=0)
-            (handles[f"{of}, {METHODS[method][0]}"],) = axis.plot(
-                n, [p.speed_up for p in points], METHODS[method][1], color=COLOUR[of], **(PREDICTED if method == "predicted" else MARK[of])
-            )
+            handles[f"{of}, {METHODS[method][0]}"] = plot_curve(axis, curve, 0.15, **look(of, method))
         axis.set_yscale("log", base=2)
         axis.yaxis.set_major_formatter(lambda y, _: f"{y:g}")
         ticks(axis, [1, *numbers])
-        axis.set(xlabel="processes", ylabel="speed-up over NLGS, SIMULATED")
-        axis.set_title(f"{PLATFORMS[platform]}, SIMULATED")
+        axis.set(xlabel="processes", ylabel="speed-up over NLGS, SIMULATED", title=f"{PLATFORMS[platform]}, SIMULATED")
     axis = axes[0][-1]
     for (of, method), runs in counts.items():
-        (handles[f"{of}, {METHODS[method][0]}"],) = axis.plot(
-            list(runs),
-            [iterations(run, True) for run in runs.values()],
-            METHODS[method][1],
-            color=COLOUR[of],
-            **(PREDICTED if method == "predicted" else MARK[of]),
-        )
+        (handles[f"{of}, {METHODS[method][0]}"],) = axis.plot(list(runs), [iterations(run, True) for run in runs.values()], **look(of, method))
     if counts:
         ticks(axis, {n for runs in counts.values() for n in runs})
-        axis.set(xlabel="subdomains", ylabel="mean iterations, counted", ylim=(0, 1.1 * np.max([axis.dataLim.y1, 1e-9])))
+        axis.set(xlabel="subdomains", ylabel="mean iterations, counted", ylim=(0, 1.1 * axis.dataLim.y1))
     else:
         axis.set_axis_off()
     axis.set_title("iterations, counted")
