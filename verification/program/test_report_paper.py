@@ -365,10 +365,9 @@ class Network(Case):
         found = network.counts(drawn)
         self.assertEqual((found["candidates"], found["wrong"], found["not_boundary"]), (4, 1, 1))
 
-    def test_bisection_owns_points_as_the_kernel_says(self):
-        rough = {"kind": "bisection", "partition": np.array([0, 1.0, 1, 0.5, 1, 0.7])}
-        points = np.array([[0.5, 0.2], [0.5, 0.8], [1.0, 0.6], [1.5, 0.7]])
-        self.assertEqual(list(network.owners(rough, points)), [0, 1, 2, 3])
+    def test_a_grid_owns_points_as_the_kernel_says(self):
+        grid = np.array([[2, 2], [0, 0], [2.0, 1.0]])
+        self.assertEqual(list(network.owners(grid, np.array([[0.5, 0.2], [1.5, 0.2], [0.5, 0.5], [2.5, 0.7]]))), [0, 1, 2, 3])
 
     def test_damaged_state_is_one_line(self):
         path = self.folder / "paper/fig1-network.h5"

@@ -1,6 +1,7 @@
 """State files, and subdomains and multiplicities drawn on their spheres."""
 import h5py
 import numpy as np
+from matplotlib.collections import EllipseCollection
 from matplotlib.patches import Rectangle
 
 from ..record import InputError
@@ -101,3 +102,8 @@ def draw_spheres(state):
             columnspacing=1.2,
         )
     return figure
+
+
+def add_disks(axis, x, radius, **look):
+    """Disks in the units of the axis."""
+    axis.add_collection(EllipseCollection(2 * radius, 2 * radius, 0 * radius, units="xy", offsets=x, transOffset=axis.transData, **look))

@@ -1,11 +1,13 @@
 """All that may be asked for of the paper, item by item: scenes, splittings, variations, and the job of each."""
+import itertools
+import math
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 from ...program import COSTS, NSCDD, ROOT, SIMULATED, python, shown, simulated
 
 ITEMS = ("packings", "fig1", "table1", "table1-windows", "fig3", "fig4", "beyond", "larger", "variations", "interface", "chance", "choices")
-
 # Scene: packing, dimension, whether it starts under way, seconds of a run, about, steps that are measured.
 SCENES = {
     "isotropic": ("isotropic-55k", 3, False, 480, 10),
@@ -13,10 +15,10 @@ SCENES = {
     "triaxial": ("triaxial-64k", 3, True, 60, 10),
     "million": ("million", 3, True, 3600, 0),
 }
-PAPER = ("isotropic", "biaxial", "triaxial")  # with a packing and a file of their own; a million spheres are the triaxial test again
+PAPER = tuple(SCENES)[:3]  # with a packing and a file of their own; a million spheres are the triaxial test again
 MEASURED = {"table1": "isotropic", "fig3": "biaxial", "fig4": "triaxial"}
 TILES, LARGER_STEPS = (4, 2, 2), 3
-LARGEST = {"isotropic": ("grid 2x2x2", 8), "biaxial": ("grid 4x12", 48), "triaxial": ("grid 4x4x3", 48)}  # splittings of variations
+LARGEST = {"isotropic": "2x2x2", "biaxial": "4x12", "triaxial": "4x4x3"}  # splittings of variations
 # What a variation changes in the scene, and of which runs. Not the triaxial test with friction 0.5: neither of its runs ends within 20 minutes.
 # From where: "" as the scene, or its packing, or the last state of NLGS; steps, 0: as the scene. For each start but that of the scene there is
 # a run of the scene as it is.
@@ -34,66 +36,53 @@ VARIATIONS = {
 }
 STARTS = 5  # perturbed ones
 QUICK = {"grains": 400, "steps": 3}
+RUNS = Path(__file__).with_name("runs.txt").read_text().splitlines()[3:]
+
+
+class What(NamedTuple):
+    """What is run: its fields tell a row of the record from others."""
+
+    scene: str
+    method: str
+    scheme: str
+    partition: str = "none"
+    subdomains: int = 1
+    multiplicity: str = "minimal"
+
+    def row(self, **more):
+        return self._asdict() | more
+
+    def label(self):
+        wide = [self.multiplicity] if self.multiplicity != "minimal" else []
+        cut = [self.partition.replace(" ", "-"), str(self.subdomains), *wide] if self.subdomains > 1 else []
+        return "-".join([self.scene, self.method, self.scheme, *cut])
+
+    def dealt(self):
+        """Options of the program that say who owns what."""
+        if self.partition == "none":
+            return []
+        kind, _, cells = self.partition.partition(" ")
+        wide = ["--multiplicity", self.multiplicity] if self.multiplicity != "minimal" else []
+        return ["--partition", kind, *(["--grid", cells] if cells else []), *wide]
+
+    def how(self):
+        """Options of a run in process."""
+        return ["--scheme", self.scheme, "--method", self.method, *self.dealt(), *(["-n", self.subdomains] if self.subdomains > 1 else [])]
+
+
+def splitting(word):
+    """Partition, subdomains, and multiplicity if not minimal."""
+    kind, _, more = word.partition("-")
+    if "x" in kind:
+        return f"grid {kind}", math.prod(map(int, kind.split("x"))), *([more] if more else [])
+    return kind, int(more or 1)
 
 
 def table_of_runs():
-    """(item, scene, method, scheme, partition, subdomains, platform of its window or "", and multiplicity if not minimal)"""
-    for item, scene in MEASURED.items():
-        yield item, scene, "paper", "nlgs", "none", 1, "node48"
-    for scheme in ("ccs", "dcs"):
-        for n, grid in ((3, "3x1x1"), (4, "2x2x1"), (8, "2x2x2")):
-            yield "table1", "isotropic", "paper", scheme, f"grid {grid}", n, "node48"
-        for n, grid in ((2, "1x2"), (4, "2x2"), (8, "2x4"), (16, "4x4"), (24, "3x8"), (32, "4x8"), (48, "4x12")):
-            yield "fig3", "biaxial", "paper", scheme, f"grid {grid}", n, "node48"
-    others = ((2, "2x1"), (4, "4x1"), (4, "1x4"), (8, "8x1"), (8, "1x8"), (16, "2x8"), (16, "16x1"), (16, "1x16"), (48, "6x8"), (48, "48x1"), (48, "1x48"))
-    for n, grid in others:
-        yield "fig3", "biaxial", "paper", "dcs", f"grid {grid}", n, ""
-    for n, grid in ((2, "2x1x1"), (4, "2x2x1"), (8, "2x2x2"), (16, "4x2x2"), (24, "4x3x2"), (32, "4x4x2"), (48, "4x4x3")):
-        yield "fig4", "triaxial", "paper", "dcs", f"grid {grid}", n, "node48"
-    for n, grid in ((2, "2x1x1"), (8, "2x2x2"), (48, "4x4x3")):
-        yield "fig4", "triaxial", "paper", "ccs", f"grid {grid}", n, "node48"
-    for n, grid in ((2, "1x1x2"), (8, "8x1x1"), (8, "1x1x8")):
-        yield "fig4", "triaxial", "paper", "dcs", f"grid {grid}", n, ""
-    for scene, grids in (("biaxial", ("2x4", "4x12")), ("triaxial", ("2x2x2", "4x4x3"))):
-        for partition in ("bisection", "metis"):
-            for n in (8, 48):
-                yield "beyond", scene, "paper", "dcs", partition, n, "node48"
-        yield "beyond", scene, "auto", "nlgs", "none", 1, "node48"
-        for n, grid in zip((8, 48), grids):
-            yield "beyond", scene, "auto", "dcs", f"grid {grid}", n, "node48"
-    for method in ("paper", "auto"):
-        for n in (64, 128, 256, 512, 1024):
-            yield "beyond", "triaxial", method, "dcs", "bisection", n, "cluster"
-    yield "larger", "million", "paper", "nlgs", "none", 1, "node48"
-    for n in (64, 128):
-        yield "larger", "million", "paper", "dcs", "bisection", n, "cluster"
-    for scene, n, grid in (("isotropic", 8, "2x2x2"), ("biaxial", 8, "2x4"), ("biaxial", 48, "4x12"), ("triaxial", 8, "2x2x2"), ("triaxial", 48, "4x4x3")):
-        yield "interface", scene, "paper", "nlgs", "none", 1, "node48"
-        for multiplicity in ("minimal", "predicted"):
-            yield "interface", scene, "paper", "dcs", f"grid {grid}", n, "node48", multiplicity
-
-
-def identity(scene, method, scheme, partition, n, multiplicity="minimal", **more):
-    """Of a row of the record."""
-    return {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "multiplicity": multiplicity, **more}
-
-
-def label(scene, method, scheme, partition, n, multiplicity="minimal"):
-    cut = [partition.replace(" ", "-"), str(n), *([multiplicity] if multiplicity != "minimal" else [])] if n > 1 else []
-    return "-".join([scene, method, scheme, *cut])
-
-
-def dealt(partition, multiplicity="minimal"):
-    """Options of the program."""
-    if partition == "none":
-        return []
-    kind, _, cells = partition.partition(" ")
-    return ["--partition", kind, *(["--grid", cells] if cells else []), *(["--multiplicity", multiplicity] if multiplicity != "minimal" else [])]
-
-
-def how(method, scheme, partition, n, multiplicity="minimal"):
-    """Options of a run in process."""
-    return ["--scheme", scheme, "--method", method, *dealt(partition, multiplicity), *(["-n", n] if n > 1 else [])]
+    """(item, what is run, platform of its window or -)"""
+    for line in RUNS:
+        item, scene, method, scheme, platform, *words = line.split()
+        yield from ((item, What(scene, method, scheme, *splitting(word)), platform) for word in words)
 
 
 def slug(text):
@@ -122,9 +111,12 @@ class Asked:
     def scene(self, name):
         return self.folder / "scenes" / f"{name}.toml"
 
-    def nlgs(self, scene):
+    def nlgs(self, scene, method="paper"):
         """The last state of its run by NLGS."""
-        return str(self.folder / f"runs/{label(scene, 'paper', 'nlgs', 'none', 1)}.h5")
+        return str(self.folder / f"runs/{What(scene, method, 'nlgs').label()}.h5")
+
+    def steps(self, n):
+        return QUICK["steps"] if self.quick else n
 
     def packing(self, scene):
         name = SCENES[scene][0]
@@ -155,73 +147,67 @@ class Asked:
         self.starts[scene] = [shown(command) for command in commands]
         return ["--packing", packing, "--from", start], [packing, start]
 
-    def steps(self, n):
-        return QUICK["steps"] if self.quick else n
-
     def add_runs(self):
-        for item, scene, method, scheme, partition, n, platform, *multiplicity in table_of_runs():
+        for item, what, platform in table_of_runs():
+            n = what.subdomains
             if self.quick and n > 8:
                 continue
-            what = scene, method, scheme, partition, n, *multiplicity
-            self.add_run(item, *what)
-            if n > 1 and n <= 48 and (partition.startswith("grid") or method == "auto") and platform:
-                self.add_agreement(item, *what)
-            for slower in (1, 3) if item == "table1" else (1,) if platform else ():
+            self.add_run(item, what)
+            if 1 < n <= 48 and (what.partition.startswith("grid") or what.method == "auto") and platform != "-":
+                self.add_agreement(item, what)
+            for slower in (1, 3) if item == "table1" else (1,) if platform != "-" else ():
                 self.add_window(item, what, platform, slower)
-        for scene in ("biaxial", "triaxial"):
-            if not self.quick:
-                for latency, bandwidth, noise in ((2, 1, 0), (0.5, 1, 0), (1, 2, 0), (1, 0.5, 0), (1, 1, 0.05)):
-                    self.add_window("beyond", (scene, "paper", "dcs", *LARGEST[scene]), "node48", 1, latency, bandwidth, noise)
+        bands = ((2, 1, 0), (0.5, 1, 0), (1, 2, 0), (1, 0.5, 0), (1, 1, 0.05))
+        for scene, band in itertools.product(("biaxial", "triaxial"), () if self.quick else bands):
+            self.add_window("beyond", What(scene, "paper", "dcs", *splitting(LARGEST[scene])), "node48", 1, *band)
 
     def once(self, rows, key, *what):
         """Adds a row to be collected; a splitting may be asked for by several items."""
         if all(key != row[0] for row in rows):
             rows.append((key, *what))
 
-    def add_run(self, item, scene, method, scheme, partition, n, multiplicity="minimal"):
-        what = scene, method, scheme, partition, n, multiplicity
-        source, needs = self.source(scene, item)
-        out, seconds = self.folder / f"runs/{label(*what)}", SCENES[scene][3] * (0.6 if method == "auto" else 1) * (1 + n / 100)
+    def add_run(self, item, what):
+        source, needs = self.source(what.scene, item)
+        out, seconds = self.folder / f"runs/{what.label()}", SCENES[what.scene][3] * (0.6 if what.method == "auto" else 1) * (1 + what.subdomains / 100)
         made = {"--json": f"{out}.json"}
-        if scheme == "nlgs":
+        if what.scheme == "nlgs":
             made |= {"--state": f"{out}.h5", "--series": f"{out}.csv"}
-        if (scene, scheme, partition, multiplicity) == ("isotropic", "dcs", "grid 2x2x2", "minimal"):
+        if what == What("isotropic", what.method, "dcs", "grid 2x2x2", 8):
             made |= {"--state": self.folder / "isotropic-dcs-grid-2x2x2.h5"}  # for the picture
-        command = [NSCDD, "run", self.scene(scene), *source, *how(*what[1:]), "--quiet", *(word for pair in made.items() for word in pair)]
+        command = [NSCDD, "run", self.scene(what.scene), *source, *what.how(), "--quiet", *itertools.chain(*made.items())]
         key = self.add(item, " ".join(map(str, what)), list(made.values()), [command], needs=needs, cost=seconds)
-        self.once(self.runs, key, identity(*what, variation="", perturbed=0), self.starts.get(scene, ()))
+        self.once(self.runs, key, what.row(variation="", perturbed=0), self.starts.get(what.scene, ()))
 
-    def add_agreement(self, item, scene, method, scheme, partition, n, multiplicity="minimal"):
+    def add_agreement(self, item, what):
         """One step from NLGS' last state, against that of NLGS."""
-        what = scene, method, scheme, partition, n, multiplicity
-        alone = label(scene, method, "nlgs", "none", 1)
-        nlgs = self.folder / f"runs/{alone}.h5"
-        one = [NSCDD, "run", self.scene(scene), "--packing", self.packing(scene), "--from", nlgs, "--steps", 1, "--quiet"]
-        reference, ours = (self.folder / f"steps/{stem}" for stem in (alone, label(*what)))
-        files, compared = {stem: [f"{stem}.json", f"{stem}.h5"] for stem in (reference, ours)}, f"{ours}.compare.json"
-        command = [*one, "--scheme", "nlgs", "--method", method, "--json", f"{reference}.json", "--state", f"{reference}.h5"]
-        needed = self.add(item, f"step {alone}", files[reference], [command], needs=[nlgs], cost=3, fine=(0,))
-        commands = [
-            [*one, *how(*what[1:]), "--json", f"{ours}.json", "--state", f"{ours}.h5"],
-            [NSCDD, "compare", f"{reference}.json", f"{ours}.json", "--json", compared],
-        ]
-        key = self.add(item, f"step {ours.name}", [compared, *files[ours]], commands, needs=[nlgs, needed], cost=4, fine=(0, 2))
-        self.once(self.compared, key, identity(*what))
+        alone, nlgs = What(what.scene, what.method, "nlgs"), self.nlgs(what.scene, what.method)
+        reference, ours = (str(self.folder / f"steps/{one.label()}") for one in (alone, what))
+
+        def step(how, stem):
+            one = [NSCDD, "run", self.scene(what.scene), "--packing", self.packing(what.scene), "--from", nlgs, "--steps", 1, "--quiet"]
+            return [*one, *how.how(), "--json", f"{stem}.json", "--state", f"{stem}.h5"]
+
+        files = [f"{reference}.json", f"{reference}.h5"]
+        needed = self.add(item, f"step {alone.label()}", files, [step(alone, reference)], needs=[nlgs], cost=3, fine=(0,))
+        files = [f"{ours}.compare.json", f"{ours}.json", f"{ours}.h5"]
+        commands = [step(what, ours), [NSCDD, "compare", f"{reference}.json", f"{ours}.json", "--json", files[0]]]
+        key = self.add(item, f"step {what.label()}", files, commands, needs=[nlgs, needed], cost=4, fine=(0, 2))
+        self.once(self.compared, key, what.row())
 
     def add_window(self, item, what, platform, slower, latency=1, bandwidth=1, noise=0):
-        scene, method, scheme, partition, n, *multiplicity = what
-        name = f"{label(*what)}-{platform}-{slower}-{latency}-{bandwidth}-{noise}"
+        scene, n, nlgs = what.scene, what.subdomains, self.nlgs(what.scene)
+        name = f"{what.label()}-{platform}-{slower}-{latency}-{bandwidth}-{noise}"
         out = self.folder / f"windows/{name}.json"
         # an iteration of 512 simulated ranks takes a second of this machine
         few = ["--skip", 10, "--iterations", 20 if self.quick else 50 if n <= 128 else 10] if n > 48 or self.quick else []
         command = [*simulated(n, platform, latency, bandwidth), SIMULATED, "window", self.scene(scene), "--packing", self.packing(scene)]
-        command += ["--from", self.nlgs(scene), "--scheme", scheme, "--method", method, *dealt(partition, *multiplicity), *few]
+        command += ["--from", nlgs, "--scheme", what.scheme, "--method", what.method, *what.dealt(), *few]
         command += ["--costs", COSTS[SCENES[scene][1]], "--slower", slower, "--noise", noise, "--latency", latency, "--bandwidth", bandwidth]
         cost = 2 + n / 10 + n * n / 7000
-        key = self.add(item, f"simulated {name}", [out], [[*command, "--quiet", "--json", out]], needs=[self.nlgs(scene)], cost=cost)
+        key = self.add(item, f"simulated {name}", [out], [[*command, "--quiet", "--json", out]], needs=[nlgs], cost=cost)
         if item == "table1":
             self.of_item["table1-windows"].add(key)
-        self.once(self.windows, key, identity(*what, platform=platform, slower=slower, latency=latency, bandwidth=bandwidth, noise=noise))
+        self.once(self.windows, key, what.row(platform=platform, slower=slower, latency=latency, bandwidth=bandwidth, noise=noise))
 
     def add_fig1(self):
         packing, state = self.folder / "packings/network.h5", self.network.with_suffix(".h5")
@@ -239,52 +225,47 @@ class Asked:
                 source = ["--packing", needs[0], "--from", needs[1]]
             elif where:
                 source, needs = source[:2], needs[:1]
-            grid, most = LARGEST[scene]
-            for n, partition in ((1, "none"), (most, grid)):
-                if self.quick and n > 8:
-                    n, partition = 4, "grid " + {"biaxial": "2x2", "triaxial": "2x2x1"}[scene]
-                what = scene, "paper", "dcs" if n > 1 else "nlgs", partition, n
+            grid = {"biaxial": "2x2", "triaxial": "2x2x1"}.get(scene, LARGEST[scene]) if self.quick else LARGEST[scene]
+            for what in (What(scene, "paper", "nlgs"), What(scene, "paper", "dcs", *splitting(grid))):
+                n = what.subdomains
                 if item == "choices" and (n == 1 or not where and not self.quick):
-                    self.add_run(item, *what)  # what it is compared with, or starts from
+                    self.add_run(item, what)  # what it is compared with, or starts from
                 out = self.folder / f"variations/{slug(name)}-{n}.json"
                 few = ["--steps", self.steps(steps)] if steps else []
                 cost = 30 if where == "end" else SCENES[scene][3] * (10 if "1e-5" in name else 1)
-                command = [NSCDD, "run", self.scene(slug(name)), *source, *how(*what[1:]), *few, "--quiet", "--json", out]
+                command = [NSCDD, "run", self.scene(slug(name)), *source, *what.how(), *few, "--quiet", "--json", out]
                 key = self.add(item, f"variation {name}, {n}", [out], [command], needs=needs, cost=cost)
-                self.runs.append((key, identity(*what, variation=name.partition(", ")[2], perturbed=0), starts))
+                self.runs.append((key, what.row(variation=name.partition(", ")[2], perturbed=0), starts))
 
     def add_perturbed(self):
         """Runs of disks from other draws of the same start."""
         source, needs = self.source("biaxial", "chance")
-        splittings = [("nlgs", "none", 1), *(("dcs", f"grid {grid}", n) for n, grid in ((4, "2x2"), (8, "2x4"), (8, "8x1"), (48, "4x12")))]
+        splittings = [("nlgs",), *(("dcs", *splitting(grid)) for grid in ("2x2", "2x4", "8x1", *([] if self.quick else ["4x12"])))]
         for seed in range(1, (2 if self.quick else STARTS) + 1):
             start = self.folder / f"starts/biaxial-perturbed-{seed}.h5"
             make = python("perturbed", needs[1], seed, start)
             self.add("chance", f"perturbed start {seed}", [start], [make], needs=needs)
-            for scheme, partition, n in splittings:
-                if self.quick and n > 8:
-                    continue
-                what, out = ("biaxial", "paper", scheme, partition, n), self.folder / f"chance/{scheme}-{slug(partition)}-{seed}.json"
-                command = [NSCDD, "run", self.scene("biaxial"), *source[:2], "--from", start, *how(*what[1:]), "--quiet", "--json", out]
-                key = self.add("chance", f"biaxial {scheme} {partition}, perturbed start {seed}", [out], [command], needs=[needs[0], start], cost=4)
-                self.runs.append((key, identity(*what, variation="", perturbed=seed), [*self.starts["biaxial"], f"PYTHONPATH=harness/suite {shown(make)}"]))
+            for what in (What("biaxial", "paper", *cut) for cut in splittings):
+                out = self.folder / f"chance/{what.scheme}-{slug(what.partition)}-{seed}.json"
+                command = [NSCDD, "run", self.scene("biaxial"), *source[:2], "--from", start, *what.how(), "--quiet", "--json", out]
+                title = f"biaxial {what.scheme} {what.partition}, perturbed start {seed}"
+                key = self.add("chance", title, [out], [command], needs=[needs[0], start], cost=4)
+                self.runs.append((key, what.row(variation="", perturbed=seed), [*self.starts["biaxial"], f"PYTHONPATH=harness/suite {shown(make)}"]))
 
     def add_measured(self):
         """Alternately, three times. The last state of NLGS is where they start."""
         for item, scene in MEASURED.items():
-            grid = "2x1" if scene == "biaxial" else "2x1x1"
-            kinds = [("nlgs", "none", 1), ("dcs", f"grid {grid}", 2), ("ccs", f"grid {grid}", 2)]
-            outs, commands = {kind: [] for kind in kinds}, []
-            for repeat in range(3):
-                for scheme, partition, n in kinds:
-                    out = self.folder / f"measured/{scene}-{scheme}-{n}-{repeat}.json"
-                    outs[scheme, partition, n].append(out)
-                    command = [*(["mpirun", "-np", n] if n > 1 else []), NSCDD, "run", self.scene(scene), "--packing", self.packing(scene)]
-                    command += ["--from", self.nlgs(scene), "--method", "paper", "--scheme", scheme, *dealt(partition)]
-                    commands.append([*command, "--steps", self.steps(SCENES[scene][4]), "--quiet", "--json", out])
-            files, cost = [out for made in outs.values() for out in made], {2: 30, 3: 60}[SCENES[scene][1]]
+            cut = splitting("2x1" if scene == "biaxial" else "2x1x1")
+            outs, commands = {What(scene, "paper", *how): [] for how in (("nlgs",), ("dcs", *cut), ("ccs", *cut))}, []
+            for repeat, what in itertools.product(range(3), outs):
+                n = what.subdomains
+                outs[what].append(self.folder / f"measured/{scene}-{what.scheme}-{n}-{repeat}.json")
+                command = [*(["mpirun", "-np", n] if n > 1 else []), NSCDD, "run", self.scene(scene), "--packing", self.packing(scene)]
+                command += ["--from", self.nlgs(scene), "--method", "paper", "--scheme", what.scheme, *what.dealt()]
+                commands.append([*command, "--steps", self.steps(SCENES[scene][4]), "--quiet", "--json", outs[what][-1]])
+            files, cost = list(itertools.chain(*outs.values())), {2: 30, 3: 60}[SCENES[scene][1]]
             self.add(item, f"measured {scene}", files, commands, needs=[self.nlgs(scene)], cost=cost, alone=True)
-            self.measured += [(outs[kind], scene, *kind) for kind in kinds]
+            self.measured += [(made, scene, *what[2:5]) for what, made in outs.items()]
 
     def write_scenes(self):
         """Scenes as the runs see them: those of cases/, or fewer steps."""

@@ -1,45 +1,38 @@
 """A made-up record of the paper's tables and figures, and the network of its Fig. 1."""
-import math
-
 import h5py
 import numpy as np
 
 from ...page.made_up import MACHINE, made_up
+from .items import What, splitting
 
 GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000, "million": 1024000}
-SPLITTINGS = {
-    "isotropic": ("grid 3x1x1", "grid 2x2x1", "grid 2x2x2"),
-    "biaxial": ("grid 2x1", "grid 4x2", "grid 8x6"),
-    "triaxial": ("grid 2x1x1", "grid 2x2x2", "grid 4x4x3"),
-}
+SPLITTINGS = {"isotropic": ("3x1x1", "2x2x1", "2x2x2"), "biaxial": ("2x1", "4x2", "8x6"), "triaxial": ("2x1x1", "2x2x2", "4x4x3")}
 COUNTS = {"grains": 90, "candidates": 190, "contacts": 170, "boundary_predicted": 17, "boundary": 15, "wrong": 2, "not_boundary": 2}
 
 
-def subdomains(splitting):
-    return math.prod(map(int, splitting.split()[1].split("x")))
+def place(scene, scheme, partition, n, method):
+    made = What(scene, method, scheme, partition, n).row()
+    del made["multiplicity"]  # rows that do not say are of the minimal interface
+    return made
 
 
 def run(scene, scheme, partition, n, method="paper", variation="", **more):
     """Iterations grow by 1 % to 8 % with the subdomains, and acceleration makes a fifth of them. Triaxial ones are more."""
     each = int(((1200 if scene == "triaxial" else 1000) + 100 * (n > 1) * n**0.5 / 10) * (1 if method == "paper" else 0.2))
-    made = {"scene": scene, "variation": variation, "grains": GRAINS[scene], "dimension": 2 if scene == "biaxial" else 3, "method": method, "scheme": scheme}
-    made |= {"partition": partition, "subdomains": n, "steps": 2, "h": 0.01, "tolerance": 1e-4, "iterations": [each, each], "contacts": [2e5, 2.2e5]}
-    made |= {"unknowns_mean": 6.3e5, "interface_grains": 100.0 * (n - 1), "bytes_per_iteration": 5e3 * (n - 1), "residual_max": 9e-5, "unconverged_steps": 0}
-    made |= {"command": f"nscdd run FABRICATED {scene} {scheme} {partition}", **more}
-    return made
+    made = place(scene, scheme, partition, n, method) | {"variation": variation, "grains": GRAINS[scene], "dimension": 2 if scene == "biaxial" else 3}
+    made |= {"steps": 2, "h": 0.01, "tolerance": 1e-4, "iterations": [each, each], "contacts": [2e5, 2.2e5], "unknowns_mean": 6.3e5}
+    made |= {"interface_grains": 100.0 * (n - 1), "bytes_per_iteration": 5e3 * (n - 1), "residual_max": 9e-5, "unconverged_steps": 0}
+    return made | {"command": f"nscdd run FABRICATED {scene} {scheme} {partition}", **more}
 
 
 def operations(scheme, n, share):
     """CCS gathers and scatters, which takes three quarters of its time; DCS sends from rank to rank alone."""
     parts = {"exchange": 1} if scheme == "dcs" else {"gather": 0.25, "scatter": 0.75}
-    return {
-        name: {
-            "messages": (n - 1) * (name in parts),
-            "wait_share": parts.get(name, 0) * max(0, share - 0.05),
-            "transfer_share": parts.get(name, 0) * min(share, 0.05),
-        }
-        for name in ("exchange", "route", "gather", "scatter", "reduction", "all_gather")
-    }
+    found = {}
+    for name in ("exchange", "route", "gather", "scatter", "reduction", "all_gather"):
+        part = parts.get(name, 0)
+        found[name] = {"messages": (n - 1) * (part > 0), "wait_share": part * max(0, share - 0.05), "transfer_share": part * min(share, 0.05)}
+    return found
 
 
 def window(scene, scheme, partition, n, method="paper", platform="node48", slower=1, latency=1):
@@ -47,45 +40,33 @@ def window(scene, scheme, partition, n, method="paper", platform="node48", slowe
     lost = 0 if n == 1 else (2e-6 if scene == "biaxial" else 20e-6) * n if scheme == "ccs" else (10e-6 if platform == "node48" else 2e-6) * latency
     seconds = 1e-3 * slower / n + lost * slower
     share = {"ccs": {3: 0.3, 4: 0.35, 8: 0.58}, "dcs": {3: 0.14, 4: 0.09, 8: 0.18}}.get(scheme, {}).get(n, min(0.9, lost / seconds))
-    told = {"operations": operations(scheme, n, share)} if scheme != "nlgs" else {}
-    made = {"scene": scene, "method": method, "scheme": scheme, "partition": partition, "subdomains": n, "platform": platform, "after_step": 9, **told}
-    made |= {"slower": slower, "latency": latency, "bandwidth": 1, "noise": 0, "seconds_per_iteration": seconds, "mpi_share": share}
-    made |= {"wait_share": max(0, share - 0.05), "transfer_share": min(share, 0.05), "command": f"nscdd window FABRICATED {scene} {scheme} {partition}"}
-    return made
+    made = place(scene, scheme, partition, n, method) | {"platform": platform, "after_step": 9, "slower": slower, "latency": latency}
+    made |= {"bandwidth": 1, "noise": 0, "seconds_per_iteration": seconds, "mpi_share": share, "wait_share": max(0, share - 0.05)}
+    made |= {"transfer_share": min(share, 0.05), "command": f"nscdd window FABRICATED {scene} {scheme} {partition}"}
+    return made | ({"operations": operations(scheme, n, share)} if scheme != "nlgs" else {})
+
+
+def measured(scene, scheme, partition, ranks):
+    made = {"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": ranks, "steps": 10, "seconds": 100.0 / ranks}
+    made |= {"seconds_all": [99.0 / ranks, 101.0 / ranks], "mpi_share": 0.04 * (ranks - 1), "iterations_total": 2000}
+    return made | {"command": "mpirun FABRICATED"}
 
 
 def paper(**changed):
     """A record in which every statement that can be told agrees."""
-    runs, windows, measured = [], [], []
-    for scene, splittings in SPLITTINGS.items():
+    runs, windows = [], []
+    for scene, grids in SPLITTINGS.items():
         runs.append(run(scene, "nlgs", "none", 1))
         windows += [window(scene, "nlgs", "none", 1, platform=platform) for platform in ("node48", "cluster")]
-        for splitting in splittings:
-            n = subdomains(splitting)
+        for partition, n in map(splitting, grids):
             for scheme in ("ccs", "dcs"):
-                runs.append(run(scene, scheme, splitting, n))
-                windows += [window(scene, scheme, splitting, n, latency=latency) for latency in ((1, 2, 0.5) if n == 48 else (1, 2))]
-                windows += [window(scene, scheme, splitting, n, slower=3)] * (scene == "isotropic")
+                runs.append(run(scene, scheme, partition, n))
+                windows += [window(scene, scheme, partition, n, latency=latency) for latency in ((1, 2, 0.5) if n == 48 else (1, 2))]
+                windows += [window(scene, scheme, partition, n, slower=3)] * (scene == "isotropic")
         for method in ("paper", "auto"):
             for partition in ("bisection", "metis"):
                 runs += [run(scene, "dcs", partition, n, method) for n in (8, 128)]
                 windows += [window(scene, "dcs", partition, n, method, "cluster") for n in (8, 128)]
-        measured += [
-            {
-                "scene": scene,
-                "method": "paper",
-                "scheme": scheme,
-                "partition": partition,
-                "ranks": ranks,
-                "seconds": 100.0 / ranks,
-                "steps": 10,
-                "seconds_all": [99.0 / ranks, 101.0 / ranks],
-                "mpi_share": 0.04 * (ranks - 1),
-                "iterations_total": 2000,
-                "command": "mpirun FABRICATED",
-            }
-            for scheme, partition, ranks in (("nlgs", "none", 1), ("dcs", "grid 2x1", 2))
-        ]
     runs += [run("million", "nlgs", "none", 1), run("million", "dcs", "bisection", 128)]
     windows += [window("million", "nlgs", "none", 1), window("million", "dcs", "bisection", 128, platform="cluster")]
     runs.append(run("triaxial", "nlgs", "none", 1, variation="h = 0.1") | {"h": 0.1})
@@ -96,39 +77,16 @@ def paper(**changed):
         for scheme, partition, n in (("nlgs", "none", 1), ("dcs", "grid 4x2", 8)):
             drawn = run("biaxial", scheme, partition, n, perturbed=seed)
             runs.append(drawn | {"iterations": [each + 10 * seed for each in drawn["iterations"]]})
+    packing = {"scene": "triaxial", "grains": 64000, "source": "FABRICATED", "solid_fraction": 0.6, "solid_fraction_core": 0.63, "coordination": 5.9}
+    packing |= {"rattlers": 0.02, "largest_overlap": 1e-4, "command": "nscdd pack FABRICATED"}
+    steps = [What("triaxial", "paper", "dcs", "grid 2x2x2", 8, multiplicity).row() for multiplicity in ("minimal", "predicted")]
+    for step in steps:
+        step["rows"] = [{"quantity": "velocities", "value": 0.01, "bound": 0.03, "ok": True}]
     made = made_up("paper") | {"quick": False, "machine": MACHINE | {"os": "Fabricated OS", "compiler": "g++ 0", "lanes": 2, "fused": True}}
     made |= {"platform": {"name": "node48", "file": "FABRICATED.xml", "costs_2d": "FABRICATED-2d.json", "costs_3d": "FABRICATED-3d.json"}}
-    made |= {
-        "packings": [
-            {
-                "scene": "triaxial",
-                "grains": 64000,
-                "source": "FABRICATED",
-                "solid_fraction": 0.6,
-                "solid_fraction_core": 0.63,
-                "coordination": 5.9,
-                "rattlers": 0.02,
-                "largest_overlap": 1e-4,
-                "command": "nscdd pack FABRICATED",
-            }
-        ]
-    }
-    made |= {"runs": runs, "windows": windows, "measured": measured}
-    made |= {
-        "agreement": [
-            {
-                "scene": "triaxial",
-                "method": "paper",
-                "scheme": "dcs",
-                "partition": "grid 2x2x2",
-                "subdomains": 8,
-                "multiplicity": multiplicity,
-                "rows": [{"quantity": "velocities", "value": 0.01, "bound": 0.03, "ok": True}],
-            }
-            for multiplicity in ("minimal", "predicted")
-        ]
-    }
-    return made | changed
+    made |= {"packings": [packing], "runs": runs, "windows": windows}
+    made |= {"measured": [measured(scene, *how) for scene in SPLITTINGS for how in (("nlgs", "none", 1), ("dcs", "grid 2x1", 2))]}
+    return made | {"agreement": steps} | changed
 
 
 def write_network(path):

@@ -51,19 +51,16 @@ def run_row(path, what, start=()):
 
 def window_row(path, what):
     told = load(path)
-    seconds, each = told["seconds_per_iteration"], told["per_iteration"]
-    wait, transfer = (each[kind]["mean"] / seconds for kind in ("wait", "transfer"))
-    begin = simulated(what["subdomains"], what["platform"], what["latency"], what["bandwidth"])
-    operations = {
-        name: {
-            "messages": what["subdomains"] * one["messages"]["mean"],
-            "wait_share": one["wait"]["mean"] / seconds,
-            "transfer_share": one["transfer"]["mean"] / seconds,
-        }
-        for name, one in told.get("operations_per_iteration", {}).items()
-    }
-    shares = {"mpi_share": wait + transfer, "wait_share": wait, "transfer_share": transfer, "operations": operations}
-    return what | {"seconds_per_iteration": seconds, **shares, "command": f"{shlex.join(begin)} {told['command']}", "commit": told["commit"]}
+    seconds, n = told["seconds_per_iteration"], what["subdomains"]
+
+    def shares(times):
+        return {f"{kind}_share": times[kind]["mean"] / seconds for kind in ("wait", "transfer")}
+
+    each = shares(told["per_iteration"])
+    operations = {name: {"messages": n * one["messages"]["mean"]} | shares(one) for name, one in told.get("operations_per_iteration", {}).items()}
+    begin = simulated(n, what["platform"], what["latency"], what["bandwidth"])
+    made = {"command": f"{shlex.join(begin)} {told['command']}", "commit": told["commit"]}
+    return what | {"seconds_per_iteration": seconds, "mpi_share": sum(each.values()), **each, "operations": operations, **made}
 
 
 def agreement_row(path, what):
@@ -74,25 +71,20 @@ def agreement_row(path, what):
 
 def measured_row(paths, scene, scheme, partition, n):
     told = [load(path) for path in paths]
-    seconds = [one["seconds"]["total"] for one in told]
-    cores = least(cores_of(one) for one in told)
+    seconds, cores = [one["seconds"]["total"] for one in told], least(map(cores_of, told))
     middle = sorted(told, key=lambda one: one["seconds"]["total"])[len(told) // 2]
-    return {
-        **{"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": n, "steps": middle["steps"]},
-        **{"seconds": statistics.median(seconds), "seconds_all": seconds, **({"cores": cores} if cores is not None else {})},
-        **{"mpi_share": middle["mpi_fraction"] if n > 1 else 0.0, "iterations_total": sum(middle["iterations"])},
-        **{"command": " ".join([*(["mpirun", "-np", str(n)] if n > 1 else []), middle["command"]]), "commit": middle["commit"]},
-    }
+    launcher = ["mpirun", "-np", str(n)] if n > 1 else []
+    row = {"scene": scene, "method": "paper", "scheme": scheme, "partition": partition, "ranks": n, "steps": middle["steps"]}
+    row |= {"seconds": statistics.median(seconds), "seconds_all": seconds} | ({"cores": cores} if cores is not None else {})
+    row |= {"mpi_share": middle["mpi_fraction"] if n > 1 else 0.0, "iterations_total": sum(middle["iterations"])}
+    return row | {"command": " ".join([*launcher, middle["command"]]), "commit": middle["commit"]}
 
 
 def packing_row(path, scene):
     with h5py.File(path) as file:
-        text = {key: file.attrs[key] for key in file.attrs}
-        grains, checksum = len(file["radius"]), packing_checksum(file)
-    text = {key: value.decode() if isinstance(value, bytes) else value for key, value in text.items()}
-    numbers = ("solid_fraction", "solid_fraction_core", "coordination", "rattlers", "largest_overlap")
-    told = {key: text[key] for key in ("source", "command", "commit") if key in text}
-    return {"scene": scene, "grains": grains, "checksum": checksum, **told, **{key: float(text[key]) for key in numbers}}
+        text = {key: file.attrs[key].decode() for key in ("source", "command", "commit")}
+        numbers = {key: float(file.attrs[key]) for key in ("solid_fraction", "solid_fraction_core", "coordination", "rattlers", "largest_overlap")}
+        return {"scene": scene, "grains": len(file["radius"]), "checksum": packing_checksum(file), **text, **numbers}
 
 
 def packing_checksum(file):

@@ -77,7 +77,7 @@ def multiplicities(paper, drawn, spheres, out):
     image, told = "", {}
     if drawn:
         image = save(network.draw(drawn), out, "paper-fig1")
-        told = network.counts(drawn) | {"steps_since": drawn["rough"]["steps_since"]}
+        told = network.counts(drawn) | {"steps_since": drawn["rough"]["steps_since"][0]}
     yield block(paper, "paper-fig-1", image, [], make=figure_block, **told)
     glued = [entry for kind in ("runs", "windows") for entry in paper.record[kind] if entry.get("multiplicity") == "predicted"]
     yield block(paper, "paper-interface", tables.interface(paper), glued)
