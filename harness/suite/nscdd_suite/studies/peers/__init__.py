@@ -12,6 +12,7 @@ for both.
 
 Cited figures (cases/peers/cited.json) are put in the record as such. Parts whose code is not installed are left out by name.
 """
+import functools
 import itertools
 import shutil
 import time
@@ -73,15 +74,8 @@ class Peers(Study):
         steps = [row for name in SICONOS_SCENES for row in plan.made(f"siconos {name}")]
         if not (bed["ours"] or steps):
             return {}
-        scene = {
-            "grains": (QUICK_SIDE if plan.quick else SIDE) ** 3,
-            "seconds": settle.SECONDS,
-            "friction": 0.3,
-            "diameter": settle.DIAMETER,
-            "spread": settle.SPREAD,
-            "density": settle.DENSITY,
-            "how": HOW,
-        }
+        scene = {"grains": (QUICK_SIDE if plan.quick else SIDE) ** 3, "seconds": settle.SECONDS, "friction": 0.3, "diameter": settle.DIAMETER}
+        scene |= {"spread": settle.SPREAD, "density": settle.DENSITY, "how": HOW}
         return {
             "repeats": QUICK_REPEATS if plan.quick else REPEATS,
             "settle": {**scene, **bed, "ratios": choice.ratios(bed)},
@@ -90,15 +84,11 @@ class Peers(Study):
             "left_out": plan.left_out,
         }
 
-    def draw(self, plan, data):
-        if (section := self.page()) and choice.usable(data["settle"]["ours"]):
-            section.save(section.draw(data["settle"]), plan.results, "peers")
-
     def told(self, data):
         for row in data["settle"]["ratios"]:
             text = f"LAMMPS, {row['step']}, mean overlap {row['mean_overlap']:.1e} d: {row['lammps_cpu']:.2f} s; "
             yield text + (f"ours {row['ours_cpu']:.2f} s by {row['ours']}: ratio {row['ratio']:.2f}" if row["ours"] else "none of ours is as good")
-        for scene, level, cost in self.page().siconos_levels(data) if self.page() else ():
+        for scene, level, cost in self.page().siconos_levels(data):
             theirs, values = cost.pop(SICONOS, None), ", ".join(f"{name} {value:.3g} s" for name, value in cost.items() if value)
             yield f"{scene}, eta {level:g}: Siconos " + (f"{theirs:.3g} s" if theirs else "not there") + f"; {values}"
 
@@ -134,7 +124,7 @@ class Settle:
     def measure(self, code, role, **what):
         """The row of a run, which is made if there is none."""
         rows = self.bed[code]
-        row = next((row for row in rows if all(row["asked"][key] == value for key, value in what.items())), None)
+        row = next((row for row in rows if row["asked"].items() >= what.items()), None)
         if row is None:
             made = self.run(code, what)
             row = {"role": role, "asked": what, "cpus": [made.pop("cpu")], **made}
@@ -207,14 +197,13 @@ def siconos(scene, quick):
         run = answered(command, out)
         if run is None:
             return None
-        eta = run["residual"][0]
-        row = {"iterations": run["iterations"][0], "cpu": run["seconds"]["solver_cpu"], "cores": cores_of(run), "eta": eta, "reached": eta}
-        return {**row, "converged": run["converged"], "commands": [shown(command)]}
+        row = {"iterations": run["iterations"][0], "cpu": run["seconds"]["solver_cpu"], "cores": cores_of(run), "eta": run["residual"][0]}
+        return {**row, "reached": row["eta"], "converged": run["converged"], "commands": [shown(command)]}
 
-    rows = []
+    rows, kept = [], ("tolerance", "iterations", "cpu", "cores", "eta", "converged", "repeats")
     for solver, arguments in SOLVERS.items():
-        once = by_siconos if solver == SICONOS else lambda tolerance, arguments=arguments: by_ours(arguments, tolerance)
+        once = by_siconos if solver == SICONOS else functools.partial(by_ours, arguments)
         for row in ladder(SICONOS_TOLERANCES[:2] if quick else SICONOS_TOLERANCES, once):
-            told = {key: row.get(key) for key in ("tolerance", "iterations", "cpu", "cores", "eta", "converged", "repeats")}
+            told = {key: row.get(key) for key in kept}
             rows.append({**about, "solver": solver, "arguments": arguments, **told, "commands": row.get("commands", [])})
     return rows

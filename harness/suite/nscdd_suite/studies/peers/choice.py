@@ -4,6 +4,7 @@ import statistics
 from ...times import LEAST_PAIRS, compared
 
 CUSTOMARY = "customary"
+OVERLAPS = ("mean_overlap", "largest_overlap")
 
 
 def median(row):
@@ -17,11 +18,10 @@ def settled(row):
 
 def named(row):
     """What a run of the settling bed was asked for, in words."""
-    if "k" in row:
-        return f"k = {row['k']:.3g} Pa, dt = {row['dt']:.3g} s, damping {row['damping']:g}, skin {row['skin']:g} d" + (
-            f" looked at every {row['check']} steps" if row["check"] > 1 else ""
-        )
-    return f"h = {row['h']:.3g} s {row['arguments']}"
+    if "h" in row:
+        return f"h = {row['h']:.3g} s {row['arguments']}"
+    looks = f" looked at every {row['check']} steps" if row["check"] > 1 else ""
+    return f"k = {row['k']:.3g} Pa, dt = {row['dt']:.3g} s, damping {row['damping']:g}, skin {row['skin']:g} d{looks}"
 
 
 def frontier(rows):
@@ -77,24 +77,10 @@ def chance(row, own):
 def ratios(record):
     """Of each run of LAMMPS that counts: its time over that of our cheapest run that is as good by the mean overlap, and by the largest too."""
     found = []
-    for role, rows in (("largest stable step", stable_steps(record)), (CUSTOMARY, customary_steps(record))):
-        for row in rows:
-            best, best_both = as_good(record, row)
-            found.append(
-                {
-                    "step": role,
-                    "k": row["k"],
-                    "dt": row["dt"],
-                    "lammps_cpu": median(row),
-                    "mean_overlap": row["mean_overlap"],
-                    "largest_overlap": row["largest_overlap"],
-                    "ours": best and named(best),
-                    "ours_cpu": best and median(best),
-                    "ours_mean_overlap": best and best["mean_overlap"],
-                    "ours_largest_overlap": best and best["largest_overlap"],
-                    "ratio": best and median(row) / median(best),
-                    "ratio_both": best_both and median(row) / median(best_both),
-                    "p": chance(row, best),
-                }
-            )
+    for role, row in [*(("largest stable step", row) for row in stable_steps(record)), *((CUSTOMARY, row) for row in customary_steps(record))]:
+        best, best_both = as_good(record, row)
+        theirs = {"step": role, "k": row["k"], "dt": row["dt"], "lammps_cpu": median(row)} | {key: row[key] for key in OVERLAPS}
+        ours = {"ours": best and named(best), "ours_cpu": best and median(best)} | {f"ours_{key}": best and best[key] for key in OVERLAPS}
+        ratio, both = (own and median(row) / median(own) for own in (best, best_both))
+        found.append({**theirs, **ours, "ratio": ratio, "ratio_both": both, "p": chance(row, best)})
     return found

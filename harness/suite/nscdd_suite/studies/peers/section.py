@@ -2,36 +2,41 @@
 import re
 from html import escape
 
+from ...measure import SICONOS
 from ...page import tables
 from ...page.page import command_list, figure_block, origin, quick, table_block
 from ...page.style import CCS, DCS, NLGS, plt, save
-from ...measure import SICONOS
 from ..accuracy.levels import at_level
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
 
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
 
 
-def draw(record):
-    """CPU time against the mean overlap, log-log: all measured."""
+def draw_all(record, folder):
+    """CPU time against the mean overlap, log-log: all measured. Returns the file, or None without a run of ours that counts."""
+    record = record["settle"]
+    if not (ours := usable(record["ours"])):
+        return None
     figure, axis = plt.subplots(figsize=(6.2, 4.2))
-    ours = usable(record["ours"])
-    curves = (
-        ("contact dynamics, this program", frontier(ours), {"color": DCS, "marker": "o", "linestyle": "-"}),
-        ("LAMMPS, largest stable step", stable_steps(record), {"color": CCS, "marker": "s", "linestyle": "-"}),
-        ("LAMMPS, a tenth of a contact's time", customary_steps(record), {"color": NLGS, "marker": "s", "linestyle": "--"}),
-    )
-    rest = [row for row in ours if row not in curves[0][1]]
-    axis.plot([row["mean_overlap"] for row in rest], [median(row) for row in rest], "o", color=DCS, markerfacecolor="none", markersize=4)
-    for label, rows, look in curves:
+    best = frontier(ours)
+    for rows, how in (
+        ([row for row in ours if row not in best], {"color": DCS, "marker": "o", "linestyle": "", "markerfacecolor": "none", "markersize": 4}),
+        (best, {"label": "contact dynamics, this program", "color": DCS, "marker": "o", "markersize": 5}),
+        (stable_steps(record), {"label": "LAMMPS, largest stable step", "color": CCS, "marker": "s", "markersize": 5}),
+        (customary_steps(record), {"label": "LAMMPS, a tenth of a contact's time", "color": NLGS, "marker": "s", "linestyle": "--", "markersize": 5}),
+    ):
         if rows:
-            axis.plot([row["mean_overlap"] for row in rows], [median(row) for row in rows], label=label, markersize=5, **look)
+            axis.plot([row["mean_overlap"] for row in rows], [median(row) for row in rows], **how)
     axis.set(xscale="log", yscale="log", xlabel="mean overlap at the end, over the mean diameter", ylabel="user CPU time [s]")
     axis.invert_xaxis()
     for which in (axis.yaxis.set_major_formatter, axis.yaxis.set_minor_formatter):
         which(lambda value, _: f"{value:g}" if f"{value:.0e}"[0] in "125" else "")
     axis.legend(loc="best")
-    return figure
+    return save(figure, folder, "peers")
+
+
+def value(number):
+    return tables.number(number) if number else tables.NONE
 
 
 def wrong(row):
@@ -48,70 +53,46 @@ def run_table(record):
 
     def cells(row):
         why = wrong(row)
-        run = f'<span style="display:inline-block;min-width:25em">{escape(named(row))}</span>' + (
-            f'<br><b style="color:var(--bad)">{escape(why)}</b>' if why else ""
-        )
+        run = f'<span style="display:inline-block;min-width:25em">{escape(named(row))}</span>'
+        run += f'<br><b style="color:var(--bad)">{escape(why)}</b>' if why else ""
         text = [(run, "text"), f"{median(row):.2f} <i>({len(row['cpus'])})</i>{tables.busy_mark(row.get('cores'))}"]
         if "mean_overlap" not in row:
             return [*text, *[tables.NONE] * 5]
-        return [
-            *text,
-            tables.number(row["mean_overlap"]),
-            tables.number(row["largest_overlap"]),
-            tables.number(row["kinetic_energy"]),
-            f"{1e3 * row['bed_height']:.1f}",
-            f"{row['coordination']:.2f}",
-        ]
+        text += [tables.number(row[key]) for key in ("mean_overlap", "largest_overlap", "kinetic_energy")]
+        return [*text, f"{1e3 * row['bed_height']:.1f}", f"{row['coordination']:.2f}"]
 
     lines = [[code, row["role"], *cells(row)] for code, rows in (("ours", record["ours"]), ("LAMMPS", record["lammps"])) for row in rows]
-    head = [
-        "code | tried | run | user CPU [s] <i>(runs)</i> | mean overlap [d] | largest overlap [d] | kinetic energy left [J] | bed height [mm] | coordination"
-    ]
-    return tables.table(head, lines, "Settling bed, all runs")
+    columns = "code | tried | run | user CPU [s] <i>(runs)</i> | mean overlap [d] | largest overlap [d] | kinetic energy left [J]"
+    return tables.table([columns + " | bed height [mm] | coordination"], lines, "Settling bed, all runs")
 
 
 def ratio_table(record):
-    def value(number):
-        return tables.NONE if number is None else tables.number(number)
-
     lines = []
     for row in record["ratios"]:
-        cells = [escape(row["step"]), f"{row['k']:.2g}", f"{row['dt']:.2g}", value(row["mean_overlap"]), value(row["largest_overlap"])]
-        cells += [value(row["lammps_cpu"]), escape(row["ours"] or tables.NONE), value(row["ours_mean_overlap"]), value(row["ours_largest_overlap"])]
-        cells += [value(row["ours_cpu"]), (value(row["ratio"]), "strong"), value(row.get("p")), value(row["ratio_both"])]
-        lines.append(cells)
+        cells = [row["step"], f"{row['k']:.2g}", f"{row['dt']:.2g}", *(value(row[key]) for key in ("mean_overlap", "largest_overlap", "lammps_cpu"))]
+        cells += [escape(row["ours"] or tables.NONE), *(value(row[f"ours_{key}"]) for key in ("mean_overlap", "largest_overlap", "cpu"))]
+        lines.append([*cells, (value(row["ratio"]), "strong"), value(row.get("p")), value(row["ratio_both"])])
     columns = "step | k [Pa] | dt [s] | mean [d] | largest [d] | CPU [s] | run | mean [d] | largest [d] | CPU [s]"
     head = ["LAMMPS *6 | ours *4 | LAMMPS over ours *3", columns + " | equal mean | chance p | equal mean and largest"]
     return tables.table(head, lines, "CPU time of LAMMPS over ours at equal overlap")
 
 
 def siconos_levels(record):
-    """[(scene, eta, {solver: CPU seconds or None})]."""
-    found = []
-    for scene in dict.fromkeys(row["scene"] for row in record["siconos"]):
-        own = [row for row in record["siconos"] if row["scene"] == scene]
-        for level in LEVELS:
-            found.append(
-                (
-                    scene,
-                    level,
-                    {solver: at_level([row for row in own if row["solver"] == solver], level) for solver in dict.fromkeys(row["solver"] for row in own)},
-                )
-            )
-    return found
+    """(scene, eta, {solver: CPU seconds or None}) of all scenes and levels."""
+    scenes = {}
+    for row in record["siconos"]:
+        scenes.setdefault(row["scene"], {}).setdefault(row["solver"], []).append(row)
+    return [(scene, level, {solver: at_level(rows, level) for solver, rows in solvers.items()}) for scene, solvers in scenes.items() for level in LEVELS]
 
 
 def siconos_table(record):
-    lines = []
+    lines, titles = [], []
     for scene, level, cost in siconos_levels(record):
         theirs = cost.pop(SICONOS, None)
-        cells = [escape(scene), tables.number(level), tables.number(theirs) if theirs else tables.NONE]
-        for value in cost.values():
-            cells += [tables.number(value) if value else tables.NONE, (tables.number(theirs / value), "strong") if theirs and value else tables.NONE]
-        lines.append(cells)
-    solvers = list(dict.fromkeys(row["solver"] for row in record["siconos"] if row["solver"] != SICONOS))
-    head = [["scene", "\u03b7", "Siconos NSGS [s]", *(title for name in solvers for title in (f"{escape(name)} [s]", "times faster"))]]
-    return tables.table(head, lines, "CPU time of Siconos and ours at equal error")
+        pairs = [(value(ours), (value(theirs and ours and theirs / ours), "strong" if theirs and ours else "")) for ours in cost.values()]
+        lines.append([scene, tables.number(level), value(theirs), *(cell for pair in pairs for cell in pair)])
+        titles = [title for name in cost for title in (f"{escape(name)} [s]", "times faster")]
+    return tables.table([["scene", "\u03b7", "Siconos NSGS [s]", *titles]], lines, "CPU time of Siconos and ours at equal error")
 
 
 def cited_table(record):
@@ -119,13 +100,8 @@ def cited_table(record):
     return tables.table(["code | quantity | value | of | source"], lines, "Cited figures")
 
 
-def commands(rows):
-    """The commands of rows, folded; says how many rows lack theirs."""
-    found = [command for row in rows for command in row.get("commands", [row["command"]] if "command" in row else [])]
-    without = sum(not row.get("commands") and "command" not in row and row.get("cpu") is not None for row in rows)
-    return (f'<div class="from">Rows from {command_list(found)}</div>' if found else "") + (
-        f'<div class="from">{without} rows of this record do not have their command: they were made before rows had it.</div>' if without else ""
-    )
+def rows_from(commands):
+    return f'<div class="from">Rows from {command_list(commands)}</div>'
 
 
 def section(results, out):
@@ -137,23 +113,24 @@ def parts_of(record, out):
     yield from quick(record)
     for line in record["left_out"]:
         yield f'<p class="missing">Left out: {escape(line)}.</p>'
-    if usable(bed["ours"]):
+    if file := draw_all(record, out):
         caption = (
             f"{tables.count(bed['grains'])} spheres settle in a box for {bed['seconds']:g} s: user CPU time on one core against the mean "
             "overlap of what overlaps at the end, better to the right and further down. Open circles: our runs that another of ours "
             "beats in both. LAMMPS at the largest step at which energy does not grow, and at a tenth of the time of a contact."
         )
-        yield figure_block(save(draw(bed), out, "peers"), "CPU time against mean overlap", caption, source, measured)
+        yield figure_block(file, "CPU time against mean overlap", caption, source, measured)
     if bed["ratios"]:
         yield table_block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured, wide=True)
     if bed["ours"]:
-        made_by = source + commands([*bed["ours"], *bed["lammps"]])
+        made_by = source + rows_from([row["command"] for row in [*bed["ours"], *bed["lammps"]]])
         yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", made_by, measured, wide=True)
     if record["siconos"]:
         caption = (
             "One step of reduced scenes of the paper from impulses zero: CPU time of the solvers' calls at equal \u03b7, by our measure for "
             "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>."
         )
-        yield table_block(siconos_table(record), "Siconos against ours", caption, source + commands(record["siconos"]), measured, wide=True)
+        made_by = source + rows_from([command for row in record["siconos"] for command in row["commands"]])
+        yield table_block(siconos_table(record), "Siconos against ours", caption, made_by, measured, wide=True)
     caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
     yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)

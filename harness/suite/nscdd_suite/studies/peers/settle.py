@@ -7,6 +7,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ...program import CAP, NSCDD, ROOT, Failed, call, read, shown
 from ...times import believed
@@ -35,22 +36,8 @@ def write_start(folder, side):
 
 
 def close_pairs(x, reach):
-    """Pairs of points nearer than `reach`, by cells of that size."""
-    cell = np.floor((x - x.min(0)) / reach).astype(np.int64) + 1
-    size = cell.max(0) + 2
-    key = np.ravel_multi_index(cell.T, size)
-    order = np.argsort(key, kind="stable")
-    key, found = key[order], []
-    for step in np.ndindex(3, 3, 3):
-        shift = np.ravel_multi_index(np.array(step) + 1, size) - np.ravel_multi_index((2, 2, 2), size)
-        first, last = np.searchsorted(key, key + shift), np.searchsorted(key, key + shift, "right")
-        count = last - first
-        i = np.repeat(np.arange(len(x)), count)
-        j = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
-        i, j = order[i], order[j]
-        near = (i < j) & (((x[i] - x[j]) ** 2).sum(1) < reach**2)
-        found.append(np.stack([i[near], j[near]]))
-    return np.concatenate(found, 1)
+    """Pairs of points nearer than `reach`."""
+    return cKDTree(x).query_pairs(reach, output_type="ndarray").T
 
 
 def judge(x, radius, velocity, edge):
@@ -65,6 +52,7 @@ def judge(x, radius, velocity, edge):
         "mean_overlap": float(overlap.mean()),
         "largest_overlap": float(overlap.max()),
         "overlapping": len(overlap),
+        "coordination": 2 * int((pairs > 0).sum()) / len(x),
         "kinetic_energy": kinetic,
         "at_rest": bool(kinetic <= REST * mass.sum() * GRAVITY * 2 * radius.mean()),
         "bed_height": float(np.quantile(x[:, 2] + radius, 0.999)),
@@ -104,18 +92,9 @@ def by_nscdd(folder, edge, h, arguments):
     with h5py.File(state) as file:
         x, radius, velocity = file["x"][...], file["radius"][...], file["velocity"][:, :3]
         pairs = (file["contacts/j"][...] >= 0) & (file["contacts/normal_impulse"][...] > 0)
-    end = judge(x, radius, velocity, edge)
-    return (
-        row
-        | end
-        | {
-            "coordination": 2 * float(pairs.sum()) / len(radius),
-            "iterations": sum(run["iterations"]),
-            "most_contacts": round(max(run["contacts"])),
-            "unconverged_steps": run["unconverged_steps"],
-            "seconds": {key: run["seconds"][key] for key in ("detect", "solver_cpu", "advance")},
-        }
-    )
+    row |= judge(x, radius, velocity, edge) | {"coordination": 2 * float(pairs.sum()) / len(radius)}
+    row |= {"iterations": sum(run["iterations"]), "most_contacts": round(max(run["contacts"])), "unconverged_steps": run["unconverged_steps"]}
+    return row | {"seconds": {key: run["seconds"][key] for key in ("detect", "solver_cpu", "advance")}}
 
 
 def impact(k):
@@ -161,15 +140,5 @@ def by_lammps(folder, edge, k, damping, step, skin, check):
     table = [line.split() for line in text[text.index("Step KinEng") :].splitlines()[1:] if re.fullmatch(r"\s*\d+( +\S+){3}\s*", line)]
     energy = [float(ke) + float(rotation) + result["mass"] * GRAVITY * float(z) for _, ke, rotation, z in table]
     gain = max(energy) / energy[0] - 1
-    i, j = close_pairs(x[:, 1:4], 2 * x[:, 4].max())
-    touching = int((np.linalg.norm(x[i, 1:4] - x[j, 1:4], axis=1) < x[i, 4] + x[j, 4]).sum())
-    return (
-        row
-        | result
-        | {
-            "coordination": 2 * touching / len(x),
-            "stable": bool(gain <= 0.01),
-            "energy_gain": gain,
-            "dangerous_builds": int(re.search(r"Dangerous builds = (\d+)", text)[1]),
-        }
-    )
+    dangerous = int(re.search(r"Dangerous builds = (\d+)", text)[1])
+    return row | result | {"stable": bool(gain <= 0.01), "energy_gain": gain, "dangerous_builds": dangerous}
