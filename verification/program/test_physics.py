@@ -122,9 +122,7 @@ class Quick(unittest.TestCase):
         self.addCleanup(path.write_text, kept)
 
         def verdicts():
-            runs = Physics().runs(plan)
-            rows = comparisons.rows_of_care(runs) + comparisons.rows_of_disks(runs)
-            return {row["quantity"]: row["verdict"] for row in rows}
+            return {row["quantity"]: row["verdict"] for row in comparisons.all_rows(Physics().runs(plan), {})[0]}
 
         energy, strength = (published.EXPECTED[key]["quantity"] for key in ("energy", "disk sine"))
         names, *rows = csv.reader(kept.splitlines())

@@ -65,7 +65,7 @@ class Physics(Study):
         return plan.folder / "packings" / f"{name}.h5"
 
     def runs(self, plan):
-        return {name: told for name in (*RUNS, *sorted(SPREADS)) if (told := comparisons.told(plan.folder, name))}
+        return {name: told for name in (*RUNS, *sorted(SPREADS)) if (told := comparisons.load(plan.folder, name))}
 
     def rows(self, plan):
         packings = {name: (self.packing(plan, name), *PACKINGS[name][1:3], left_out().get(name)) for name in PACKINGS}
@@ -77,12 +77,8 @@ class Physics(Study):
         return {"rows": rows, "curves": curves, "figures": [f"{name}.svg" for name, needed in FIGURES.items() if curves.get(needed)]}
 
     def provenance(self, plan):
-        runs = [run for run, _, _ in self.runs(plan).values()]
+        runs = [run.told for run in self.runs(plan).values()]
         return record.provenance(runs) if runs else super().provenance(plan)
-
-    def draw(self, plan, data):
-        for name in data["figures"] if self.page() else ():
-            self.page().write_svg(data, name.removesuffix(".svg"), plan.results)
 
     def told(self, data):
         for row in data["rows"]:

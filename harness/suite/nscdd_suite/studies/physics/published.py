@@ -20,7 +20,7 @@ def expected(told, key="", **more):
     return {"unit": "1", "allowed": COMPUTED.get(key), **told, **texts, "source": source}
 
 
-EXPECTED = {key: expected(told, key) for key, told in FILE["expected"].items()}
+EXPECTED = {key: expected(told, key) for kind in ("shear", "forces", "care") for key, told in FILE[kind].items()}
 
 
 def same(quantity):
@@ -46,16 +46,13 @@ def judge(value, error, allowed):
 
 def row(expected, value, error=None, note="", command=""):
     """A comparison; null where there is no finite number."""
-
-    def finite(x):
-        return round_to(x) if x is not None and math.isfinite(x) else None
-
-    verdict = judge(value, error, expected["allowed"])
-    untold = "no number" if finite(value) is None else "within two standard errors of what is allowed; " + expected["why"]
+    ours, verdict = round_to(value), judge(value, error, expected["allowed"])
+    untold = "no number" if ours is None else "within two standard errors of what is allowed; " + expected["why"]
     why = {"agrees": "", "differs": expected["why"], "cannot be told": untold}[verdict]
     told = {key: expected[key] for key in ("quantity", "unit", "published", "allowed", "rule", "source")}
-    return {**told, "ours": finite(value), "error": finite(error), "verdict": verdict, "why": why, "note": note, "command": command}
+    return {**told, "ours": ours, "error": round_to(error), "verdict": verdict, "why": why, "note": note, "command": command}
 
 
 def round_to(value, digits=5):
-    return float(f"{value:.{digits}g}")
+    """Few digits; null of what is not finite."""
+    return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None
