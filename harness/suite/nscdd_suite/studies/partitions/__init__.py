@@ -4,6 +4,7 @@ The reduced scenes of the paper and a column that collapses into a pile in a box
 paper's method and accelerated, to the tolerance of the scene; and by sequential NLGS. Then an iteration after the last step of NLGS is simulated on
 the node of 48 cores, and efficiency is T(NLGS) / (N T_N) at equal error: with the iterations of the whole run. Nothing is timed.
 """
+import itertools
 from pathlib import Path
 
 from ... import record
@@ -18,16 +19,16 @@ SCENES = {
 }  # packing, dimension
 PARTITIONS, METHODS, SUBDOMAINS = ("grid", "bisection", "metis"), ("paper", "auto"), (8, 48)
 QUICK_STEPS = 3
+COLUMNS = (
+    "scene | method | subdomains | partition | imbalance | interface grains | neighbours, most | bytes an iteration | iterations / NLGS "
+    "| SIMULATED us an iteration | efficiency"
+)
 
 
 def points():
-    """(scene, method, partition, subdomains)"""
-    for scene in SCENES:
-        for method in METHODS:
-            yield scene, method, "none", 1
-    for scene in SCENES:
-        for method in METHODS:
-            yield from ((scene, method, partition, n) for partition in PARTITIONS for n in SUBDOMAINS)
+    """(scene, method, partition, subdomains), sequential ones first."""
+    yield from ((scene, method, "none", 1) for scene, method in itertools.product(SCENES, METHODS))
+    yield from itertools.product(SCENES, METHODS, PARTITIONS, SUBDOMAINS)
 
 
 class Partitions(Study):
@@ -35,23 +36,18 @@ class Partitions(Study):
     kinds, tools = ("counted", "simulated"), ("smpirun",)
 
     def jobs(self, plan):
-        for point in points():
-            scene, method, partition, n = point
+        for scene, method, partition, n in points():
             case, packing, dimension = SCENES[scene]
             packing = plan.pack(f"cases/packings/{packing}.toml")
-            source, out, start = [case, "--packing", packing], self.stem(plan, *point), f"{self.stem(plan, scene, method, 'none', 1)}.h5"
+            out, start = self.stem(plan, scene, method, partition, n), f"{self.stem(plan, scene, method, 'none', 1)}.h5"
+            source, few = [case, "--packing", packing], ["--steps", QUICK_STEPS] if plan.quick else []
             how = ["--scheme", "nlgs"] if n == 1 else ["--scheme", "dcs", "--partition", partition]
             how += ["--method", method, "--quiet", "--json"]
-            more = ["-n", n] if n > 1 else ["--state", start]
-            few = ["--steps", QUICK_STEPS] if plan.quick else []
+            run = [NSCDD, "run", *source, *how, f"{out}.json", *(["-n", n] if n > 1 else ["--state", start]), *few]
             window = [*simulated(n), SIMULATED, "window", *source, "--from", start, "--costs", COSTS[dimension], *how, f"{out}.window.json"]
-            plan.add(
-                " ".join(map(str, point)),
-                [f"{out}.json", f"{out}.window.json", *([start] if n == 1 else [])],
-                [[NSCDD, "run", *source, *how, f"{out}.json", *more, *few], window],
-                needs=[packing, *([start] if n > 1 else [])],
-                cost=dict(zip(SCENES, (2, 5, 8, 12)))[scene] + n / 8,
-            )
+            made, needs = [f"{out}.json", f"{out}.window.json"], [packing]
+            (made if n == 1 else needs).append(start)
+            plan.add(f"{scene} {method} {partition} {n}", made, [run, window], needs=needs, cost=dict(zip(SCENES, (2, 5, 8, 12)))[scene] + n / 8)
 
     def stem(self, plan, *point):
         return plan.folder / "-".join(map(str, point))
@@ -62,32 +58,22 @@ class Partitions(Study):
 
     def told(self, data):
         nlgs = {(row["scene"], row["method"]): row for row in data["rows"] if row["subdomains"] == 1}
-        yield (
-            "| scene | method | subdomains | partition | imbalance | interface grains | neighbours, most | bytes an iteration | iterations / NLGS "
-            "| SIMULATED us an iteration | efficiency |"
-        )
-        yield "|---|---|---|---|---|---|---|---|---|---|---|"
+        yield f"| {COLUMNS} |"
+        yield "|---" * (COLUMNS.count("|") + 1) + "|"
         for row in data["rows"]:
-            one = nlgs[row["scene"], row["method"]]
-            us, more = 1e6 * row["simulated"]["seconds_per_iteration"], row["iterations"] / one["iterations"]
-            share = 1e6 * one["simulated"]["seconds_per_iteration"] / (row["subdomains"] * us * more)
-            yield (
-                f"| {row['scene']} | {row['method']} | {row['subdomains']} | {row['partition']} | {row['imbalance']:.2f} | {row['interface_grains']:.0f} | "
-                f"{row['neighbours']['mean']:.1f}, {row['neighbours']['largest']:.0f} | {row['bytes_per_iteration']:.0f} | {more:.2f} | {us:.3g} | {share:.2f} |"
-            )
+            one, n = nlgs[row["scene"], row["method"]], row["subdomains"]
+            seconds, alone = (each["simulated"]["seconds_per_iteration"] for each in (row, one))
+            more = row["iterations"] / one["iterations"]
+            cells = [row["scene"], row["method"], str(n), row["partition"], f"{row['imbalance']:.2f}", f"{row['interface_grains']:.0f}"]
+            cells += [f"{row['neighbours']['mean']:.1f}, {row['neighbours']['largest']:.0f}", f"{row['bytes_per_iteration']:.0f}"]
+            yield f"| {' | '.join([*cells, f'{more:.2f}', f'{1e6 * seconds:.3g}', f'{alone / (n * seconds * more):.2f}'])} |"
 
 
 def row(stem, scene, method, partition, n):
     run, window = record.load(f"{stem}.json"), record.load(f"{stem}.window.json")
     work = run["work_per_rank"]
-    return {
-        "scene": scene,
-        "method": method,
-        "partition": partition,
-        "subdomains": n,
-        **{key: run[key] for key in ("grains", "steps", "unconverged_steps")},
-        "iterations": sum(run["iterations"]),
-        "imbalance": max(work) * len(work) / sum(work),
-        **{key: run[key] for key in ("interface_grains", "neighbours", "messages_per_iteration", "bytes_per_iteration", "command")},
-        "simulated": {key: window[key] for key in ("seconds_per_iteration", "per_iteration", "command")},
-    }
+    told = {"scene": scene, "method": method, "partition": partition, "subdomains": n}
+    told |= {key: run[key] for key in ("grains", "steps", "unconverged_steps")}
+    told |= {"iterations": sum(run["iterations"]), "imbalance": max(work) * len(work) / sum(work)}
+    told |= {key: run[key] for key in ("interface_grains", "neighbours", "messages_per_iteration", "bytes_per_iteration", "command")}
+    return told | {"simulated": {key: window[key] for key in ("seconds_per_iteration", "per_iteration", "command")}}

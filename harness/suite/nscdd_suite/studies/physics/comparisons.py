@@ -235,32 +235,26 @@ def rows_of_jamming(packings):
 
 
 def of_care(runs):
-    """Whether the runs were slow, fine and exact enough for what is said of them: of each measure the run where it is largest."""
+    """Whether the runs were slow, fine and exact enough for what is said of them."""
     shear = {name: run for name, run in runs.items() if name != "isotropic"}
-    if not shear:
-        return {}
-    moved = {name: granular.motion(run.frames, run.told["dimension"], run.told["h"]) for name, run in shear.items() if run.frames.exists()}
+    framed = {name: run for name, run in runs.items() if run.frames.exists()}
+    moved = {name: granular.motion(run.frames, run.told["dimension"], run.told["h"]) for name, run in framed.items() if name in shear}
     steps, capped = (sum(run.told[key] for run in runs.values()) for key in ("steps", "unconverged_steps"))
     largest = max((value[1] for value in moved.values()), default=math.nan)
-    found = {}
-    for key, values, note in (
-        ("inertia", {name: run.inertia() for name, run in shear.items()}, "the first steps, in which the walls begin to move, have more"),
-        ("motion", {name: value[0] for name, value in moved.items()}, f"the largest of any grain {largest:.3f}"),
-        (
-            "overlap",
-            {name: granular.overlap(run.frames) for name, run in runs.items() if run.frames.exists()},
-            "of contacts that carry, the mean of a frame, the largest of all frames",
-        ),
-        (
-            "energy",
-            {name: float(run.series["energy_error"].max()) for name, run in runs.items()},
-            f"{steps} steps, of which {capped} hit the cap of iterations",
-        ),
-    ):
-        if values:
-            name = max(values, key=values.get)
-            found[key] = values[name], None, f"{name}; {note}", runs[name].command
-    return found
+    measures = {
+        "inertia": {name: run.inertia() for name, run in shear.items()},
+        "motion": {name: value[0] for name, value in moved.items()},
+        "overlap": {name: granular.overlap(run.frames) for name, run in framed.items()},
+        "energy": {name: float(run.series["energy_error"].max()) for name, run in runs.items()},
+    }
+    notes = {
+        "inertia": "the first steps, in which the walls begin to move, have more",
+        "motion": f"the largest of any grain {largest:.3f}",
+        "overlap": "of contacts that carry, the mean of a frame, the largest of all frames",
+        "energy": f"{steps} steps, of which {capped} hit the cap of iterations",
+    }
+    worst = {key: max(values, key=values.get) for key, values in measures.items() if values}
+    return {key: (measures[key][name], None, f"{name}; {notes[key]}", runs[name].command) for key, name in worst.items()}
 
 
 def all_rows(runs, packings):

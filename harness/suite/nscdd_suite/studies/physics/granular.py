@@ -14,24 +14,27 @@ GAP = 1e-3  # mean diameters: what is nearer is a contact of a packing, for the 
 BLOCKS = 5  # of a window in time, for the standard error of its mean
 
 
+def standard_error(blocks):
+    return float(np.std(blocks, ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 1 else math.nan
+
+
 def mean_and_error(values):
     """Mean of a window, and the standard error from the means of its blocks, which are longer than what correlates."""
     values = np.asarray(values, float)
-    if len(values) < 2:
-        return (float(values[0]) if len(values) else math.nan), math.nan
-    blocks = [block.mean() for block in np.array_split(values, min(BLOCKS, len(values)))]
-    return float(values.mean()), float(np.std(blocks, ddof=1) / math.sqrt(len(blocks)))
+    blocks = [block.mean() for block in np.array_split(values, BLOCKS) if len(block)]
+    return float(values.mean()) if len(values) else math.nan, standard_error(blocks)
 
 
 def series(path):
     """Columns of a compression along the last axis: strains and stress by their roles, all else by its name."""
     with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.reader(file)
-        names = next(reader)
-        table = np.array([[float(cell) for cell in row] for row in reader])
-    told = dict(zip(names, table.T))
+        names, *rows = csv.reader(file)
+    told = dict(zip(names, np.array(rows, float).T))
     axis, *sides = ("z", "x", "y") if "strain_z" in told else ("y", "x")
-    across = lambda name: sum(told[name.format(side)] for side in sides) / len(sides)  # noqa: E731
+
+    def across(name):
+        return sum(told[name.format(side)] for side in sides) / len(sides)
+
     major, minor = told[f"stress_contacts_{axis}{axis}"], across("stress_contacts_{0}{0}")
     told["axial"] = told[f"strain_{axis}"]
     told["volumetric"] = told["axial"] + len(sides) * across("strain_{}")
@@ -54,14 +57,9 @@ def binned(told, name, edges):
 
 def slope(told, rows):
     """Rate of dilation, -d(volumetric) / d(axial), by a straight line; its standard error from the slopes of blocks."""
-
-    def line(x, y):
-        return -np.polyfit(x, y, 1)[0]
-
     x, y = told["axial"][rows], told["volumetric"][rows]
-    blocks = [line(a, b) for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS)) if len(a) > 1]
-    error = np.std(blocks, ddof=1) / math.sqrt(len(blocks)) if len(blocks) > 1 else math.nan
-    return float(line(x, y)), float(error)
+    blocks = [-np.polyfit(a, b, 1)[0] for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS)) if len(a) > 1]
+    return float(-np.polyfit(x, y, 1)[0]), standard_error(blocks)
 
 
 def degrees(sine):
@@ -95,7 +93,7 @@ def cut_share(t):
 
 def core(x, radius, box=None):
     """Ends of the core: of the box between the walls, which outermost grains touch, without a margin."""
-    low, high = box if box else ((x - radius[:, None]).min(0), (x + radius[:, None]).max(0))
+    low, high = (np.zeros_like(box), box) if box is not None else ((x - radius[:, None]).min(0), (x + radius[:, None]).max(0))
     margin = min(2 * radius.mean() * MARGIN, (high - low).min() / 4)
     return low + margin, high - margin
 
@@ -126,10 +124,11 @@ def motion(path, dimension, h):
 
 def overlap(path):
     """Mean overlap of the contacts that carry over the mean diameter, in the frame where it is largest."""
-    return max(
-        float(np.maximum(-frame["contacts/gap"][:][frame["contacts/normal_force"][:] > 0], 0).mean() / (2 * frame["grains/radius"][:].mean()))
-        for _, frame in frames(path)
-    )
+    found = []
+    for _, frame in frames(path):
+        gaps = frame["contacts/gap"][:][frame["contacts/normal_force"][:] > 0]
+        found.append(float(np.maximum(-gaps, 0).mean() / (2 * frame["grains/radius"][:].mean())))
+    return max(found)
 
 
 def forces(path, dimension, first):
@@ -144,9 +143,10 @@ def forces(path, dimension, first):
         force, normal = frame["contacts/force"][:, :dimension][between], normal[between]
         moment = np.einsum("ci,ci->ci", force, ends[:, 0] - ends[:, 1])  # of the diagonal of the stress
         weak = normal < normal.mean()
-        all_, below = moment.sum(0), moment[weak].sum(0)
-        deviator = lambda s: s[-1] - s[:-1].mean()  # noqa: E731
-        yield {"f": normal / normal.mean(), "weak": weak.mean(), "weak pressure": below.sum() / all_.sum(), "weak deviator": deviator(below) / deviator(all_)}
+        below, all_of_it = moment[weak].sum(0), moment.sum(0)
+        deviators = [stress[-1] - stress[:-1].mean() for stress in (below, all_of_it)]
+        shares = {"weak": weak.mean(), "weak pressure": below.sum() / all_of_it.sum(), "weak deviator": deviators[0] / deviators[1]}
+        yield {"f": normal / normal.mean(), **shares}
 
 
 def decay(f, above=1.0):
@@ -164,13 +164,8 @@ def tail(f, above=1.0, width=0.2, least=30):
     if len(counts) < 4:
         return {"beta": math.nan, "error": math.nan, "R2": math.nan, "start": math.nan}
     line = linregress(width * (np.arange(len(counts)) + 0.5), np.log(counts / (width * len(f))))
-    return {
-        "beta": float(-line.slope),
-        "error": float(line.stderr),
-        "R2": float(line.rvalue**2),
-        "start": float(math.exp(line.intercept)),
-        "end": float(above + width * len(counts)),
-    }
+    fit = {"beta": float(-line.slope), "error": float(line.stderr), "R2": float(line.rvalue**2), "start": float(math.exp(line.intercept))}
+    return fit | {"end": float(above + width * len(counts))}
 
 
 def power(f, low=0.02, high=1.0, bins=12):
@@ -192,7 +187,8 @@ def packing(path):
     pairs = cKDTree(x).query_pairs(2 * radius.max() + 2 * GAP * diameter, output_type="ndarray")
     gaps = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1) - radius[pairs].sum(1)
     walls = np.concatenate([x - radius[:, None], box - x - radius[:, None]], axis=1)
-    inside = np.logical_and(*[sign * (x - end) > 0 for sign, end in zip((1, -1), core(x, radius, (np.zeros(dimension), box)))]).all(1)
+    low, high = core(x, radius, box)
+    inside = ((x > low) & (x < high)).all(1)
 
     def count(gap):
         """Grains that are held, by dim + 1 contacts each at least, and the contacts among them and with walls."""
@@ -202,20 +198,13 @@ def packing(path):
             degree = np.bincount(among.ravel(), minlength=n) + wall
             stays = held & (degree > dimension)
             if (stays == held).all():
-                return held, degree, (len(among) + wall[held].sum()) / (dimension * max(1, held.sum()))
+                return held, degree, float((len(among) + wall[held].sum()) / (dimension * max(1, held.sum())))
             held = stays
 
     held, degree, isostatic = count(GAP)
-    told |= {
-        "grains": n,
-        "dimension": dimension,
-        "solid fraction": core_fraction(x, radius, (np.zeros(dimension), box)),
-        "contacts": float(degree[held & inside].mean()) if (held & inside).any() else math.nan,
-        "free": float(1 - held.mean()),
-        "isostatic": float(isostatic),
-        "isostatic of other gaps": [float(count(factor * GAP)[2]) for factor in (0.5, 2)],
-    }
-    return told
+    contacts = float(degree[held & inside].mean()) if (held & inside).any() else math.nan
+    told |= {"grains": n, "solid fraction": core_fraction(x, radius, box), "contacts": contacts, "free": float(1 - held.mean())}
+    return told | {"isostatic": isostatic, "isostatic of other gaps": [count(factor * GAP)[2] for factor in (0.5, 2)]}
 
 
 def distance(one, other):
@@ -226,8 +215,6 @@ def distance(one, other):
 def permutation(one, other):
     """Of all ways to deal the curves to two groups of these sizes, the share whose means are at least as far apart."""
     curves, seen = np.array([*one, *other]), distance(one, other)
-    far = [
-        distance(curves[list(chosen)], np.delete(curves, chosen, axis=0)) >= seen * (1 - 1e-12)
-        for chosen in itertools.combinations(range(len(curves)), len(one))
-    ]
+    ways = [list(chosen) for chosen in itertools.combinations(range(len(curves)), len(one))]
+    far = [distance(curves[chosen], np.delete(curves, chosen, axis=0)) >= seen * (1 - 1e-12) for chosen in ways]
     return sum(far) / len(far)

@@ -7,6 +7,7 @@ Measured: whatever says so; everything else is simulated. A table that was inter
 Without --only these are node48-paper, node48-auto and those of two cores. --only . makes all: of a node at a third of the speed, of the share of its time
 in MPI, of a cluster, and of weak scaling, some of which take hours.
 """
+import itertools
 import re
 import shutil
 from pathlib import Path
@@ -29,7 +30,8 @@ STATES = {
     "weak8x20k": ("triaxial", 4000, (2, 4, 5), 5),
     "weak50x20k": ("triaxial", 4000, (5, 5, 10), 3),
 }
-WEAK = (("2k", ("spheres4k", 2), ("weak16", 16), ("weak128", 128), ("weak512", 512)), ("20k", ("weak8x20k", 8), ("weak50x20k", 50)))
+WEAK = [("2k", state, ranks) for state, ranks in (("spheres4k", 2), ("weak16", 16), ("weak128", 128), ("weak512", 512))]
+WEAK += [("20k", "weak8x20k", 8), ("20k", "weak50x20k", 50)]  # grains a rank, state, ranks
 USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
 QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
 
@@ -42,13 +44,11 @@ def tables():
         yield f"node48-{method}", "spheres64k", "node48", (1, 2, 4, 8, 16, 48), ["--method", method, "--bands"]
         yield f"node48-{method}-slower", "spheres64k", "node48", (1, 8, 48), ["--method", method, "--slower", 3]
         yield f"cluster-{method}", "spheres1M", "cluster", (1, 64, 512, 1024), ["--method", method]
-    for scheme in ("dcs", "ccs"):
-        for slower in (1, 3):
-            options = ["--scheme", scheme, "--method", "paper", "--slower", slower]
-            yield f"share-{scheme}-slower{slower}", "spheres55k", "node48", (1, 3, 4, 8), options
-    for grains, *states in WEAK:
-        for state, ranks in states:
-            yield f"weak-{grains}-{ranks}", state, "cluster", (1, ranks), ["--method", "paper"]
+    for scheme, slower in itertools.product(("dcs", "ccs"), (1, 3)):
+        options = ["--scheme", scheme, "--method", "paper", "--slower", slower]
+        yield f"share-{scheme}-slower{slower}", "spheres55k", "node48", (1, 3, 4, 8), options
+    for grains, state, ranks in WEAK:
+        yield f"weak-{grains}-{ranks}", state, "cluster", (1, ranks), ["--method", "paper"]
 
 
 class Scaling(Study):
@@ -66,15 +66,9 @@ class Scaling(Study):
             iterations = ["--iterations", QUICK_ITERATIONS if plan.quick else 200] if here or plan.quick else []
             begun = f"{out}.{checksum()}"  # which scale goes on with, if this program began it
             command = [NSCDD, "scale", *how, "--ranks", ",".join(map(str, ranks)), "--platform", machine, "--costs", costs, *options]
+            commands, cost = [[*command, *iterations, "--json", begun], ["mv", begun, out]], 60 * sum(ranks) / 16
             # one by one: what is measured, and what takes gigabytes
-            plan.add(
-                name,
-                [out],
-                [[*command, *iterations, "--json", begun], ["mv", begun, out]],
-                needs=[packing, start, costs, machine],
-                cost=60 * sum(ranks) / 16,
-                alone=platform != "node48",
-            )
+            plan.add(name, [out], commands, needs=[packing, start, costs, machine], cost=cost, alone=platform != "node48")
 
     def choose(self, plan):
         return chosen(plan.jobs, plan.only or USUAL)
