@@ -7,9 +7,9 @@ Measured: whatever says so; everything else is simulated. A table that was inter
 Without --only these are node48-paper, node48-auto and those of two cores. --only . makes all: of a node at a third of the speed, of the share of its time
 in MPI, of a cluster, and of weak scaling, some of which take hours.
 """
-import itertools
 import re
 import shutil
+import tomllib
 from pathlib import Path
 
 from ... import record
@@ -17,38 +17,9 @@ from ...jobs import chosen
 from ...program import COSTS, NSCDD, PLATFORMS, ROOT, call, checksum, python
 from ...study import Study
 
-# Name of a loaded state: scene, packing, grains, tiles of it, steps that load it.
-STATES = {
-    "disks1k5": ("biaxial", 1500, (1, 1), 20),
-    "spheres4k": ("triaxial", 4000, (1, 1, 1), 20),
-    "spheres64k": ("triaxial", 64000, (1, 1, 1), 25),
-    "spheres55k": ("isotropic", 55000, (1, 1, 1), 300),
-    "spheres1M": ("triaxial", 4000, (6, 6, 7), 3),
-    "weak16": ("triaxial", 4000, (2, 2, 2), 5),
-    "weak128": ("triaxial", 4000, (4, 4, 4), 5),
-    "weak512": ("triaxial", 4000, (8, 8, 4), 3),
-    "weak8x20k": ("triaxial", 4000, (2, 4, 5), 5),
-    "weak50x20k": ("triaxial", 4000, (5, 5, 10), 3),
-}
-WEAK = [("2k", state, ranks) for state, ranks in (("spheres4k", 2), ("weak16", 16), ("weak128", 128), ("weak512", 512))]
-WEAK += [("20k", "weak8x20k", 8), ("20k", "weak50x20k", 50)]  # grains a rank, state, ranks
+TABLES = tomllib.loads(Path(__file__).with_name("tables.toml").read_text(encoding="utf-8"))
 USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
 QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
-
-
-def tables():
-    """(name, state, platform, ranks, further options)"""
-    for method in ("paper", "auto"):
-        for state in ("spheres64k", "spheres4k", "disks1k5"):
-            yield f"two-cores-{state}-{method}", state, "two-cores", (1, 2), ["--method", method, "--measure"]
-        yield f"node48-{method}", "spheres64k", "node48", (1, 2, 4, 8, 16, 48), ["--method", method, "--bands"]
-        yield f"node48-{method}-slower", "spheres64k", "node48", (1, 8, 48), ["--method", method, "--slower", 3]
-        yield f"cluster-{method}", "spheres1M", "cluster", (1, 64, 512, 1024), ["--method", method]
-    for scheme, slower in itertools.product(("dcs", "ccs"), (1, 3)):
-        options = ["--scheme", scheme, "--method", "paper", "--slower", slower]
-        yield f"share-{scheme}-slower{slower}", "spheres55k", "node48", (1, 3, 4, 8), options
-    for grains, state, ranks in WEAK:
-        yield f"weak-{grains}-{ranks}", state, "cluster", (1, ranks), ["--method", "paper"]
 
 
 class Scaling(Study):
@@ -57,15 +28,18 @@ class Scaling(Study):
     kinds, tools = ("counted", "simulated", "measured"), ("mpirun", "smpirun")
 
     def jobs(self, plan):
-        for name, on, platform, ranks, options in tables():
+        for name, told in TABLES["tables"].items():
+            on, platform, ranks = told["state"], told["platform"], told["ranks"]
             here, out = platform == "two-cores", self.table(plan, name)
             packing, start, how = self.state(plan, on)
-            costs, machine = (self.costs(plan, on, how), self.two_cores(plan)) if here else (COSTS[len(STATES[on][2])], f"{PLATFORMS}/{platform}.xml")
+            costs, machine = COSTS[len(TABLES["states"][on]["tiles"])], f"{PLATFORMS}/{platform}.xml"
+            if here:
+                costs, machine = self.costs(plan, on, how), self.two_cores(plan)
             if plan.quick:
                 ranks = sorted({min(n, QUICK_RANKS) for n in ranks})
             iterations = ["--iterations", QUICK_ITERATIONS if plan.quick else 200] if here or plan.quick else []
             begun = f"{out}.{checksum()}"  # which scale goes on with, if this program began it
-            command = [NSCDD, "scale", *how, "--ranks", ",".join(map(str, ranks)), "--platform", machine, "--costs", costs, *options]
+            command = [NSCDD, "scale", *how, "--ranks", ",".join(map(str, ranks)), "--platform", machine, "--costs", costs, *told["options"].split()]
             commands, cost = [[*command, *iterations, "--json", begun], ["mv", begun, out]], 60 * sum(ranks) / 16
             # one by one: what is measured, and what takes gigabytes
             plan.add(name, [out], commands, needs=[packing, start, costs, machine], cost=cost, alone=platform != "node48")
@@ -78,7 +52,7 @@ class Scaling(Study):
 
     def state(self, plan, name):
         """A packing, its state, and options that say both."""
-        scene, grains, tiles, steps = STATES[name]
+        scene, grains, tiles, steps = (TABLES["states"][name][key] for key in ("scene", "grains", "tiles", "steps"))
         if plan.quick:
             grains, steps = QUICK_GRAINS, QUICK_STEPS
         packing = plan.pack(f"cases/packings/{scene}.toml", grains=grains, cost=grains / 500, generator="own" if plan.quick else ())
@@ -114,7 +88,7 @@ class Scaling(Study):
 
     def rows(self, plan):
         rows = []
-        for name, *_ in tables():
+        for name in TABLES["tables"]:
             if (table := self.table(plan, name)).exists():
                 if not plan.quick:
                     shutil.copyfile(table, plan.results / f"scale-{name}.json")
