@@ -2,41 +2,21 @@
 import itertools
 import math
 import re
+import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
 from ...program import COSTS, NSCDD, ROOT, SIMULATED, python, shown, simulated
 
 ITEMS = ("packings", "fig1", "table1", "table1-windows", "fig3", "fig4", "beyond", "larger", "variations", "interface", "chance", "choices")
-# Scene: packing, dimension, whether it starts under way, seconds of a run, about, steps that are measured.
-SCENES = {
-    "isotropic": ("isotropic-55k", 3, False, 480, 10),
-    "biaxial": ("biaxial-13k", 2, True, 4, 100),
-    "triaxial": ("triaxial-64k", 3, True, 60, 10),
-    "million": ("million", 3, True, 3600, 0),
-}
+HERE = Path(__file__).parent
+SCENES, VARIATIONS = tomllib.loads((HERE / "scenes.toml").read_text()).values()
 PAPER = tuple(SCENES)[:3]  # with a packing and a file of their own; a million spheres are the triaxial test again
 MEASURED = {"table1": "isotropic", "fig3": "biaxial", "fig4": "triaxial"}
 TILES, LARGER_STEPS = (4, 2, 2), 3
-LARGEST = {"isotropic": "2x2x2", "biaxial": "4x12", "triaxial": "4x4x3"}  # splittings of variations
-# What a variation changes in the scene, and of which runs. Not the triaxial test with friction 0.5: neither of its runs ends within 20 minutes.
-# From where: "" as the scene, or its packing, or the last state of NLGS; steps, 0: as the scene. For each start but that of the scene there is
-# a run of the scene as it is.
-VARIATIONS = {
-    "biaxial, h x 5": ("variations", "biaxial", "h = 0.02", "h = 0.1", "", 0),
-    "biaxial, friction 0.5": ("variations", "biaxial", "friction = 0.3", "friction = 0.5", "", 0),
-    "biaxial, eta 1e-5": ("variations", "biaxial", "tolerance = 1e-4", "tolerance = 1e-5", "", 20),  # takes 60 times the iterations
-    "triaxial, h x 5": ("variations", "triaxial", "h = 0.02", "h = 0.1", "", 0),
-    "isotropic, as it is, from the last state": ("choices", "isotropic", "", "", "end", 20),
-    "isotropic, h x 2, from the last state": ("choices", "isotropic", "h = 0.02", "h = 0.04", "end", 20),
-    "biaxial, top 5 times as fast": ("choices", "biaxial", "velocity = [0, -0.02]", "velocity = [0, -0.1]", "", 0),
-    "biaxial, from the packing": ("choices", "biaxial", "", "", "packing", 0),
-    "triaxial, top 5 times as fast": ("choices", "triaxial", "velocity = [0, 0, -0.01]", "velocity = [0, 0, -0.05]", "", 25),
-    "triaxial, from the packing": ("choices", "triaxial", "", "", "packing", 25),
-}
 STARTS = 5  # perturbed ones
 QUICK = {"grains": 400, "steps": 3}
-RUNS = Path(__file__).with_name("runs.txt").read_text().splitlines()[3:]
+RUNS = (HERE / "runs.txt").read_text().splitlines()[3:]
 
 
 class What(NamedTuple):
@@ -119,20 +99,20 @@ class Asked:
         return QUICK["steps"] if self.quick else n
 
     def packing(self, scene):
-        name = SCENES[scene][0]
+        name = SCENES[scene]["packing"]
         output = self.folder / f"packings/{name}.h5"
         if scene not in PAPER:
             source = self.packing("triaxial")
             return self.add("", f"packing {name}", [output], [python("tiling", source, output, *TILES)], needs=[source], cost=10)
         few = {"grains": QUICK["grains"], "generator": "own"} if self.quick else {}
-        key = str(self.plan.pack(f"cases/packings/{name}.toml", output, cost={2: 25, 3: 120}[SCENES[scene][1]], **few))
+        key = str(self.plan.pack(f"cases/packings/{name}.toml", output, cost={2: 25, 3: 120}[SCENES[scene]["dimension"]], **few))
         self.of_item["packings"].add(key)
         return key
 
     def source(self, scene, item):
         """Options that say where a whole run starts, and the files that it needs."""
         packing = self.packing(scene)
-        if not SCENES[scene][2]:
+        if not SCENES[scene]["under_way"]:
             return ["--packing", packing], [packing]
         coarse, start = (self.folder / f"starts/{scene}{kind}.h5" for kind in ("-coarse", ""))
         begin = [NSCDD, "run", "--method", "auto", "--quiet"]
@@ -143,7 +123,7 @@ class Asked:
         made = [start, coarse]
         if scene not in PAPER:  # a step of some thousand iterations follows soon, of a tenth of a second each
             commands, start, made = commands[:1], coarse, [coarse]
-        self.add(item, f"start of {scene}", made, commands, needs=[packing], cost=SCENES[scene][3], fine=(0,))
+        self.add(item, f"start of {scene}", made, commands, needs=[packing], cost=SCENES[scene]["seconds"], fine=(0,))
         self.starts[scene] = [shown(command) for command in commands]
         return ["--packing", packing, "--from", start], [packing, start]
 
@@ -159,7 +139,7 @@ class Asked:
                 self.add_window(item, what, platform, slower)
         bands = ((2, 1, 0), (0.5, 1, 0), (1, 2, 0), (1, 0.5, 0), (1, 1, 0.05))
         for scene, band in itertools.product(("biaxial", "triaxial"), () if self.quick else bands):
-            self.add_window("beyond", What(scene, "paper", "dcs", *splitting(LARGEST[scene])), "node48", 1, *band)
+            self.add_window("beyond", What(scene, "paper", "dcs", *splitting(SCENES[scene]["grid"])), "node48", 1, *band)
 
     def once(self, rows, key, *what):
         """Adds a row to be collected; a splitting may be asked for by several items."""
@@ -168,7 +148,7 @@ class Asked:
 
     def add_run(self, item, what):
         source, needs = self.source(what.scene, item)
-        out, seconds = self.folder / f"runs/{what.label()}", SCENES[what.scene][3] * (0.6 if what.method == "auto" else 1) * (1 + what.subdomains / 100)
+        out, seconds = self.folder / f"runs/{what.label()}", SCENES[what.scene]["seconds"] * (0.6 if what.method == "auto" else 1) * (1 + what.subdomains / 100)
         made = {"--json": f"{out}.json"}
         if what.scheme == "nlgs":
             made |= {"--state": f"{out}.h5", "--series": f"{out}.csv"}
@@ -202,7 +182,7 @@ class Asked:
         few = ["--skip", 10, "--iterations", 20 if self.quick else 50 if n <= 128 else 10] if n > 48 or self.quick else []
         command = [*simulated(n, platform, latency, bandwidth), SIMULATED, "window", self.scene(scene), "--packing", self.packing(scene)]
         command += ["--from", nlgs, "--scheme", what.scheme, "--method", what.method, *what.dealt(), *few]
-        command += ["--costs", COSTS[SCENES[scene][1]], "--slower", slower, "--noise", noise, "--latency", latency, "--bandwidth", bandwidth]
+        command += ["--costs", COSTS[SCENES[scene]["dimension"]], "--slower", slower, "--noise", noise, "--latency", latency, "--bandwidth", bandwidth]
         cost = 2 + n / 10 + n * n / 7000
         key = self.add(item, f"simulated {name}", [out], [[*command, "--quiet", "--json", out]], needs=[nlgs], cost=cost)
         if item == "table1":
@@ -217,7 +197,8 @@ class Asked:
         self.add("fig1", "fig1 network", [state, self.network], [[*command, "--quiet", "--json", self.network, "--state", state]], needs=[packing])
 
     def add_variations(self):
-        for name, (item, scene, _, _, where, steps) in VARIATIONS.items():
+        for name, told in VARIATIONS.items():
+            scene, item, where = name.partition(",")[0], told["item"], told.get("from")
             source, needs = self.source(scene, item)
             starts = self.starts.get(scene, ()) if not where else ()
             if where == "end":
@@ -225,14 +206,14 @@ class Asked:
                 source = ["--packing", needs[0], "--from", needs[1]]
             elif where:
                 source, needs = source[:2], needs[:1]
-            grid = {"biaxial": "2x2", "triaxial": "2x2x1"}.get(scene, LARGEST[scene]) if self.quick else LARGEST[scene]
+            grid = self.quick and SCENES[scene].get("quick_grid") or SCENES[scene]["grid"]
             for what in (What(scene, "paper", "nlgs"), What(scene, "paper", "dcs", *splitting(grid))):
                 n = what.subdomains
                 if item == "choices" and (n == 1 or not where and not self.quick):
                     self.add_run(item, what)  # what it is compared with, or starts from
                 out = self.folder / f"variations/{slug(name)}-{n}.json"
-                few = ["--steps", self.steps(steps)] if steps else []
-                cost = 30 if where == "end" else SCENES[scene][3] * (10 if "1e-5" in name else 1)
+                few = ["--steps", self.steps(told["steps"])] if "steps" in told else []
+                cost = 30 if where == "end" else SCENES[scene]["seconds"] * told.get("times", 1)
                 command = [NSCDD, "run", self.scene(slug(name)), *source, *what.how(), *few, "--quiet", "--json", out]
                 key = self.add(item, f"variation {name}, {n}", [out], [command], needs=needs, cost=cost)
                 self.runs.append((key, what.row(variation=name.partition(", ")[2], perturbed=0), starts))
@@ -262,8 +243,8 @@ class Asked:
                 outs[what].append(self.folder / f"measured/{scene}-{what.scheme}-{n}-{repeat}.json")
                 command = [*(["mpirun", "-np", n] if n > 1 else []), NSCDD, "run", self.scene(scene), "--packing", self.packing(scene)]
                 command += ["--from", self.nlgs(scene), "--method", "paper", "--scheme", what.scheme, *what.dealt()]
-                commands.append([*command, "--steps", self.steps(SCENES[scene][4]), "--quiet", "--json", outs[what][-1]])
-            files, cost = list(itertools.chain(*outs.values())), {2: 30, 3: 60}[SCENES[scene][1]]
+                commands.append([*command, "--steps", self.steps(SCENES[scene]["measured"]), "--quiet", "--json", outs[what][-1]])
+            files, cost = list(itertools.chain(*outs.values())), {2: 30, 3: 60}[SCENES[scene]["dimension"]]
             self.add(item, f"measured {scene}", files, commands, needs=[self.nlgs(scene)], cost=cost, alone=True)
             self.measured += [(made, scene, *what[2:5]) for what, made in outs.items()]
 
@@ -279,7 +260,7 @@ class Asked:
         for kind in ("", "-coarse"):
             text = re.sub(r"count = \d+", f"count = {self.steps(LARGER_STEPS)}", self.scene(f"triaxial{kind}").read_text())
             self.scene(f"million{kind}").write_text(text.replace('name = "triaxial"', 'name = "million"'))
-        for name, (_, scene, old, new, *_) in VARIATIONS.items():
-            text = self.scene(scene).read_text()
-            assert not old or text.count(old) == 1, (name, old)
-            self.scene(slug(name)).write_text(text.replace(old, new) if old else text)
+        for name, told in VARIATIONS.items():
+            text = self.scene(name.partition(",")[0]).read_text()
+            assert "old" not in told or text.count(told["old"]) == 1, name
+            self.scene(slug(name)).write_text(text.replace(told["old"], told["new"]) if "old" in told else text)
