@@ -7,32 +7,18 @@ its source, the rule of the comparison and the verdict, which is computed (publi
 their rows say so. Numbers of a quick job say nothing.
 """
 import shutil
+import tomllib
+from pathlib import Path
 
 from ... import record
 from ...program import NSCDD, python
 from ...study import Study
 from . import comparisons
 
-# name of a packing: its specification, dimension, generator, about how many seconds it takes
-PACKINGS = {
-    "triaxial": ("cases/packings/triaxial.toml", 3, "own", 20),
-    "biaxial": ("cases/packings/biaxial.toml", 2, "own", 27),
-    "spheres-2k": ("cases/physics/packings/spheres-2k.toml", 3, "own", 11),
-    "spheres-4k": ("cases/physics/packings/spheres-4k.toml", 3, "lammps", 10),
-    "disks-5k": ("cases/physics/packings/disks-5k.toml", 2, "lammps", 9),
-}
+PACKINGS, RUNS = tomllib.loads(Path(__file__).with_name("runs.toml").read_text()).values()
 NLGS = ("--scheme", "nlgs")
 SPREAD, COPIES = "spheres-2k", 4  # packing of the perturbed runs, and how many each solver makes
-SOLVERS = {"nlgs": (NLGS, 18), "dcs": (("--scheme", "dcs", "--subdomains", "8"), 32)}
-# name of a run: packing, steps between frames, about how many seconds
-RUNS = {
-    "isotropic": ("triaxial", 40, 3),
-    "frictionless": ("triaxial", 200, 45),
-    "frictionless-slow": ("triaxial", 400, 85),
-    "triaxial": ("triaxial", 50, 65),
-    "triaxial-slow": ("triaxial", 100, 100),
-    "biaxial": ("biaxial", 50, 45),
-}
+SOLVERS = {"nlgs": (NLGS, 18), "dcs": (("--scheme", "dcs", "--subdomains", "8"), 32)}  # options, about how many seconds
 SPREADS = {f"spread-{solver}-{seed}": (seed, *SOLVERS[solver]) for seed, solver in enumerate((solver for solver in SOLVERS for _ in range(COPIES)), 1)}
 QUICK_GRAINS, QUICK_STEPS = {2: 100, 3: 150}, 40
 FIGURES = {"physics-agreement": "spread", "physics-shear": "shear", "physics-fabric": "shear", "physics-forces": "forces"}  # figure: its curves
@@ -42,14 +28,15 @@ class Physics(Study):
     name, title, about = "physics", "Granular physics", "shear, jamming and forces beside published numbers, and one curve of both solvers"
 
     def jobs(self, plan):
-        packings = {
-            name: plan.pack(source, self.packing(plan, name), QUICK_GRAINS[dimension] if plan.quick else 0, cost=cost, generator=generator)
-            for name, (source, dimension, generator, cost) in PACKINGS.items()
-            if name not in left_out()
-        }
-        for name, (packing, every, cost) in RUNS.items():
-            frames = ["--frames", plan.folder / f"{name}.frames.h5", "--frame-every", 10 if plan.quick else every]
-            self.compress(plan, name, name, packings[packing], packings[packing], NLGS, cost, frames=frames)
+        packings = {}
+        for name, told in PACKINGS.items():
+            if name not in left_out():
+                grains = QUICK_GRAINS[told["dimension"]] if plan.quick else 0
+                packings[name] = plan.pack(told["source"], self.packing(plan, name), grains, cost=told["seconds"], generator=told["generator"])
+        for name, told in RUNS.items():
+            packing = packings[told["packing"]]
+            frames = ["--frames", plan.folder / f"{name}.frames.h5", "--frame-every", 10 if plan.quick else told["every"]]
+            self.compress(plan, name, name, packing, packing, NLGS, told["seconds"], frames=frames)
         source = packings[SPREAD]
         for name, (seed, solver, cost) in SPREADS.items():
             copy = plan.folder / f"{SPREAD}-perturbed-{seed}.h5"
@@ -68,7 +55,7 @@ class Physics(Study):
         return {name: told for name in (*RUNS, *sorted(SPREADS)) if (told := comparisons.load(plan.folder, name))}
 
     def rows(self, plan):
-        packings = {name: (self.packing(plan, name), *PACKINGS[name][1:3], left_out().get(name)) for name in PACKINGS}
+        packings = {name: (self.packing(plan, name), told["dimension"], told["generator"], left_out().get(name)) for name, told in PACKINGS.items()}
         rows, curves = comparisons.all_rows(self.runs(plan), packings)
         if plan.quick:
             rows = [told | {"verdict": "cannot be told", "why": "a quick job has few grains and steps"} for told in rows]
@@ -88,4 +75,4 @@ class Physics(Study):
 
 def left_out():
     """Packings that cannot be made, with the reason."""
-    return {} if shutil.which("lmp") else {name: "lmp is not installed" for name, told in PACKINGS.items() if told[2] == "lammps"}
+    return {} if shutil.which("lmp") else {name: "lmp is not installed" for name, told in PACKINGS.items() if told["generator"] == "lammps"}
