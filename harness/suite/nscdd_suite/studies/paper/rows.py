@@ -114,12 +114,10 @@ def merge(earlier, record):
     """The earlier record with the rows of this one: those of the same identity are replaced, others added. Raises ValueError where
     rows could not stand side by side. Counts are the same on all machines with fused products, measured times depend on the whole machine:
     `machine` stays that of the measured times."""
-    measured = ["cpu", "cores", "os"] if record["measured"] else []
-    for told, what, keys in (("", lambda r: r, ["schema", "quick"]), ("machine's ", lambda r: r["machine"], ["fused", *measured])):
-        for key in keys:
-            was, now = what(earlier).get(key), what(record).get(key)
-            if was != now:
-                raise ValueError(f"{told}{key} was {was}, and is {now}")
+    for key in ("quick", "fused", *(("cpu", "cores", "os") if record["measured"] else ())):
+        was, now = (({"quick": one["quick"]} | one["machine"]).get(key) for one in (earlier, record))
+        if was != now:
+            raise ValueError(f"{key} was {was}, and is {now}")
     commands = dict.fromkeys([*earlier["command"].split("; "), record["command"]])  # each once
     counted_on = sorted({*earlier.get("counted_on", [earlier["machine"]["cpu"]]), record["machine"]["cpu"]})
     merged = record | {"command": "; ".join(commands), "machine": earlier["machine"], "counted_on": counted_on}

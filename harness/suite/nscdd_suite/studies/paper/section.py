@@ -13,7 +13,7 @@ from . import figures, network, tables
 from .data import MILLION, SCENES, STARTS, Paper
 from .verdicts import AGREES, DIFFERS, UNTOLD, verdicts
 
-TEXTS = tomllib.loads((Path(__file__).parent / "captions.toml").read_text(encoding="utf-8"))
+TEXTS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
 HTML = TEXTS["html"]
 NETWORK, SPHERES = "fig1-network.h5", "isotropic-dcs-grid-2x2x2.h5"  # in the folder of the study
 FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4", "Fig. 4", "triaxial", True, "spheres"))

@@ -17,7 +17,7 @@ import itertools
 import shutil
 import time
 
-from ... import measure, program, record
+from ... import measure, record
 from ...jobs import clock, left
 from ...measure import ANY, SICONOS, Budget, Scene, answered, asked, ladder
 from ...program import NSCDD, ROOT, Failed, call, read, shown
@@ -109,13 +109,11 @@ class Settle:
     def __init__(self, plan):
         self.folder, self.quick, self.path, self.began = plan.folder, plan.quick, so_far(plan), time.monotonic()
         self.edge = settle.write_start(plan.folder, QUICK_SIDE if plan.quick else SIDE)
-        self.made_by = {"program": program.checksum(), "quick": plan.quick}
-        old = record.load(self.path) if self.path.exists() else {}
-        self.bed = old["bed"] if old.get("made_by") == self.made_by else {"ours": [], "lammps": []}
+        self.bed = record.load(self.path) if self.path.exists() else {"ours": [], "lammps": []}
 
     def told(self, text):
         """Of a run that is in the bed now."""
-        record.write(self.path, {"made_by": self.made_by, "bed": self.bed})
+        record.write(self.path, self.bed)
         print(f"  [{clock(time.monotonic() - self.began)}] {text}", flush=True)
 
     def run(self, code, what):
@@ -135,11 +133,10 @@ class Settle:
 
     def largest_step(self, role, steps=STEPS, **what):
         """The row of the largest step of the ladder at which the bed comes to rest."""
-        for step in steps:
-            row = self.measure("lammps", role, step=step, **what)
-            if settled(row):
-                return row
-        raise Failed(f"LAMMPS: no step of {steps} is stable for {what}")
+        row = next((row for step in steps if settled(row := self.measure("lammps", role, step=step, **what))), None)
+        if row is None:
+            raise Failed(f"LAMMPS: no step of {steps} is stable for {what}")
+        return row
 
     def theirs(self):
         dampings, neighbours, stiffnesses = (DAMPINGS[-1:], NEIGHBOURS[1:2], STIFFNESSES[:1]) if self.quick else (DAMPINGS, NEIGHBOURS, STIFFNESSES)

@@ -1,6 +1,8 @@
 """Against what a user would pick: CPU time of LAMMPS on a settling bed and of Siconos on exported steps, at equal error; cited figures."""
 import re
+import tomllib
 from html import escape
+from pathlib import Path
 
 from ...measure import SICONOS
 from ...page import tables
@@ -9,6 +11,7 @@ from ...page.style import CCS, DCS, NLGS, plt, save
 from ..accuracy.levels import at_level
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
 
+CAPTIONS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
 
 
@@ -114,11 +117,7 @@ def parts_of(record, out):
     for line in record["left_out"]:
         yield f'<p class="missing">Left out: {escape(line)}.</p>'
     if file := draw_all(record, out):
-        caption = (
-            f"{tables.count(bed['grains'])} spheres settle in a box for {bed['seconds']:g} s: user CPU time on one core against the mean "
-            "overlap of what overlaps at the end, better to the right and further down. Open circles: our runs that another of ours "
-            "beats in both. LAMMPS at the largest step at which energy does not grow, and at a tenth of the time of a contact."
-        )
+        caption = CAPTIONS["bed"].format(grains=tables.count(bed["grains"]), seconds=bed["seconds"])
         yield figure_block(file, "CPU time against mean overlap", caption, source, measured)
     if bed["ratios"]:
         yield table_block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured, wide=True)
@@ -126,11 +125,6 @@ def parts_of(record, out):
         made_by = source + rows_from([row["command"] for row in [*bed["ours"], *bed["lammps"]]])
         yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", made_by, measured, wide=True)
     if record["siconos"]:
-        caption = (
-            "One step of reduced scenes of the paper from impulses zero: CPU time of the solvers' calls at equal \u03b7, by our measure for "
-            "both, between runs in logarithms. Siconos solves the exported problem with its stored <i>W</i>."
-        )
         made_by = source + rows_from([command for row in record["siconos"] for command in row["commands"]])
-        yield table_block(siconos_table(record), "Siconos against ours", caption, made_by, measured, wide=True)
-    caption = "Figures that this job did not measure, with where they are from. Beside those above they say no more than their order."
-    yield table_block(cited_table(record), "Cited", caption, '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)
+        yield table_block(siconos_table(record), "Siconos against ours", CAPTIONS["siconos"], made_by, measured, wide=True)
+    yield table_block(cited_table(record), "Cited", CAPTIONS["cited"], '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)

@@ -10,7 +10,7 @@ from ...page.page import figure_block, origin, quick, table_block
 from ...page.style import DCS, INK, NLGS, SUBDOMAINS, plt, save
 from . import FIGURES
 
-CAPTIONS = tomllib.loads((Path(__file__).parent / "captions.toml").read_text(encoding="utf-8"))
+CAPTIONS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
 SHEAR = {
     "triaxial": ("spheres, friction 0.3", SUBDOMAINS[0], "-"),
     "triaxial-slow": ("spheres, friction 0.3, half the rate", SUBDOMAINS[5], "--"),
@@ -154,12 +154,7 @@ def parts_of(record, out):
     yield f"<p>{len(record['rows'])} comparisons: {agree} agree, {differ} differ, {untold} cannot be told.</p>"
     yield from quick(record)
     source = origin([record])
-    caption = (
-        "Each result beside a published number. A verdict allows the published number or range, and a margin of ours for other samples "
-        "and loadings, which the rule states; errors are standard errors of means in time. Where a result is outside by less than two of "
-        "them, nothing can be told. Published numbers are quoted; few were checked in the papers for this page (published.py says which)."
-    )
-    yield table_block(row_table(record), "Granular physics beside published numbers", caption, source, wide=True)
+    yield table_block(row_table(record), *CAPTIONS["rows"].values(), source, wide=True)
     yield "<p>Sources:</p><ol>" + "".join(f"<li>{escape(reference)}</li>" for reference in references(record)) + "</ol>"
     for name, file in draw_all(record, out).items():
-        yield figure_block(file, CAPTIONS[name]["title"], CAPTIONS[name]["caption"], source, wide=True)
+        yield figure_block(file, *CAPTIONS[name].values(), source, wide=True)

@@ -14,12 +14,17 @@ from pathlib import Path
 
 from ... import record
 from ...jobs import chosen
+from ...page.default import rows_block
 from ...program import COSTS, NSCDD, PLATFORMS, ROOT, call, checksum, python
 from ...study import Study
 
 TABLES = tomllib.loads(Path(__file__).with_name("tables.toml").read_text(encoding="utf-8"))
 USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
 QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
+CAPTION = (
+    "Seconds of an iteration, SIMULATED on the platform that the name of the table begins with, and measured on ranks of this machine where there are "
+    "cores; iterations of all steps, counted in process; efficiency against sequential NLGS at equal error. "
+)
 
 
 class Scaling(Study):
@@ -85,6 +90,11 @@ class Scaling(Study):
             shutil.copy(ROOT / PLATFORMS / "two-cores.hosts", out.with_suffix(".hosts"))
 
         return plan.add("two-cores platform", [out, out.with_suffix(".hosts")], work=measure, alone=True)
+
+    def section(self, results, out):
+        records = results.records("scale")
+        rows = [row(one.path.stem.removeprefix("scale-"), point) for one in records for point in one["points"]]
+        return [rows_block(self.title, rows, records, CAPTION, ("simulated", "measured", "counted"))] if rows else []
 
     def rows(self, plan):
         rows = []
