@@ -1,7 +1,7 @@
 """Rows and curves: what is measured in runs and packings, each beside what is published (published.py).
 
-`runs` has what is there, by name; `packings`: (path, dimension, generator, why it cannot be made). Each of_...() returns {name in published.toml:
-(value, standard error, note, command)} of what was made."""
+`runs` has what is there, by name; `packings`: (path, dimension, generator, why it cannot be made). Each of_...() returns {name in published.toml: row}
+of what was made."""
 import dataclasses
 import math
 from pathlib import Path
@@ -10,11 +10,10 @@ import numpy as np
 
 from ... import record
 from . import granular
-from .published import EXPECTED, FILE, jamming, round_to, row, same
+from .published import EXPECTED, FILE, jamming, not_made, round_to, row, same
 
 BINS = 60  # of a curve
 POWER, POWER_ERROR = 0.4, 0.05  # of the inertial number, with which strength without friction exceeds that at rate 0 (peyneau)
-NO_RUN = None, None, "no run"
 SPREAD = {"q/p": "q/p", "volumetric": "volumetric strain", "coordination": "coordination"}  # columns that are compared, and their names
 
 
@@ -64,6 +63,11 @@ def few(values, digits=5):
     return [round_to(value, digits) for value in map(float, values)]
 
 
+def rows_of(run, measured, **found):
+    """{name: row} of {name: (value, standard error)}, what was measured in a run; found: what the notes say of it."""
+    return {key: row(EXPECTED[key], *pair, run.command, **found) for key, pair in measured.items() if key in EXPECTED}
+
+
 def middles(edges):
     return few((edges[1:] + edges[:-1]) / 2)
 
@@ -83,20 +87,15 @@ def rows_of_spread(runs, curves):
     """Whether runs by NSCDD and by NLGS are of one kind."""
     groups = {solver: [run for name, run in runs.items() if name.startswith(f"spread-{solver}")] for solver in ("nlgs", "dcs")}
     if any(len(group) < 2 for group in groups.values()):
-        return [row(same(quantity), *NO_RUN) for quantity in SPREAD.values()]
+        return [not_made(same(quantity), "no run") for quantity in SPREAD.values()]
     edges = bins(*(run.series for group in groups.values() for run in group))
     curves["spread"], rows = {"axial": middles(edges)}, []
     for key, quantity in SPREAD.items():
         nlgs, dcs = (np.array([granular.binned(run.series, key, edges) for run in group]) for group in groups.values())
         curves["spread"][key] = {"nlgs": list(map(few, nlgs)), "dcs": list(map(few, dcs))}
-        apart = granular.distance(dcs, nlgs)
-        spread = float(np.sqrt(np.nanmean(np.nanvar(nlgs, axis=0, ddof=1))))
-        within = np.mean((dcs >= nlgs.min(0)) & (dcs <= nlgs.max(0)))
-        note = (
-            f"{len(dcs)} curves against {len(nlgs)}, each from positions perturbed by 1e-9 radius; means {apart:.2g} apart (rms over strain), "
-            f"one NLGS curve varies by {spread:.2g}; {100 * within:.0f} % of the points of DCS are between the least and the largest of NLGS"
-        )
-        rows.append(row(same(quantity), granular.permutation(dcs, nlgs), command=groups["dcs"][-1].command, note=note))
+        found = {"nscdd": len(dcs), "nlgs": len(nlgs), "apart": granular.distance(dcs, nlgs)}
+        found |= {"spread": np.sqrt(np.nanmean(np.nanvar(nlgs, axis=0, ddof=1))), "within": 100 * np.mean((dcs >= nlgs.min(0)) & (dcs <= nlgs.max(0)))}
+        rows.append(row(same(quantity), granular.permutation(dcs, nlgs), None, groups["dcs"][-1].command, **found))
     return rows
 
 
@@ -115,25 +114,19 @@ def of_spheres(runs):
     if not (run := runs.get("triaxial")):
         return {}
     series, rows = run.series, granular.last(run.series)
-    window, mean = run.window(rows, "spheres"), {name: column[rows].mean() for name, column in series.items()}
     critical, error = run.angle(rows)
     where, highest, rate, rate_error = peak(run)
-    highest_note = f"peak {highest:.1f} degrees at strain {where:.3f} where the rate of dilation is {rate:.2f}; critical {critical:.1f} degrees"
-    fabric_note = (
-        f"{window}; 3 (F_axial - F_lateral) / (q/p), F the mean of n n: what forces alike in all directions would make; anisotropy a of "
-        f"1 + a (3 cos^2 - 1): {2.5 * mean['fabric']:.3f}"
-    )
-    core, contacts = list(run.core(rows).values()), series["coordination"][rows]
-    walls = f"{window}; the whole box with layers at the walls has {mean['solid_fraction']:.3f}"
-    fabric = 3 * series["fabric"][rows] / series["q/p"][rows]
-    return {
-        "sphere angle": (critical, error, f"{window}; q/p {mean['q/p']:.3f}; fabric deviator {mean['fabric']:.3f}", run.command),
-        "sphere fraction": (*granular.mean_and_error(core), walls, run.command),
-        "sphere dilation": (*granular.slope(series, rows), window, run.command),
-        "sphere peak": (highest - critical - 10 * rate, math.hypot(error, 10 * rate_error), highest_note, run.command),
-        "sphere contacts": (*granular.mean_and_error(contacts), f"{window}; rattlers {100 * mean['rattlers']:.1f} %", run.command),
-        "sphere fabric": (*granular.mean_and_error(fabric), fabric_note, run.command),
+    measured = {
+        "sphere angle": (critical, error),
+        "sphere fraction": granular.mean_and_error(list(run.core(rows).values())),
+        "sphere dilation": granular.slope(series, rows),
+        "sphere peak": (highest - critical - 10 * rate, math.hypot(error, 10 * rate_error)),
+        "sphere contacts": granular.mean_and_error(series["coordination"][rows]),
+        "sphere fabric": granular.mean_and_error(3 * series["fabric"][rows] / series["q/p"][rows]),
     }
+    found = {"window": run.window(rows, "spheres"), "highest": highest, "where": where, "rate": rate, "critical": critical}
+    found |= {name: series[name][rows].mean() for name in ("fabric", "solid_fraction")} | {"q_p": series["q/p"][rows].mean()}
+    return rows_of(run, measured, **found, anisotropy=2.5 * found["fabric"], rattlers=100 * series["rattlers"][rows].mean())
 
 
 def of_rates(runs):
@@ -144,8 +137,8 @@ def of_rates(runs):
     low, axial = granular.last(slow.series), slow.series["axial"]
     both = (run.series["axial"] >= axial[low][0]) & (run.series["axial"] <= axial[-1])
     (fast, one), (calm, other) = run.angle(both), slow.angle(low)
-    note = f"{calm:.1f} degrees at I = {slow.inertia(low):.1e}, {fast:.1f} at {run.inertia(both):.1e}, same strains"
-    return {"sphere rate": (calm - fast, math.hypot(one, other), note, slow.command)}
+    measured = {"sphere rate": (calm - fast, math.hypot(one, other))}
+    return rows_of(slow, measured, calm=calm, fast=fast, rates=(slow.inertia(low), run.inertia(both)))
 
 
 def of_spheres_without_friction(runs):
@@ -165,26 +158,22 @@ def of_spheres_without_friction(runs):
     error = math.hypot(error, limit(POWER + POWER_ERROR)[0] - value)
     core = list(slow.core().values())
     half = core[len(core) // 2 :]
-    strength = (
-        f"{fast:.2f} degrees at I = {rates[0]:.1e} and {calm:.2f} at {rates[1]:.1e}, last half of the strain; "
-        f"what exceeds the limit taken as I to the power {POWER} +- {POWER_ERROR}, after the source"
-    )
-    change = f"from {core[0]:.4f} to {np.mean(half):.4f}, mean of the last half, axial strain {slow.series['axial'][-1]:.2f}"
-    dilation = np.mean(half) - core[0], granular.mean_and_error(half)[1]
-    return {"free angle": (value, error, strength, slow.command), "free dilation": (*dilation, change, slow.command)}
+    measured = {"free angle": (value, error), "free dilation": (np.mean(half) - core[0], granular.mean_and_error(half)[1])}
+    found = {"fast": fast, "calm": calm, "rates": rates, "power": POWER, "power_error": POWER_ERROR, "axial": slow.series["axial"][-1]}
+    return rows_of(slow, measured, **found, first=core[0], mean=np.mean(half))
 
 
 def of_disks(runs):
     if not (run := runs.get("biaxial")):
         return {}
     series, rows = run.series, granular.last(run.series)
-    window = run.window(rows, "disks")
-    sine = f"{window}; contacts per grain {series['coordination'][rows].mean():.2f}, fabric deviator {series['fabric'][rows].mean():.3f}"
-    return {
-        "disk sine": (*granular.mean_and_error(series["sine"][rows]), sine, run.command),
-        "disk fraction": (*granular.mean_and_error(list(run.core(rows).values())), window, run.command),
-        "disk dilation": (*granular.slope(series, rows), window, run.command),
+    measured = {
+        "disk sine": granular.mean_and_error(series["sine"][rows]),
+        "disk fraction": granular.mean_and_error(list(run.core(rows).values())),
+        "disk dilation": granular.slope(series, rows),
     }
+    found = {name: series[name][rows].mean() for name in ("coordination", "fabric")}
+    return rows_of(run, measured, window=run.window(rows, "disks"), **found)
 
 
 def of_forces(runs, curves):
@@ -200,19 +189,12 @@ def of_forces(runs, curves):
         density = {"f": middles(edges), "P": few(counts / np.diff(edges) / len(f), 4), "counts": counts.tolist()}
         fitted = {"decay": round_to(line["beta"]), "above the mean": round_to((f > 1).mean()), "at the mean": round_to(line["start"])}
         curves.setdefault("forces", {})[name] = density | fitted
-        n = f"{len(f)} forces of {len(parts)} frames"
-        fit = f"{n}; line by least squares through ln P(f) from 1 to {line.get('end', 1):.1f} mean forces"
-        likely = f"most likely exponential from the mean on: {granular.decay(f):.2f}, from twice the mean on: {granular.decay(f, 2.0):.2f}"
-        alpha = granular.power(f), granular.mean_and_error([granular.power(part["f"]) for part in parts])[1]
-        found |= {
-            f"{grains} decay": (line["beta"], line["error"], f"{fit}; {likely}", run.command),
-            f"{grains} tail": (line["R2"], None, fit, run.command),
-            f"{grains} power": (*alpha, f"{n}; between 0.02 and 1 mean force", run.command),
-        }
-        if grains == "disk":
-            weak = {name: granular.mean_and_error([part[name] for part in parts]) for name in ("weak", "weak pressure", "weak deviator")}
-            carry = f"{100 * weak['weak'][0]:.0f} % of the contacts are weak and carry {100 * weak['weak pressure'][0]:.0f} % of the pressure"
-            found["weak deviator"] = (*weak["weak deviator"], carry, run.command)
+        weak, pressure, deviator = (granular.mean_and_error([part[kind] for part in parts]) for kind in ("weak", "weak pressure", "weak deviator"))
+        power = granular.power(f), granular.mean_and_error([granular.power(part["f"]) for part in parts])[1]
+        measured = {f"{grains} decay": (line["beta"], line["error"]), f"{grains} tail": (line["R2"], None), f"{grains} power": power}
+        measured |= {"weak deviator": deviator} if grains == "disk" else {}
+        told = {"forces": len(f), "frames": len(parts), "end": line.get("end", 1), "decay": granular.decay(f), "decay_of_twice": granular.decay(f, 2.0)}
+        found |= rows_of(run, measured, **told, weak=100 * weak[0], pressure=100 * pressure[0])
     return found
 
 
@@ -222,15 +204,15 @@ def rows_of_jamming(packings):
         there = path.exists() and not why
         told = granular.packing(path) if there else {}
         by = f": {told['grains'] if there else name}, by {'LAMMPS' if generator == 'lammps' else 'our contact dynamics'}"
-        notes = dict.fromkeys(("solid fraction", "contacts", "isostatic"), why or "no packing")
-        if there:
-            others = told["isostatic of other gaps"]
-            widened = "; half the gap is less than the shrink that took overlaps away" if others[0] == 0 else ""
-            notes["solid fraction"] = f"rattlers {100 * told['free']:.1f} %"
-            notes["contacts"] = f"gaps up to {granular.GAP:g} diameters; the file says {told['coordination']} with gaps up to 1e-4"
-            notes["isostatic"] = "with half and twice the gap " + " and ".join(f"{x:.3f}" for x in others) + widened
         for key, expected in jamming(dimension).items():
-            rows.append(row(expected | {"quantity": expected["quantity"] + by}, told.get(key), None, notes[key], told.get("command", "")))
+            expected |= {"quantity": expected["quantity"] + by}
+            if not there:
+                rows.append(not_made(expected, why or "no packing"))
+                continue
+            half, twice = told["isostatic of other gaps"]
+            found = {"free": 100 * told["free"], "gap": granular.GAP, "coordination": told["coordination"], "half": half, "twice": twice}
+            found["widened"] = "; half the gap is less than the shrink that took overlaps away" if half == 0 else ""
+            rows.append(row(expected, told[key], None, told["command"], **found))
     return rows
 
 
@@ -247,14 +229,11 @@ def of_care(runs):
         "overlap": {name: granular.overlap(run.frames) for name, run in framed.items()},
         "energy": {name: float(run.series["energy_error"].max()) for name, run in runs.items()},
     }
-    notes = {
-        "inertia": "the first steps, in which the walls begin to move, have more",
-        "motion": f"the largest of any grain {largest:.3f}",
-        "overlap": "of contacts that carry, the mean of a frame, the largest of all frames",
-        "energy": f"{steps} steps, of which {capped} hit the cap of iterations",
-    }
     worst = {key: max(values, key=values.get) for key, values in measures.items() if values}
-    return {key: (measures[key][name], None, f"{name}; {notes[key]}", runs[name].command) for key, name in worst.items()}
+    told, found = {"steps": steps, "capped": capped, "largest": largest}, {}
+    for key, name in worst.items():
+        found |= rows_of(runs[name], {key: (measures[key][name], None)}, name=name, **told)
+    return found
 
 
 def all_rows(runs, packings):
@@ -262,5 +241,5 @@ def all_rows(runs, packings):
     curves = {"shear": {name: curve(run) for name, run in runs.items() if name != "isotropic" and not name.startswith("spread")}}
     spread = rows_of_spread(runs, curves)
     found = of_spheres(runs) | of_rates(runs) | of_spheres_without_friction(runs) | of_disks(runs) | of_forces(runs, curves) | of_care(runs)
-    shear, forces, care = ([row(EXPECTED[key], *found.get(key, NO_RUN)) for key in FILE[kind]] for kind in ("shear", "forces", "care"))
+    shear, forces, care = ([found.get(key) or not_made(EXPECTED[key], "no run") for key in FILE[kind]] for kind in ("shear", "forces", "care"))
     return [*spread, *shear, *rows_of_jamming(packings), *forces, *care], curves

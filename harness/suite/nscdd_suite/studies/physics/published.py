@@ -15,7 +15,7 @@ IN_BRACES = {**FILE["sources"], "shear": SHEAR, "lade": LADE, "mohr_coulomb": MO
 
 
 def expected(told, key="", **more):
-    texts = {name: text.format(**IN_BRACES, **more) for name, text in told.items() if isinstance(text, str)}
+    texts = {name: text.format(**IN_BRACES, **more) for name, text in told.items() if isinstance(text, str) and name != "note"}
     source = "; ".join(FILE["sources"][name] for name in told["source"])
     return {"unit": "1", "allowed": COMPUTED.get(key), **told, **texts, "source": source}
 
@@ -44,15 +44,27 @@ def judge(value, error, allowed):
     return "cannot be told" if value + spread >= low and value - spread <= high else "differs"
 
 
-def row(expected, value, error=None, note="", command=""):
-    """A comparison; null where there is no finite number."""
+def row(expected, value, error=None, command="", **found):
+    """A comparison, noted with what was found; null where there is no finite number."""
     ours, verdict = round_to(value), judge(value, error, expected["allowed"])
     untold = "no number" if ours is None else "within two standard errors of what is allowed; " + expected["why"]
     why = {"agrees": "", "differs": expected["why"], "cannot be told": untold}[verdict]
     told = {key: expected[key] for key in ("quantity", "unit", "published", "allowed", "rule", "source")}
-    return {**told, "ours": ours, "error": round_to(error), "verdict": verdict, "why": why, "note": note, "command": command}
+    return {
+        **told,
+        "ours": ours,
+        "error": round_to(error),
+        "verdict": verdict,
+        "why": why,
+        "note": expected["note"].format(**found) if found else "",
+        "command": command,
+    }
 
 
 def round_to(value, digits=5):
     """Few digits; null of what is not finite."""
     return float(f"{value:.{digits}g}") if value is not None and math.isfinite(value) else None
+
+
+def not_made(expected, note):
+    return row(expected, None) | {"note": note}
