@@ -1,8 +1,8 @@
 """What each way to divide space costs: imbalance, interface, neighbours, messages, iterations and simulated time, on four scenes.
 
-The reduced scenes of the paper and a column that collapses into a pile in a box half empty, each by grid, bisection and METIS, in process, by the
-paper's method and accelerated, to the tolerance of the scene; and by sequential NLGS. Then an iteration after the last step of NLGS is simulated on
-the node of 48 cores, and efficiency is T(NLGS) / (N T_N) at equal error: with the iterations of the whole run. Nothing is timed.
+The reduced scenes of the paper and a column that collapses in a box half empty are run by grid, bisection and METIS, in process, to the tolerance of
+the scene: by the paper's method and accelerated, and by sequential NLGS. Then an iteration after the last step of NLGS is simulated on the node of 48
+cores, and efficiency is T(NLGS) / (N T_N) at equal error: with the iterations of the whole run. Nothing is timed.
 """
 import itertools
 from pathlib import Path

@@ -1,11 +1,11 @@
 """Against what a user would pick instead: CPU time of LAMMPS granular and of Siconos NSGS beside ours, each at equal error.
 
-settle: 8,000 spheres of 1 cm fall in a box for 0.4 s (cases/peers/settle.toml, settle.lmp). LAMMPS: Hertz contacts with history, on one rank;
-its damping and its neighbour list are the cheapest of some, and for each stiffness the time step is the largest of a ladder at which energy
-does not grow and no grain is lost; a tenth of a contact's time, as users take it, is measured beside it. Ours: some step sizes and
-tolerances. Error is the mean overlap of what overlaps at the end, over the mean diameter, by one judge for both. Our runs that none of ours
-beats in both and the cheapest of LAMMPS for each stiffness are made again, ours and theirs in turn, and the median user CPU time is taken. The
-ratio is between a run of LAMMPS and our cheapest run whose mean overlap is at most as large. A job that was stopped goes on after its last run.
+settle: 8,000 spheres of 1 cm fall in a box for 0.4 s (cases/peers/settle.toml, settle.lmp). LAMMPS: Hertz contacts with history, on one rank. Its
+damping and its neighbour list are the cheapest of some. For each stiffness the time step is the largest of a ladder at which energy does not grow and
+no grain is lost. A tenth of a contact's time, as users take it, is measured beside it. Ours: some step sizes and tolerances. Error is the mean overlap
+of what overlaps at the end, over the mean diameter, by one judge for both. Our runs that none of ours beats in both and the cheapest of LAMMPS for
+each stiffness are made again, ours and theirs in turn; the median user CPU time is taken. The ratio is between a run of LAMMPS and our cheapest run
+whose mean overlap is at most as large. A job that was stopped goes on after its last run.
 
 siconos: one step of reduced scenes of the paper from impulses zero, by NLGS and by Siconos NSGS on the exported problem; eta by our measure
 for both.

@@ -1,10 +1,9 @@
 """What a granular scientist asks of a code: shear to the critical state, jamming, forces, and whether NSCDD and NLGS give one curve.
 
-Spheres and disks with friction 0.3 are compressed between walls to the critical state, spheres without friction at two rates
-(cases/physics), disks and spheres are jammed by both generators; and one triaxial test is run four times by sequential NLGS and
-four times by NSCDD (DCS) on 8 subdomains, each from positions that differ by 1e-9 of a radius. Each result is a row beside a published number with
-its source, the rule of the comparison and the verdict, which is computed (published.py). Nothing is timed. Packings by LAMMPS need lmp; without it
-their rows say so. Numbers of a quick job say nothing.
+Spheres and disks with friction 0.3 are compressed between walls to the critical state, spheres without friction at two rates (cases/physics). Disks
+and spheres are jammed by both generators. One triaxial test is run four times by sequential NLGS and four times by NSCDD (DCS) on 8 subdomains, each
+from positions that differ by 1e-9 of a radius. Each result is a row beside a published number, with its source, rule and verdict, which is computed.
+Nothing is timed. Packings by LAMMPS need lmp; without it their rows say so. Numbers of a quick job say nothing.
 """
 import shutil
 import tomllib

@@ -67,8 +67,8 @@ def degrees(sine):
 
 
 def lade_duncan(ratio):
-    """Friction angle [degrees] in triaxial compression of a material that in simple shear, the middle stress the mean of the others,
-    yields at this ratio of shear stress to pressure: by the criterion I1^3 / I3 = constant."""
+    """Friction angle [degrees] in triaxial compression by the criterion I1^3 / I3 = constant. ratio: shear stress over pressure at which the
+    material yields in simple shear, the middle stress the mean of the others."""
     invariant = 27 / (1 - ratio**2)
     stress = brentq(lambda s: (s + 2) ** 3 / s - invariant, 1, 100)
     return degrees((stress - 1) / (stress + 1))
@@ -177,8 +177,8 @@ def power(f, low=0.02, high=1.0, bins=12):
 
 
 def packing(path):
-    """Solid fraction of the core, contacts per grain there without rattlers, their share, and contacts per degree of freedom of all grains
-    that are held (isostatic: 1), walls included; the last for half and twice the gap too."""
+    """Solid fraction of the core, contacts per grain there without rattlers, and their share. Contacts per degree of freedom of all grains that
+    are held (isostatic: 1), walls included, for half and twice the gap too."""
     with h5py.File(path) as file:
         x, radius, box = file["x"][:], file["radius"][:], file["box"][:]
         told = {name: file.attrs[name].decode() for name in ("source", "command", "commit", "coordination", "rattlers")}

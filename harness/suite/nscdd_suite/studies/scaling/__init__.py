@@ -1,7 +1,7 @@
 """How the method scales: packings, loaded states, costs, and a table each of `nscdd scale`. Measured on two ranks, simulated on more.
 
-Tables of the node and of the cluster take the costs of cases/platforms/costs-*.json. Those of two cores are predictions that are measured as well: their
-costs are those of this machine on the state of the table, and so are messages and clock of their platform, by what build/bin/ping_pong tells.
+Tables of the node and of the cluster take the costs of cases/platforms/costs-*.json. Those of two cores are predictions that are measured as well.
+Their costs are those of this machine on the state of the table; messages and clock of their platform are what build/bin/ping_pong tells.
 Measured: whatever says so; everything else is simulated. A table that was interrupted goes on. RESULTS/scale-NAME.json are the tables.
 
 Without --only these are node48-paper, node48-auto and those of two cores. --only . makes all: of a node at a third of the speed, of the share of its time
