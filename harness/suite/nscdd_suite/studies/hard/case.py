@@ -7,12 +7,12 @@ import tomllib
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from ... import record
 from ...program import NSCDD, Failed, Killed, call, shown
 from .energy import FAMILIES as OF_ENERGY
 from .exact import FAMILIES as EXACT
-from .pieces import strips
 
 FAMILIES = EXACT | OF_ENERGY
 
@@ -33,6 +33,14 @@ SCHEMES = {
 }
 
 
+def strips(places, subdomains):
+    """Options for so many strips across the longest side: the grid that is chosen for rods and planes may not cut them."""
+    sides = [max(axis) - min(axis) for axis in zip(*places)]
+    cells = ["1"] * len(sides)
+    cells[sides.index(max(sides))] = str(subdomains)
+    return ["--subdomains", subdomains, "--grid", "x".join(cells)]
+
+
 class Result:
     """One run of the program; its arrays are those of the state file."""
 
@@ -45,15 +53,32 @@ class Result:
             self.x, self.radius, self.velocity, self.spin = (file[key][...] for key in ("x", "radius", "velocity", "spin"))
             self.i, self.j, self.normal, self.impulse, self.owner = (file[f"contacts/{key}"][...] for key in ("i", "j", "normal", "impulse", "subdomain"))
 
+    def on_wall(self, wall):
+        """The sizes of all impulses on it."""
+        return sum(np.linalg.norm(impulse) for impulse, j in zip(self.impulse, self.j) if j == -1 - wall)
+
 
 class Case:
     def __init__(self, path, scheme, folder, quick=False):
         self.path, self.scheme, self.folder, self.quick = path, scheme, folder, quick
         self.scene = tomllib.loads(path.read_text())
-        self.name, self.dimension = self.scene["name"], self.scene["dimension"]
+        self.name, self.dimension, self.tolerance = self.scene["name"], self.scene["dimension"], self.scene["solver"]["tolerance"]
+        self.h, self.count, self.g = self.scene["step"]["h"], self.scene["step"]["count"], float(np.linalg.norm(self.scene["gravity"]))
+        self.inertia_share = 0.4 if self.dimension == 3 else 0.5  # I / (m R^2)
+        self.radii = self.of_grains("radius")[:, 0]
+        density = {entry["name"]: entry["density"] for entry in self.scene["material"]}
+        volumes = math.pi * self.radii**2 * (4 / 3 * self.radii if self.dimension == 3 else 1)
+        self.m = np.array([density[grain["material"]] for grain in self.scene["grain"]]) * volumes
         self.gauss_seidel = SCHEMES[scheme].gauss_seidel
         self.family = max((key for key in FAMILIES if re.match(rf"{key}(-|$)", self.name)), key=len)
         self.runs = {}
+
+    def of_grains(self, key):
+        """What the scene says of each grain, a row each."""
+        return np.array([grain[key] for grain in self.scene["grain"]], float).reshape(len(self.scene["grain"]), -1)
+
+    def law(self, *names):
+        return next(entry for entry in self.scene["pair"] if sorted(entry["materials"]) == sorted(names))
 
     def sibling(self, name):
         """Another scene of the same dimension and scheme, in a folder of its own: it may also run as a case, at the same time."""
@@ -62,11 +87,9 @@ class Case:
         return Case(self.path.with_name(f"{name}-{self.dimension}d.toml"), self.scheme, folder)
 
     def command(self):
-        subdomains = SCHEMES[self.scheme].subdomains
-        command = [NSCDD, "run", self.path, *SCHEMES[self.scheme].arguments.split(), "--quiet"]
-        if subdomains > 1:  # strips: the grid that is chosen for rods and planes may not cut them
-            command += ["--subdomains", subdomains, "--grid", strips([grain["position"] for grain in self.scene["grain"]], subdomains)]
-        return command
+        scheme = SCHEMES[self.scheme]
+        divided = strips(self.of_grains("position"), scheme.subdomains) if scheme.subdomains > 1 else []
+        return [NSCDD, "run", self.path, *scheme.arguments.split(), "--quiet", *divided]
 
     def at_rest(self, result):
         """The same state with all velocities zero, to go on from."""
@@ -103,34 +126,21 @@ class Case:
 
     def row(self, quantity, expected, found, bound, source, result, relation="=", error=None):
         """One row of the table. relation: found = expected, or an inequality; the error is how far it is from that."""
-        expected, found = float(expected), float(found)
+        expected, found, run = float(expected), float(found), result.json or {}
         if error is None:
             error = {"=": abs(found - expected), "<=": max(0.0, found - expected), ">=": max(0.0, expected - found)}[relation]
-        run = result.json or {}
         residuals = run.get("residual", [])
         return self.stamp(quantity, result.command) | {
-            "relation": relation,
-            "expected": expected,
-            "found": finite(found),
-            "error": finite(error),
-            "bound": float(bound),
-            "bound_from": source,
-            "ok": bool(error <= bound),
-            "iterations": sum(run.get("iterations", [])),
-            "steps": run.get("steps", 0),
-            "residual": None if None in residuals else max(residuals, default=0.0),
-            "answer": run.get("answer"),
+            **{"relation": relation, "expected": expected, "found": finite(found), "error": finite(error), "bound": float(bound), "bound_from": source},
+            **{"ok": bool(error <= bound), "iterations": sum(run.get("iterations", [])), "steps": run.get("steps", 0)},
+            **{"residual": None if None in residuals else max(residuals, default=0.0), "answer": run.get("answer")},
         }
 
     def stamp(self, quantity, command):
         """A row of a run that failed; one that did not has more to say."""
         return {
-            "case": self.name,
-            "family": self.family,
-            "dimension": self.dimension,
-            "scheme": self.scheme,
-            "subdomains": SCHEMES[self.scheme].subdomains,
-            "quantity": quantity,
+            **{"case": self.name, "family": self.family, "dimension": self.dimension, "scheme": self.scheme},
+            **{"subdomains": SCHEMES[self.scheme].subdomains, "quantity": quantity},
             **{"relation": "=", "expected": 0.0, "found": None, "error": None, "bound": 0.0, "bound_from": "law", "ok": False},
             **{"iterations": 0, "steps": 0, "residual": None, "answer": None, "commands": [command]},
         }

@@ -14,7 +14,7 @@ from pathlib import Path
 from ...measure import ANY, LONG, Scene, asked, distance
 from ...program import NSCDD, made
 from ...study import Study
-from ..hard.pieces import strips
+from ..hard.case import strips
 
 REDUCED = ("biaxial", "isotropic", "triaxial")
 LOADING = 20  # steps of a reduced scene before the one that is solved
@@ -54,7 +54,7 @@ class Packing(Scene):
 
 
 class Hard:
-    """The first step of a hard case. Strips: the grid that is chosen for rods and planes may not cut them."""
+    """The first step of a hard case."""
 
     starts, cap, needs, seconds = ("cold",), 100_000_000, (), 2
 
@@ -69,8 +69,7 @@ class Hard:
         places = [grain["position"] for grain in self.data["grain"]]
         arguments = COSTS[method].split()
         if "--subdomains" in arguments:
-            subdomains = min(8, len(places))
-            arguments = ["--scheme", "dcs", "--method", "auto", "--subdomains", subdomains, "--grid", strips(places, subdomains)]
+            arguments = ["--scheme", "dcs", "--method", "auto", *strips(places, min(8, len(places)))]
         # what takes millions of sweeps is not tested after each
         every = self.data["solver"]["check_every"] if method == "NLGS" and self.data["solver"]["check_every"] >= 1000 else 1
         command = [NSCDD, "run", self.path, "--steps", 1, *arguments, "--tolerance", f"{tolerance:g}", *asked(velocity_error)]
