@@ -19,7 +19,7 @@ from nscdd_suite.studies.accuracy.levels import at_level
 from nscdd_suite.studies.accuracy.made_up import accuracy
 from nscdd_suite.studies.bits import section as same_bits
 from nscdd_suite.studies.bits.made_up import bits
-from nscdd_suite.studies.hard import figures as hard_cases
+from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.hard.made_up import hard
 from nscdd_suite.studies.peers import section as peers
 from nscdd_suite.studies.reduced import curves, network

@@ -85,8 +85,14 @@ class Study:
         raise NotImplementedError
 
     def section(self, results, out):
-        """Blocks and HTML of the page, its images in the folder `out`; [] for no section. Of studies/NAME/section.py, else a table of all rows."""
-        if page := self.page():
+        """Blocks and HTML of the page, its images in the folder `out`; [] for no section. studies/NAME/section.py has section(results, out),
+        or parts(record, source, out) of each record; without it there is a table of all rows."""
+        page = self.page()
+        if page and hasattr(page, "parts"):
+            from .page.page import origin, quick
+
+            return [part for data in results.records(self.name) for part in (*quick(data), *page.parts(data, origin([data]), out))]
+        if page:
             return page.section(results, out)
         from .page.default import section
 

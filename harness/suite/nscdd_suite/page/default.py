@@ -2,7 +2,7 @@
 from html import escape
 
 from .page import command_list, origin, quick, table_block
-from .tables import NONE, number, table
+from .tables import NONE, shown, table
 
 SPREAD = {"least", "mean", "largest"}  # over ranks: their mean is shown
 FOLDED = 40  # rows, above which a table is closed at first
@@ -37,16 +37,10 @@ def commands(row):
                 yield from commands(entry)
 
 
-def cell(value):
-    if value is None:
-        return NONE
-    return ("no", "yes")[value] if isinstance(value, bool) else number(value) if isinstance(value, (int, float)) else escape(str(value))
-
-
 def rows_block(title, rows, sources, caption="", kinds=()):
     """One list of rows. Columns that are the same in all rows stand in the caption."""
     made_by = list(dict.fromkeys(command for row in rows for command in commands(row)))
-    rows = [{name: cell(value) for name, value in one.items() if not name.endswith("command")} for row in rows for one in flat(row)]
+    rows = [{name: escape(shown(value)) for name, value in one.items() if not name.endswith("command")} for row in rows for one in flat(row)]
     names = list(dict.fromkeys(name for row in rows for name in row))
     values = {name: {row.get(name, NONE) for row in rows} for name in names}
     same = {name: found.pop() for name, found in values.items() if len(found) == 1 and len(rows) > 1}

@@ -9,25 +9,9 @@ NONE = "\u2013"
 PARTS = {
     word.replace("-", ""): word.replace("-", "&shy;")
     for word in (
-        "sub-domains",
-        "iter-ations",
-        "iter-ates",
-        "trans-ferring",
-        "trans-port",
-        "acceler-ated",
-        "con-verged",
-        "con-vergence",
-        "parti-tion",
-        "solu-tion",
-        "conver-ged",
-        "rel-ative",
-        "quan-tity",
-        "expect-ed",
-        "mes-sages",
-        "inter-face",
-        "con-tacts",
-        "trans-fer",
-    )
+        "sub-domains iter-ations iter-ates trans-ferring trans-port acceler-ated con-verged con-vergence parti-tion solu-tion conver-ged rel-ative "
+        "quan-tity expect-ed mes-sages inter-face con-tacts trans-fer"
+    ).split()
 }
 
 
@@ -47,6 +31,13 @@ def count(value):
     """Whole number with narrow no-break spaces between thousands; one decimal below 100 if it has any."""
     text = f"{value:,.1f}" if value < 100 and value != int(value) else f"{value:,.0f}"
     return text.replace(",", "\u202f")
+
+
+def shown(value):
+    """What stands in a cell: text is HTML already."""
+    if value is None or isinstance(value, str):
+        return NONE if value is None else value
+    return ("no", "yes")[value] if isinstance(value, bool) else count(value) if isinstance(value, int) else number(value)
 
 
 def symbols(text):
@@ -80,10 +71,11 @@ def columns(row):
 
 
 def table(head, rows, label):
-    """head: rows of columns(); rows: lists of cells, text or (text, class). Text is HTML. Long text is set left."""
+    """head: rows of columns(); rows: lists of cells, each a value or (value, class). Long text is set left."""
 
     def cell(content):
-        text, style = content if isinstance(content, tuple) else (content, "")
+        value, style = content if isinstance(content, tuple) else (content, "")
+        text = shown(value)
         if not style and len(re.sub("<[^>]*>", "", text)) > 32:
             style = "text"
         return f'<td class="{style}">{text}</td>' if style else f"<td>{text}</td>"
