@@ -26,7 +26,7 @@ from nscdd_suite.studies.reduced import curves, network
 from nscdd_suite.studies.reduced import tables as of_runs
 from nscdd_suite.studies.reduced.made_up import compare, fabricate
 from nscdd_suite.studies.reduced.runs import Runs
-from nscdd_suite.studies.velocity_error import figures as velocity
+from nscdd_suite.studies.velocity_error import section as velocity
 from nscdd_suite.studies.velocity_error.made_up import velocity_error
 from nscdd_suite.studies.wild import section as random_scenes
 from nscdd_suite.studies.wild.made_up import wild
@@ -253,7 +253,7 @@ class Verdict(Case):
         self.assertEqual(cells[16:21], ["8", "200", "50", "0.25", "2"])
 
     def test_hard_cases_that_cost_more_are_listed(self):
-        cells = re.findall("<td>(.*?)</td>", acceleration_section.hard_costs(acceleration(), 0.05))
+        cells = re.findall("<td>(.*?)</td>", acceleration_section.hard_costs(acceleration()))
         self.assertEqual(cells, ["dear", "2", "3", "40", "20", "4", "5", "1.25"])
         (self.folder / "acceleration.json").write_text(json.dumps(acceleration()))
         self.assertEqual(self.report(), (0, ""))
