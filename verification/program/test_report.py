@@ -22,8 +22,8 @@ from nscdd_suite.studies.bits.made_up import bits
 from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.hard.made_up import hard
 from nscdd_suite.studies.peers import section as peers
-from nscdd_suite.studies.reduced import curves, network
-from nscdd_suite.studies.reduced import tables as of_runs
+from nscdd_suite.studies.reduced import figures as pictures
+from nscdd_suite.studies.reduced import section as of_runs
 from nscdd_suite.studies.reduced.made_up import compare, fabricate
 from nscdd_suite.studies.reduced.runs import Runs
 from nscdd_suite.studies.velocity_error import section as velocity
@@ -150,8 +150,8 @@ class Page(Case):
     def test_grid_is_found_in_the_state(self):
         state = packings.read_state(self.folder / "network-dcs-in-process-2.h5")
         lines = packings.contact_lines(state)
-        self.assertEqual(list(network.grid_of("grid 2x1", state, lines)[0]), [2, 1])
-        self.assertIsNone(network.grid_of("grid 3x3", state, lines))
+        self.assertEqual(list(pictures.grid_of("grid 2x1", state, lines)[0]), [2, 1])
+        self.assertIsNone(pictures.grid_of("grid 3x3", state, lines))
 
 
 class Verdict(Case):
@@ -217,7 +217,7 @@ class Verdict(Case):
         self.assertEqual(tables.symbols("|V* - V_free|_M in 2 s"), "|<i>V</i>* \u2212 <i>V</i><sub>free</sub>|<sub><i>M</i></sub> in 2 s")
 
     def test_runs_are_sorted_by_number(self):
-        html = of_runs.agreement([compare("column", "dcs", n, "in-process") for n in (16, 2, 3, 1)])
+        html = of_runs.agreement_table([compare("column", "dcs", n, "in-process") for n in (16, 2, 3, 1)])
         self.assertEqual(re.findall(r"<td>[^<]*dcs[^<]*?(\d+)</td>", html), ["1", "2", "3", "16"])
 
     def test_solvers_without_a_point_are_not_called_drawn(self):
@@ -243,7 +243,7 @@ class Verdict(Case):
 
     def test_one_step_and_whole_run_are_told_apart(self):
         whole = compare("column", "dcs", 2, "mpi") | {"steps": 50, "last_step": 50}
-        html = of_runs.agreement([whole, whole | {"steps": 1, "last_step": 51}])
+        html = of_runs.agreement_table([whole, whole | {"steps": 1, "last_step": 51}])
         self.assertIn("whole run, 50 steps", html)
         self.assertIn("one step, from the reference", html)
 
@@ -426,7 +426,7 @@ class Measured(Case):
     def test_times_of_more_ranks_than_cores_are_left_out(self):
         runs = Runs(load(self.folder))
         self.assertTrue(runs.select(transport="mpi", subdomains=4))
-        speed, used = curves.speed_ups(runs, "column")
+        speed, used = runs.speed_ups("column")
         self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0, 2: 2.0}})
         self.assertEqual({r["transport"] for r in used}, {"mpi", "sequential"})
 
@@ -434,12 +434,12 @@ class Measured(Case):
         shares = {"least": 0.5, "mean": 0.75, "largest": 1.0}
         busy = {**dict.fromkeys(("cores", "switches", "running", "cores_allowed"), shares), "believed": False}
         self.change("column-dcs-mpi-2.json", load=busy)
-        speed, _ = curves.speed_ups(Runs(load(self.folder)), "column")
+        speed, _ = Runs(load(self.folder)).speed_ups("column")
         self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0}})
         self.report()
         self.assertEqual(self.page().count("machine busy"), 1)
         self.change("column-nlgs.json", load=busy)  # the reference
-        self.assertEqual(curves.speed_ups(Runs(load(self.folder)), "column"), ({}, []))
+        self.assertEqual(Runs(load(self.folder)).speed_ups("column"), ({}, []))
 
     def test_cores_are_checked_even_if_the_run_says_measured(self):
         self.change("column-dcs-mpi-4.json", ranks_measured=True)
@@ -447,7 +447,7 @@ class Measured(Case):
 
     def test_speed_up_needs_the_same_problem(self):
         self.change("column-nlgs.json", tolerance=1e-6)
-        self.assertEqual(curves.speed_ups(Runs(load(self.folder)), "column"), ({}, []))
+        self.assertEqual(Runs(load(self.folder)).speed_ups("column"), ({}, []))
 
     def test_counts_keep_to_one_interval_between_checks(self):
         for n in (1, 2, 4):

@@ -1,6 +1,8 @@
 """State files, and subdomains and multiplicities drawn on their spheres."""
 import h5py
 import numpy as np
+from matplotlib.collections import EllipseCollection
+from matplotlib.colors import to_rgb
 from matplotlib.patches import Rectangle
 
 from ..record import InputError
@@ -28,6 +30,15 @@ def contact_lines(state):
     distance = (state["radius"][i] + contacts["gap"])[:, None]
     other = np.where((j >= 0)[:, None], x[np.maximum(j, 0)], x[i] - distance * contacts["normal"])
     return np.stack([x[i], other], axis=1)
+
+
+def draw_disks(axis, x, radius, pad=0.0, **look):
+    """Disks on an axis without a frame, as far as they reach and a margin of so much of their extent."""
+    axis.add_collection(EllipseCollection(2 * radius, 2 * radius, 0 * radius, units="xy", offsets=x, transOffset=axis.transData, **look))
+    low, high = (x - radius[:, None]).min(0), (x + radius[:, None]).max(0)
+    pad *= max(high - low)
+    axis.set(xlim=(low[0] - pad, high[0] + pad), ylim=(low[1] - pad, high[1] + pad), aspect="equal")
+    axis.set_axis_off()
 
 
 def render_spheres(x, radius, colours, size=900, oversample=2):
@@ -81,23 +92,17 @@ def draw_spheres(state):
     middle = (x.max(0) + x.min(0)) / 2
     kept = ~((x[:, 0] > middle[0]) & (x[:, 1] < middle[1]))
     figure, axes = plt.subplots(1, 2, figsize=(9.6, 5.4))
-    panels = (("(a) subdomain index", owner, subdomain_colour), ("(b) multiplicity", m, multiplicity_colour))
-    for axis, (title, values, colour_of) in zip(axes, panels):
+    how = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "handlelength": 1, "handleheight": 1, "columnspacing": 1.2}
+    for axis, title, values, colour_of, label, columns in (
+        (axes[0], "(a) subdomain index", owner, subdomain_colour, "{}", 8),
+        (axes[1], "(b) multiplicity", m, multiplicity_colour, "{}  ({})", 6),
+    ):
         numbers, grains = np.unique(values, return_counts=True)
-        palette = {k: plt.matplotlib.colors.to_rgb(colour_of(k)) for k in numbers}
+        palette = {k: to_rgb(colour_of(k)) for k in numbers}
         colours = np.array([palette[k] for k in values])
         axis.imshow(render_spheres(x[kept], r[kept], colours[kept]))
         axis.set_title(title)
         axis.set_axis_off()
-        label = "{}" if colour_of is subdomain_colour else "{}  ({})"
         handles = [Rectangle((0, 0), 1, 1, facecolor=palette[k], edgecolor="#8a8a86", linewidth=0.4, label=label.format(k, n)) for k, n in zip(numbers, grains)]
-        axis.legend(
-            handles=handles,
-            loc="upper center",
-            bbox_to_anchor=(0.5, 0.0),
-            handlelength=1,
-            handleheight=1,
-            ncols=8 if colour_of is subdomain_colour else min(6, len(handles)),
-            columnspacing=1.2,
-        )
+        axis.legend(handles=handles, ncols=min(columns, len(handles)), **how)
     return figure
