@@ -2,7 +2,7 @@
 import json
 from pathlib import Path
 
-from .program import ROOT
+from .program import ROOT, read as load  # of our own, which no user writes
 
 SCHEMAS = ROOT / "reports"
 PROVENANCE = ("commit", "date", "machine")
@@ -14,25 +14,16 @@ class InputError(Exception):
 
 def write(path, data):
     """As JSON, a row of a list a line, aside and then renamed: a reader meets the old file or the whole new one."""
-    part = Path(f"{path}.part")
-    part.write_text(text_of(data) + "\n")
-    part.replace(path)
 
-
-def text_of(data):
     def text(value):
         if isinstance(value, list) and any(isinstance(row, (dict, list)) for row in value):
             return "[" + ",".join(f"\n  {json.dumps(row)}" for row in value) + "\n ]"
         return json.dumps(value)
 
-    if not isinstance(data, dict):
-        return text(data)
-    return "{" + ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) + "\n}"
-
-
-def load(path):
-    """JSON of our own, which no user writes."""
-    return json.loads(Path(path).read_text())
+    entries = ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) if isinstance(data, dict) else None
+    part = Path(f"{path}.part")
+    part.write_text((text(data) if entries is None else "{" + entries + "\n}") + "\n")
+    part.replace(path)
 
 
 def read(path, kind=None):

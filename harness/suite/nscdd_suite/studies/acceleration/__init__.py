@@ -26,7 +26,7 @@ QUICK_HARD = r"cradle-(3|10)-0-2d|column-10-|rest-2d"
 
 
 class Acceleration(Study):
-    name, title, about, timed = "acceleration", "What acceleration saves", "iterations and CPU time, plain and accelerated", True
+    name, title, about = "acceleration", "What acceleration saves", "iterations and CPU time, plain and accelerated"
 
     def jobs(self, plan):
         for name in scenes():

@@ -60,7 +60,7 @@ SOLVERS = [
 
 
 class Accuracy(Study):
-    name, title, about, timed = "accuracy", "Speed against error", "what each solver spends to be how accurate", True
+    name, title, about = "accuracy", "Speed against error", "what each solver spends to be how accurate"
 
     def jobs(self, plan):
         quick, budget, siconos = plan.quick, self.budget(plan), installed("siconos", "scipy")

@@ -18,7 +18,7 @@ from ... import record
 from ...program import Failed
 from ...study import Study
 from ..regression import ACCEPTED
-from .builds import BUILDS, build
+from .compilers import BUILDS, build
 
 # Hard cases of a build that does not run all of them.
 HARD = {"aarch64": r"^(?!heap|pair|rebound|lid-1000|squeeze-slow|column-1000|mass-1e6|settled|order|bounce-1024|restitution|gas|clump)"}

@@ -17,7 +17,6 @@ RUNS = {"first": 2, "rest": 1}  # steps
 
 class Million(Study):
     name, title, about = "million", "A million spheres on two ranks", "memory and seconds of a million spheres on two ranks"
-    timed = True
     kinds, tools = ("counted", "measured"), ("mpirun",)
 
     def jobs(self, plan):

@@ -21,7 +21,7 @@ COUNTED = ("iterations", "contacts", "messages", "bytes", "work_per_rank", "answ
 
 
 class Reduced(Study):
-    name, title, about, timed = "reduced", "Runs and their agreement", "the paper's scenes at a reduced size, each run beside the reference", True
+    name, title, about = "reduced", "Runs and their agreement", "the paper's scenes at a reduced size, each run beside the reference"
 
     def jobs(self, plan):
         for scene, (subdomains, ranks, schemes, pack_cost, cost) in SCENES.items():

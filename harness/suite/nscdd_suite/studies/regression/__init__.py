@@ -29,7 +29,6 @@ WITHOUT_FUSED = 0.10  # of a program whose products are rounded before they are 
 
 class Regression(Study):
     name, title, about = "regression", "Regression", "are counts and answers of small scenes those that were accepted?"
-    on_page = False
 
     def __init__(self, accept=None, simulator=True):
         self.accept, self.simulator = accept, simulator
