@@ -84,11 +84,9 @@ def table(head, rows, label):
         spanned = f' colspan="{span}" class="{"group" if text else ""}"' if span > 1 else ""
         return f"<th{spanned}>{parted(text)}</th>"
 
-    lines = [f'<table aria-label="{escape(label)}">', "<thead>"]
-    lines += ["<tr>" + "".join(title(*column) for column in columns(row)) + "</tr>" for row in head]
-    lines += ["</thead>", "<tbody>"]
-    lines += ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
-    return "\n".join([*lines, "</tbody>", "</table>"])
+    heads = ["<tr>" + "".join(title(*column) for column in columns(row)) + "</tr>" for row in head]
+    lines = ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
+    return "\n".join([f'<table aria-label="{escape(label)}">', "<thead>", *heads, "</thead>", "<tbody>", *lines, "</tbody>", "</table>"])
 
 
 def row_ok(row):
@@ -108,29 +106,25 @@ def show(value):
 def bounded(leading, entries, label):
     """A line for each entry (leading cells, rows of quantity, value and bound, whether it says ok), a column for each quantity; the
     bound in the head if all share it."""
-    quantities = list(dict.fromkeys(row["quantity"] for _, own, _ in entries for row in own))
-    bounds = {q: {row["bound"] for _, own, _ in entries for row in own if row["quantity"] == q} for q in quantities}
-    lines = []
-    for first, own, ok in entries:
-        by_quantity = {row["quantity"]: row for row in own}
-        cells = list(first)
-        for quantity in quantities:
-            row = by_quantity.get(quantity)
-            if row is None:
-                cells.append(NONE)
-                continue
-            text = number(row["value"])
-            if len(bounds[quantity]) > 1:
-                text += f" <i>\u2264\u202f{number(row['bound'])}</i>"
-            cells.append(text if row_ok(row) else (text, "bad"))
-        good = ok and all(map(row_ok, own))
-        lines.append([*cells, ("ok", "good") if good else ("fails", "bad")])
+    bounds, lines = {}, []
+    for _, rows, _ in entries:
+        for row in rows:
+            bounds.setdefault(row["quantity"], set()).add(row["bound"])
+
+    def most(bound):
+        return f"<i>\u2264\u202f{number(bound)}</i>"
+
+    def cell(row):
+        text = number(row["value"]) + (f" {most(row['bound'])}" if len(bounds[row["quantity"]]) > 1 else "")
+        return text, "" if row_ok(row) else "bad"
+
+    for first, rows, ok in entries:
+        cells = {row["quantity"]: cell(row) for row in rows}
+        lines.append([*first, *map(cells.get, bounds), ("ok", "good") if ok and all(map(row_ok, rows)) else ("fails", "bad")])
     titles = []
-    for quantity in quantities:
+    for quantity, found in bounds.items():
         name, _, formula = quantity.partition(", ")
-        parts = [symbols(name), *([f"<i>{symbols(formula)}</i>"] if formula else [])]
-        if len(bounds[quantity]) == 1:
-            parts.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
+        parts = [symbols(name), *([f"<i>{symbols(formula)}</i>"] if formula else []), *(map(most, found) if len(found) == 1 else [])]
         titles.append("<br>".join(parts))
     return table([[*leading, *titles, ""]], lines, label)
 
