@@ -14,8 +14,7 @@ from pathlib import Path
 from ...measure import SICONOS, Budget
 from ...program import ROOT
 from ...study import Study, installed
-from .curves import Curves
-from .profiles import fclib_rows, hard_rows
+from .measured import Curves, fclib_rows, hard_rows
 
 TOLERANCES = [10.0**-k for k in range(1, 9)]
 QUICK_SCENES, QUICK_TOLERANCES, QUICK_GRAINS, QUICK_BUDGET = ("dense-3d", "loose-2d"), (1e-2, 1e-4), 120, Budget(5000, 20)
