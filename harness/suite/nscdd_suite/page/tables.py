@@ -6,13 +6,6 @@ from ..times import busy
 
 SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 NONE = "\u2013"
-PARTS = {
-    word.replace("-", ""): word.replace("-", "&shy;")
-    for word in (
-        "sub-domains iter-ations iter-ates trans-ferring trans-port acceler-ated con-verged con-vergence parti-tion solu-tion conver-ged rel-ative "
-        "quan-tity expect-ed mes-sages inter-face con-tacts trans-fer"
-    ).split()
-}
 
 
 def number(value):
@@ -58,11 +51,6 @@ def percent(value):
     return f"{100 * value:.1f}"
 
 
-def parted(title):
-    """With places where its long words may be parted, so that many columns fit."""
-    return re.sub("|".join(PARTS), lambda word: PARTS[word[0]], title)
-
-
 def columns(row):
     """[(title, columns spanned)] of a row of a head: "scene | iterations *2", or ["scene", ("iterations", 2)]."""
     if isinstance(row, str):
@@ -82,7 +70,7 @@ def table(head, rows, label):
 
     def title(text, span):
         spanned = f' colspan="{span}" class="{"group" if text else ""}"' if span > 1 else ""
-        return f"<th{spanned}>{parted(text)}</th>"
+        return f"<th{spanned}>{text}</th>"
 
     heads = ["<tr>" + "".join(title(*column) for column in columns(row)) + "</tr>" for row in head]
     lines = ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
