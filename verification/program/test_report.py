@@ -278,10 +278,10 @@ class Verdict(Case):
         self.assertEqual(velocity.level(record["rows"], "velocity_error", 0.1), 5e-4)
         self.assertEqual(velocity.level(record["rows"], "eta", 0.2), None)
         curve = [row for row in record["rows"] if (row["family"], row["method"]) == ("reduced", "NLGS")]
-        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-4), 20)
-        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-5), np.sqrt(20 * 30))
-        self.assertEqual(velocity.iterations_at(curve, "eta", 1.0), 10)
-        self.assertIsNone(velocity.iterations_at(curve, "eta", 1e-7))
+        self.assertAlmostEqual(at_level(curve, 1e-4, "iterations", "eta"), 20)
+        self.assertAlmostEqual(at_level(curve, 1e-5, "iterations", "eta"), np.sqrt(20 * 30))
+        self.assertEqual(at_level(curve, 1.0, "iterations", "eta"), 10)
+        self.assertIsNone(at_level(curve, 1e-7, "iterations", "eta"))
         self.assertIn("<td>1.5</td>", velocity.cost_table(record))
 
     def test_random_scenes_come_worst_first(self):

@@ -1,5 +1,6 @@
 """The interface of a study: one question, the jobs that answer it, the record of the answer, and its section of the page."""
 import dataclasses
+import functools
 import importlib
 import importlib.util
 import itertools
@@ -35,10 +36,10 @@ class Plan:
             self.jobs.append(Job(title, outputs, commands, **how))
         return outputs[0]
 
-    def rows(self, title, work, **how):
-        """A job of Python whose rows are kept in a file of their own: (folder/rows/TITLE.json)."""
+    def rows(self, title, work, *arguments, **how):
+        """A job of Python, work(*arguments), whose rows are kept in a file of their own: (folder/rows/TITLE.json)."""
         out = self.folder / "rows" / f"{title.replace(' ', '-').replace('/', '-')}.json"
-        return self.add(title, [out], work=work, **how)
+        return self.add(title, [out], work=functools.partial(work, *arguments), **how)
 
     def pack(self, source, out=None, grains=0, loose=False, cost=10.0, generator=()):
         """A job that packs by a specification of cases/, with so many grains instead."""

@@ -5,7 +5,6 @@ spheres in compaction from impulses zero. By NLGS, and by NSCDD on 8, 48 and 128
 work of all. To eta = 1e-4. Then hard cases (cases/hard) by NLGS, to their own tolerance, in microseconds too: which of them cost more when
 accelerated? Short runs are made three times, hard cases nine times, and the median of their CPU times is taken. Quick: few grains and subdomains.
 """
-import functools
 import re
 import statistics
 from pathlib import Path
@@ -33,10 +32,9 @@ class Acceleration(Study):
         for name in SCENES:
             scene, grains = name if name in WARM else "isotropic", 0 if name in WARM else int(name.split()[0])
             packing = plan.pack(f"cases/packings/{scene}.toml", grains=QUICK_GRAINS if plan.quick else grains, loose=plan.quick)
-            work = functools.partial(measured, name, [f"cases/reduced/{scene}.toml", "--packing", packing], plan)
-            plan.rows(name, work, needs=[packing], cost=30, alone=True)
+            plan.rows(name, measured, name, [f"cases/reduced/{scene}.toml", "--packing", packing], plan, needs=[packing], cost=30, alone=True)
         for name in hard_cases(plan.quick):
-            plan.rows(f"hard/{name}", functools.partial(hard_row, name, plan.folder), alone=True, small=True)
+            plan.rows(f"hard/{name}", hard_row, name, plan.folder, alone=True, small=True)
 
     def rows(self, plan):
         rows = [row for name in SCENES for row in plan.made(name)]

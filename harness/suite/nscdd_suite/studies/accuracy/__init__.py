@@ -7,7 +7,6 @@ is installed. Short runs are made three times, and the median of their CPU times
 problems.
 """
 import dataclasses
-import functools
 import re
 from pathlib import Path
 
@@ -69,13 +68,13 @@ class Accuracy(Study):
         for path in scenes(quick):
             scene = Curves(path, plan, budget, QUICK_GRAINS if quick else 0)
             ladders = [(s, [t for t in s.tolerances if not quick or t in QUICK_TOLERANCES]) for s in solvers if re.fullmatch(ONLY.get(path.stem, ".*"), s.name)]
-            work = functools.partial(scene.measured, ladders, (QUICK_TOLERANCES if quick else TOLERANCES) if siconos and path.stem not in ONLY else ())
-            plan.rows(path.stem, work, needs=[scene.packing], cost=40, alone=True)
+            of_siconos = (QUICK_TOLERANCES if quick else TOLERANCES) if siconos and path.stem not in ONLY else ()
+            plan.rows(path.stem, scene.measured, ladders, of_siconos, needs=[scene.packing], cost=40, alone=True)
         if not quick and not any(FCLIB.glob("*.hdf5")):
             plan.leave_out("profiles over FCLIB files: there are none in ../shared/fclib")
         for group, path in problems(quick):
-            work = functools.partial(hard_rows if group == "hard" else fclib_rows, path, plan.folder, solvers, budget, siconos)
-            plan.rows(f"{group} {path.stem}", work, alone=True, small=True)
+            rows = hard_rows if group == "hard" else fclib_rows
+            plan.rows(f"{group} {path.stem}", rows, path, plan.folder, solvers, budget, siconos, alone=True, small=True)
 
     def budget(self, plan):
         return QUICK_BUDGET if plan.quick else Budget()

@@ -36,7 +36,7 @@ class Bits(Study):
             elif name.endswith("v4") and not all(f" {flag}" in Path("/proc/cpuinfo").read_text() for flag in WIDE):
                 plan.leave_out(f"{name}: this processor has no AVX-512")
             else:  # a build has both cores
-                plan.rows(name, lambda name=name: row(name, plan.folder / name, plan.quick), cost=600 if name != "aarch64" else 1800, alone=True)
+                plan.rows(name, row, name, plan.folder / name, plan.quick, cost=600 if name != "aarch64" else 1800, alone=True)
 
     def rows(self, plan):
         rows = [found for name in BUILDS if (found := plan.made(name))]

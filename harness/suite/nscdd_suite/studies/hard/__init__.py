@@ -3,7 +3,6 @@
 A row that is out of its bound, which comes from theory, is a failure. Quick: without what takes long and most of what repeats another case at
 another size. Only: what matches, e.g. 'column-100-2d nlgs'.
 """
-import functools
 import re
 from pathlib import Path
 
@@ -42,7 +41,7 @@ class Hard(Study):
             for scheme in SCHEMES:
                 title, unfit = f"{path.stem} {scheme}", any(re.match(pattern, path.stem) for pattern in LEFT_OUT.get(scheme, ()))
                 if not unfit and not (plan.quick and re.search(LONG, title)):
-                    plan.rows(title, functools.partial(judged, path, scheme, plan), cost=cost, small=True)
+                    plan.rows(title, judged, path, scheme, plan, cost=cost, small=True)
 
     def rows(self, plan):
         rows = [row for job in plan.jobs for row in plan.made(job.title)]

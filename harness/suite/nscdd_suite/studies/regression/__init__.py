@@ -11,7 +11,6 @@ machine, so all numbers and the checksums of the answers must be those of verifi
 
 A program without fused products has bands of 10 %, and no answers to compare.
 """
-import functools
 import shutil
 from pathlib import Path
 
@@ -46,8 +45,7 @@ class Regression(Study):
         for scene, (steps, _) in SCENES.items():
             packing = plan.pack(f"cases/packings/{scene}.toml")
             for method in METHODS:
-                work = functools.partial(measure, plan.folder, packing, scene, method, self.simulator)
-                plan.rows(f"{scene} {method}", work, needs=[packing], cost=steps)
+                plan.rows(f"{scene} {method}", measure, plan.folder, packing, scene, method, self.simulator, needs=[packing], cost=steps)
 
     def rows(self, plan):
         done = {f"{scene} {method}": found for scene in SCENES for method in METHODS if (found := plan.made(f"{scene} {method}"))}

@@ -6,7 +6,6 @@ friction there may be several answers, so the distance is taken from the end of 
 hundred times the eta that it got to. Cost: iterations of the reduced scenes, 50 warm steps, and of one cold step of all scenes, to eta = 1e-4 and
 to several velocity errors. Nothing is timed. Quick: few small cases and tolerances.
 """
-import functools
 import re
 import tomllib
 from pathlib import Path
@@ -81,7 +80,7 @@ class VelocityError(Study):
 
     def jobs(self, plan):
         for case in cases(plan):
-            plan.rows(case.name, functools.partial(measured, case, plan.quick), needs=case.needs, cost=case.seconds)
+            plan.rows(case.name, measured, case, plan.quick, needs=case.needs, cost=case.seconds)
 
     def rows(self, plan):
         found = [made for path in paths(plan.quick) if (made := plan.made(path.stem))]

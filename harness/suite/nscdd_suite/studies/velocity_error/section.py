@@ -5,6 +5,7 @@ from html import escape
 from ...page import tables
 from ...page.page import figure_block, table_block
 from ...page.style import INK, SUBDOMAINS, plt, save
+from ..accuracy.figures import at_level
 
 MEASURES = {"eta": "\u03b7", "velocity_error": "velocity error"}
 DISTANCES = (0.3, 0.1, 0.03, 0.01)
@@ -66,18 +67,6 @@ def level(rows, measure, distance):
     return min((row[measure] for row in rows if row["distance"] > distance and row[measure] is not None), default=None)
 
 
-def iterations_at(rows, measure, value):
-    """Iterations until the measure is so small, between rows in logarithms; None where no row gets there."""
-    before = None
-    for row in sorted(rows, key=lambda row: row["iterations"]):
-        if row[measure] is not None and row[measure] <= value:
-            if before is None or not (row[measure] > 0 and before["iterations"] > 0):
-                return row["iterations"]
-            part = math.log(before[measure] / value) / math.log(before[measure] / row[measure])
-            return math.exp((1 - part) * math.log(before["iterations"]) + part * math.log(row["iterations"]))
-        before = row if row[measure] else before
-
-
 def reduced(record):
     """{(method, start): {scene: rows}} of the reduced scenes."""
     groups = {}
@@ -93,7 +82,7 @@ def certainty(record):
     for distance in DISTANCES:
         levels, iterations = {measure: level(record["rows"], measure, distance) for measure in MEASURES}, {}
         for key, cases in reduced(record).items():
-            each = [[value and iterations_at(rows, measure, value) for rows in cases.values()] for measure, value in levels.items()]
+            each = [[value and at_level(rows, value, "iterations", measure) for rows in cases.values()] for measure, value in levels.items()]
             iterations[key] = [None if None in counts else sum(counts) for counts in each]
         found[distance] = list(levels.values()), iterations
     return found
