@@ -228,13 +228,13 @@ class Verdict(Case):
 
     def test_a_level_that_is_not_reached_has_no_column(self):
         record = velocity_error()
-        self.assertEqual(velocity.unreached(record), [])
+        self.assertEqual(velocity.unreached(velocity.certainty(record)[1]), [])
         for row in record["rows"]:
             if row["family"] == "reduced":
                 row.update(eta=1.0, velocity_error=1.0)
-        groups = velocity.reduced(record)
-        self.assertEqual(velocity.unreached(record), [", ".join(key) for key in groups])
-        self.assertNotIn("NLGS", velocity.level_table(record))
+        levels, iterations = velocity.certainty(record)
+        self.assertEqual(velocity.unreached(iterations), ["NLGS, cold", "NLGS, auto, cold"])
+        self.assertNotIn("NLGS", velocity.level_table(levels, iterations))
 
     def test_lost_grains_are_told_in_words(self):
         self.assertEqual(

@@ -67,42 +67,33 @@ def level(rows, measure, distance):
     return min((row[measure] for row in rows if row["distance"] > distance and row[measure] is not None), default=None)
 
 
-def reduced(record):
-    """{(method, start): {scene: rows}} of the reduced scenes."""
-    groups = {}
+def certainty(record):
+    """The level of each measure at each distance; and {method and start: iterations of all reduced scenes to each of these levels, None
+    where one does not get there}."""
+    levels, groups = [(measure, level(record["rows"], measure, distance)) for distance in DISTANCES for measure in MEASURES], {}
     for row in record["rows"]:
         if row["family"] == "reduced":
-            groups.setdefault((row["method"], row["start"]), {}).setdefault(row["case"], []).append(row)
-    return groups
+            groups.setdefault(f"{row['method']}, {row['start']}", {}).setdefault(row["case"], []).append(row)
+
+    def iterations(cases, measure, value):
+        each = [at_level(rows, value, "iterations", measure) if value else None for rows in cases.values()]
+        return None if None in each else round(sum(each))
+
+    return [value or None for _, value in levels], {group: [iterations(cases, *one) for one in levels] for group, cases in groups.items()}
 
 
-def certainty(record):
-    """{distance: (the level of each measure, {(method, start): iterations of all reduced scenes to each level, None where one does not get there})}."""
-    found = {}
-    for distance in DISTANCES:
-        levels, iterations = {measure: level(record["rows"], measure, distance) for measure in MEASURES}, {}
-        for key, cases in reduced(record).items():
-            each = [[value and at_level(rows, value, "iterations", measure) for rows in cases.values()] for measure, value in levels.items()]
-            iterations[key] = [None if None in counts else sum(counts) for counts in each]
-        found[distance] = list(levels.values()), iterations
-    return found
-
-
-def unreached(record):
+def unreached(iterations):
     """Methods and starts by which the reduced scenes reach no level: they have no column."""
-    found = [iterations for _, iterations in certainty(record).values()]
-    return [", ".join(key) for key in reduced(record) if all(count is None for iterations in found for count in iterations[key])]
+    return [group for group, counts in iterations.items() if set(counts) == {None}]
 
 
-def level_table(record):
+def level_table(levels, iterations):
     """What must be asked of each measure to be sure of a distance, and the iterations of the reduced scenes to it where they get there."""
-    left_out, lines = unreached(record), []
-    groups = [key for key in reduced(record) if ", ".join(key) not in left_out]
-    for distance, (levels, iterations) in certainty(record).items():
-        lines.append([distance, *(value or None for value in levels), *(count and round(count) for key in groups for count in iterations[key])])
-    above = ["", ("below", 2), *[(escape(", ".join(key)), 2) for key in groups]]
-    head = [above, ["distance", *list(MEASURES.values()) * (1 + len(groups))]]
-    return tables.table(head, lines, "What each measure must be for a distance")
+    groups = {group: counts for group, counts in iterations.items() if group not in unreached(iterations)}
+    columns = [levels, *groups.values()]
+    lines = [[distance, *(value for column in columns for value in column[2 * k : 2 * k + 2])] for k, distance in enumerate(DISTANCES)]
+    above = ["", ("below", 2), *[(escape(group), 2) for group in groups]]
+    return tables.table([above, ["distance", *list(MEASURES.values()) * len(columns)]], lines, "What each measure must be for a distance")
 
 
 def cost_table(record):
@@ -135,11 +126,12 @@ def parts(record, source, out):
         "it is."
     )
     yield table_block(ratio_table(record), "The distance over each measure", caption, source, wide=True)
-    left_out, caption = unreached(record), "Below which value of a measure every iterate of every case is within a distance"
+    levels, iterations = certainty(record)
+    left_out, caption = unreached(iterations), "Below which value of a measure every iterate of every case is within a distance"
     caption += (
         "; and how many iterations the three reduced scenes together take for one step to get there, by \u03b7 and by the velocity error: the price of the "
         "same certainty."
-        if len(left_out) < len(reduced(record))
+        if len(left_out) < len(iterations)
         else "."
     )
     if left_out:
@@ -147,7 +139,7 @@ def parts(record, source, out):
             f" What they would take is left out for {escape('; '.join(left_out))}: not all of the recorded iterates of the reduced scenes get to any of these "
             "levels."
         )
-    yield table_block(level_table(record), "What a measure must be for a distance", caption, source, wide=True)
+    yield table_block(level_table(levels, iterations), "What a measure must be for a distance", caption, source, wide=True)
     if record["cost"]:
         caption = "Iterations to \u03b7 = 10\u207b\u2074 alone, and how many times as many with a velocity error; in red where steps did not get there."
         yield table_block(cost_table(record), "Iterations to a velocity error", caption, source, ("counted",), wide=True)
