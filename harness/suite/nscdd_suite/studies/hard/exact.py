@@ -18,6 +18,7 @@ ROUND_OFF = 1e-12  # relative, of sums of some thousand terms
 REST = "tolerance: energy of the error"
 EVERY_STEP = "tolerance: energy of the error at every step"
 IMPULSES = "tolerance: eta / least eigenvalue"
+STEPS = (1, 2, 4, 8)  # times as many as in the scene: of an order
 
 
 def slip_ratio(case):
@@ -45,9 +46,6 @@ def overlap(case, result):
     """Overlaps add up to no more than the penetrations that the steps accepted."""
     most = math.fsum(result.json["penetration"])
     return case.row("largest overlap / R", most, result.json["final"]["max_overlap"], ROUND_OFF, "law: what the steps were allowed", result, relation="<=")
-
-
-# Static stacks: impulses and sweeps.
 
 
 def column(case):
@@ -92,9 +90,6 @@ def crystal_close(case):
     yield case.row("impulses on the floor", case.m.sum() * case.g * case.h, floor, bound, "tolerance: momentum of two steps", result)
     found = result.json["final"]["max_overlap"]
     yield case.row("largest overlap / R", 0, found, sum(result.json["penetration"]) + ROUND_OFF, "law: what the steps were allowed", result, relation="<=")
-
-
-# Impacts.
 
 
 def restitution(case):
@@ -147,9 +142,6 @@ def bounce(case):
     yield case.row("speed at the end", 0, abs(result.velocity[0, -1]), g * h, "O(h)", result)
 
 
-# Rolling and spinning.
-
-
 def rolling(case):
     """Slip v0 - ratio mu g t until it is zero; friction and velocity are then constant: exact but in that one step."""
     mu, g, h, ratio, v0 = case.law("grain", "wall")["friction"], case.g, case.h, slip_ratio(case), case.of_grains("velocity")[0, 0]
@@ -191,9 +183,6 @@ def spin(case):
         result = case.run(steps=steps)
         exact = math.copysign(max(0.0, abs(start) - (fall * steps * case.h if slows else 0.0)), start)
         yield case.row(name, exact, result.spin[0, axis], bound, source, result)
-
-
-# Thresholds.
 
 
 def pile(case):
@@ -251,9 +240,6 @@ def wedge_locked(case):
     yield case.row("speed from the prestress: stays", 0, float(np.linalg.norm(result.velocity[0])), rest_bound(case, result), REST, result)
 
 
-# No answer.
-
-
 def squeeze_fast(case):
     """Exit code 3, every step counted as unconverged, none longer than three attempts up to the cap: as it is found, without
     pairs that pass each other, and with those that then touch."""
@@ -271,9 +257,6 @@ def refused(*words):
         yield case.row(f"refused in one line that says {', '.join(words)}", len(words), found, 0, "law", result)
 
     return family
-
-
-# Rest, walls, long runs.
 
 
 def rest(case):
@@ -345,16 +328,6 @@ def clump(case):
     yield case.row("energy at most", start, final["kinetic_energy"], case.tolerance * start, "tolerance", result, relation="<=")
 
 
-# Time stepping.
-
-STEPS = (1, 2, 4, 8)  # times as many as in the scene
-
-
-def observed_order(errors):
-    """Slope of log(error) over log(h) by least squares."""
-    return float(np.polyfit(-np.log(STEPS), np.log(errors), 1)[0])
-
-
 def refined(case, theta, factor, impact=False):
     """The scene with `factor` times as many steps over the same time; `impact`: one more, so that what happens after two
     thirds of the time always happens two thirds into a step."""
@@ -371,7 +344,8 @@ def order_rows(case, error_of, impact=False, exact_at_half=False):
             continue
         # the next order of the expansion changes the slope by less than the largest step's share of the time
         name, share, source = f"order of the place, theta = {theta:g}", 1 / case.count, "O(h): the next order over the first"
-        row = case.row(name, 1, observed_order(errors), 4 * share, source, runs[-1], relation=">=")
+        order = float(np.polyfit(-np.log(STEPS), np.log(errors), 1)[0])
+        row = case.row(name, 1, order, 4 * share, source, runs[-1], relation=">=")
         yield row | {"series": [[run.json["h"], error] for run, error in zip(runs, errors)]}
 
 

@@ -139,9 +139,6 @@ def gas(dim):
     return moving, [*walls, lid(dim, 12 * R)]
 
 
-# The families. Each yields its scenes of a dimension.
-
-
 def columns(dim):
     """Stacks whose contact k carries the weight of all that is above."""
     for n in (10, 100, 1000):
