@@ -13,7 +13,7 @@ from pathlib import Path
 from ...measure import SICONOS, Budget
 from ...program import ROOT
 from ...study import Study, installed
-from .measured import Curves, fclib_rows, hard_rows
+from .measured import Curves, profile_rows
 
 TOLERANCES = [10.0**-k for k in range(1, 9)]
 QUICK_SCENES, QUICK_TOLERANCES, QUICK_GRAINS, QUICK_BUDGET = ("dense-3d", "loose-2d"), (1e-2, 1e-4), 120, Budget(5000, 20)
@@ -73,8 +73,9 @@ class Accuracy(Study):
         if not quick and not any(FCLIB.glob("*.hdf5")):
             plan.leave_out("profiles over FCLIB files: there are none in ../shared/fclib")
         for group, path in problems(quick):
-            rows = hard_rows if group == "hard" else fclib_rows
-            plan.rows(f"{group} {path.stem}", rows, path, plan.folder, solvers, budget, siconos, alone=True, small=True)
+            some = [solver for solver in solvers if (solver.profile if group == "hard" else solver.fclib)]
+            some += [Solver(SICONOS, "")] if siconos and group == "fclib" else []
+            plan.rows(f"{group} {path.stem}", profile_rows, group, path, plan.folder, some, budget, alone=True, small=True)
 
     def budget(self, plan):
         return QUICK_BUDGET if plan.quick else Budget()

@@ -4,7 +4,7 @@ import shutil
 import h5py
 import numpy as np
 
-from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, siconos
+from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, siconos, timed
 from ...program import NSCDD, Failed, call, made, shown
 from ...times import cores_of
 
@@ -95,44 +95,32 @@ def counted(solver, run, cpu, reached):
     return told | {"reached": reached, "converged": run["converged"]}
 
 
-def hard_rows(path, folder, solvers, budget, _):
-    """The first step of a hard case; none where it has no contact."""
-    rows, out = [], folder / "hard-run.json"
-    for solver in (solver for solver in solvers if solver.profile):
-
-        def measure(tolerance):
-            command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet", "--json", out]
-            run = answered(command + solver.cap(budget), out, budget.seconds)
-            error = run and run["residual"][0]
-            return run and counted(solver, run, run["seconds"]["solver_cpu"], error) | {"error": error, "contacts": run["contacts"][0]}
-
-        for row in ladder(LEVELS, measure, repeat=lambda measure: measure()):
-            if row.get("contacts") == 0:
-                return rows
-            rows.append(profile_row("hard", path, solver.name, row))
-    return rows
+def first_step(path, solver, tolerance, out, budget):
+    """Of a hard case."""
+    command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet", "--json", out]
+    run = answered(command + solver.cap(budget), out, budget.seconds)
+    error = run and run["residual"][0]
+    return run and counted(solver, run, run["seconds"]["solver_cpu"], error) | {"error": error, "contacts": run["contacts"][0]}
 
 
-def fclib_rows(path, folder, solvers, budget, with_siconos):
-    """One FCLIB file."""
-    rows, out = [], folder / "fclib-run.json"
-    for solver in (solver for solver in solvers if solver.fclib):
-
-        def measure(tolerance):
-            command = [NSCDD, "solve-fclib", path, *solver.fclib.split(), "--tolerance", f"{tolerance:g}", "--json", out]
-            run = answered(command + solver.cap(budget, "--max-sweeps"), out, budget.seconds)
-            error = run and run["measures"]["natural_map"]
-            return run and counted(solver, run, run["solver_cpu"], error) | {"error": error}
-
-        rows += [profile_row("fclib", path, solver.name, row) for row in ladder(LEVELS, measure)]
-
-    def by_siconos(tolerance):
-        row = siconos(path, tolerance, folder / "siconos.hdf5", budget)
+def fclib_problem(path, solver, tolerance, out, budget):
+    if solver.name == SICONOS:
+        row = siconos(path, tolerance, out.with_suffix(".hdf5"), budget)
         return row and row | {"converged": row["error"] <= 1.001 * tolerance}
+    command = [NSCDD, "solve-fclib", path, *solver.fclib.split(), "--tolerance", f"{tolerance:g}", "--json", out]
+    run = answered(command + solver.cap(budget, "--max-sweeps"), out, budget.seconds)
+    error = run and run["measures"]["natural_map"]
+    return run and counted(solver, run, run["solver_cpu"], error) | {"error": error}
 
-    return rows + [profile_row("fclib", path, SICONOS, row) for row in (ladder(LEVELS, by_siconos) if with_siconos else ())]
 
-
-def profile_row(group, path, solver, row):
+def profile_rows(group, path, folder, solvers, budget):
+    """A problem by each solver; no rows where a hard case has no contact."""
+    rows, out = [], folder / f"{group}-run.json"
+    solve, repeat = (first_step, lambda measure: measure()) if group == "hard" else (fclib_problem, timed)
     keys = ("tolerance", "iterations", "sweeps", "cpu", "cores", "error", "converged")
-    return {"set": group, "problem": path.stem, "solver": solver, **{key: row.get(key) for key in keys}}
+    for solver in solvers:
+        for row in ladder(LEVELS, lambda tolerance: solve(path, solver, tolerance, out, budget), repeat):
+            if row.get("contacts") == 0:
+                return []
+            rows.append({"set": group, "problem": path.stem, "solver": solver.name, **{key: row.get(key) for key in keys}})
+    return rows
