@@ -92,26 +92,27 @@ def parsed(arguments):
 
 def do(options):
     """Exit code."""
-    if options.what == "run":
-        return 0 if run(options) else 1
-    if options.what == "report":
-        from .page.report import make  # matplotlib takes a while
-
-        return 0 if make(options.results, options.out) else 1
-    if options.what == "regression":
-        return 0 if Regression(options.accept, not options.without_simulator).run(plan_of(options, "regression"), anew=True) else 1
-    if options.what == "times":
-        return compare_times.compare(options)
+    good = True
     if options.what == "list":
         width = max(map(len, studies()))
         print(*(f"{name:<{width}}  {study.about}" for name, study in studies().items()), sep="\n")
-    if options.what == "front":
+    elif options.what == "run":
+        good = run(options)
+    elif options.what == "report":
+        from .page.report import make  # matplotlib takes a while
+
+        good = make(options.results, options.out)
+    elif options.what == "front":
         from .page.front import draw
 
         draw(options.state, counted.RECORDS)
-    if options.what == "counted":
+    elif options.what == "counted":
         print(*counted.compare(Path(os.path.relpath(options.results, ROOT)), options.record), sep="\n")
-    return 0
+    elif options.what == "regression":
+        good = Regression(options.accept, not options.without_simulator).run(plan_of(options, "regression"), anew=True)
+    else:
+        return compare_times.compare(options)
+    return 0 if good else 1
 
 
 def main(arguments=None):
@@ -124,12 +125,9 @@ def main(arguments=None):
         os.chdir(ROOT)
     try:
         return do(options)
-    except re.error as problem:
-        print(f"suite: --only: {problem}", file=sys.stderr)
-        return 1
     except KeyboardInterrupt:
         print("suite: stopped; the same command goes on", file=sys.stderr)
         return 130
-    except (InputError, Failed, OSError) as problem:
-        print(problem, file=sys.stderr)
+    except (InputError, Failed, OSError, re.error) as problem:
+        print(f"suite: --only: {problem}" if isinstance(problem, re.error) else problem, file=sys.stderr)
         return 1

@@ -113,10 +113,11 @@ class Runs(list):
         return min(runs, key=lambda other: other["seconds"]["total"], default=None)
 
     def unmeasured(self, scene):
-        """Numbers of subdomains of a scene for which there are not cores enough here."""
-        return sorted({run["subdomains"] for run in self.select(scene) if run["scheme"] != "nlgs" and run["subdomains"] > run["machine"]["cores"]})
-
-    def busy(self, scene):
-        """Numbers of subdomains of a scene of which a time was not believed, 1 for the reference."""
-        timed = [run for run in self.select(scene) if run["transport"] in ("mpi", "sequential")]
-        return sorted({run["subdomains"] for run in timed if run["subdomains"] <= run["machine"]["cores"] and run.busy})
+        """Numbers of subdomains of a scene for which there are not cores enough here, and those of which a time was not believed."""
+        few, busy = set(), set()
+        for run in self.select(scene):
+            if run["subdomains"] > run["machine"]["cores"]:
+                few |= {run["subdomains"]}
+            elif run["transport"] != "in-process" and run.busy:
+                busy |= {run["subdomains"]}
+        return sorted(few), sorted(busy)

@@ -14,15 +14,15 @@ from .runs import Runs, key, order
 
 def left_out(runs, scene):
     """Says which numbers of subdomains have no measured time, and why."""
-    numbers, disturbed, text = runs.unmeasured(scene), runs.busy(scene), ""
-    if numbers:
+    text, (few, busy) = "", runs.unmeasured(scene)
+    if few:
         text += (
-            f" Left out: {', '.join(map(str, numbers))} subdomains, being more ranks than the {max(run['machine']['cores'] for run in runs)} cores of this "
+            f" Left out: {', '.join(map(str, few))} subdomains, being more ranks than the {max(run['machine']['cores'] for run in runs)} cores of this "
             "machine; times of ranks that take turns on a core measure no speed."
         )
-    if disturbed:
+    if busy:
         text += (
-            f" Left out: {', '.join(map(str, disturbed))} subdomain{'s' * (disturbed != [1])}, measured while the machine was busy: "
+            f" Left out: {', '.join(map(str, busy))} subdomain{'s' * (busy != [1])}, measured while the machine was busy: "
             f"a process had less than {100 * CORES:.0f} % of its core, {TRIES} times."
         )
     return text

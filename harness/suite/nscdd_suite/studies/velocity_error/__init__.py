@@ -79,7 +79,8 @@ class VelocityError(Study):
     name, title, about = "velocity_error", "What η and the velocity error say", "how far from the answer an iterate is, and what asking for it costs"
 
     def jobs(self, plan):
-        for case in cases(plan):
+        cases = [(Hard if path.parent.name == "hard" else Packing)(path, plan) for path in paths(plan.quick)]
+        for case in cases:
             plan.rows(case.name, measured, case, plan.quick, needs=case.needs, cost=case.seconds)
 
     def rows(self, plan):
@@ -91,10 +92,6 @@ def paths(quick):
     found = [Path(f"cases/reduced/{name}.toml") for name in REDUCED] + sorted(Path("cases/accuracy").glob("*.toml"))
     found += [path for path in sorted(Path("cases/hard").glob("*.toml")) if re.fullmatch(HARD, path.stem)]
     return [path for path in found if not quick or re.fullmatch(QUICK, path.stem)]
-
-
-def cases(plan):
-    return [(Hard if path.parent.name == "hard" else Packing)(path, plan) for path in paths(plan.quick)]
 
 
 def measured(case, quick):
