@@ -1,5 +1,4 @@
 """A scene of cases/hard by a scheme, as the families of exact.py and energy.py see it: it makes runs, and rows of what they should have been."""
-import dataclasses
 import math
 import re
 import shutil
@@ -17,19 +16,12 @@ from .exact import FAMILIES as EXACT
 FAMILIES = EXACT | OF_ENERGY
 
 
-@dataclasses.dataclass
-class Scheme:
-    subdomains: int
-    gauss_seidel: bool  # its iterations are sweeps, whose number theory bounds
-    arguments: str
-
-
-SCHEMES = {
-    "nlgs": Scheme(1, True, "--scheme nlgs --method paper"),
-    "dcs": Scheme(4, True, "--scheme dcs --method paper"),
-    "nlgs-auto": Scheme(1, False, "--scheme nlgs"),
-    "dcs-auto": Scheme(4, False, "--scheme dcs"),
-    "newton": Scheme(1, False, "--scheme newton"),
+SCHEMES = {  # subdomains, options
+    "nlgs": (1, "--scheme nlgs --method paper"),
+    "dcs": (4, "--scheme dcs --method paper"),
+    "nlgs-auto": (1, "--scheme nlgs"),
+    "dcs-auto": (4, "--scheme dcs"),
+    "newton": (1, "--scheme newton"),
 }
 
 
@@ -44,9 +36,9 @@ def strips(places, subdomains):
 class Result:
     """One run of the program; its arrays are those of the state file."""
 
-    def __init__(self, command, stem, errors="", exit_code=0):
+    def __init__(self, command, stem=None, errors="", exit_code=0):
         self.command, self.stem, self.errors, self.exit, self.json = shown(command), stem, errors, exit_code, None
-        if not Path(f"{stem}.json").exists():  # refused
+        if not Path(f"{stem}.json").exists():  # refused, or failed
             return
         self.json = record.load(f"{stem}.json")
         with h5py.File(f"{stem}.h5") as file:
@@ -69,7 +61,8 @@ class Case:
         density = {entry["name"]: entry["density"] for entry in self.scene["material"]}
         volumes = math.pi * self.radii**2 * (4 / 3 * self.radii if self.dimension == 3 else 1)
         self.m = np.array([density[grain["material"]] for grain in self.scene["grain"]]) * volumes
-        self.gauss_seidel = SCHEMES[scheme].gauss_seidel
+        self.subdomains, self.options = SCHEMES[scheme]
+        self.gauss_seidel = "paper" in self.options  # its iterations are sweeps, whose number theory bounds
         self.family = max((key for key in FAMILIES if re.match(rf"{key}(-|$)", self.name)), key=len)
         self.runs = {}
 
@@ -87,9 +80,8 @@ class Case:
         return Case(self.path.with_name(f"{name}-{self.dimension}d.toml"), self.scheme, folder)
 
     def command(self):
-        scheme = SCHEMES[self.scheme]
-        divided = strips(self.of_grains("position"), scheme.subdomains) if scheme.subdomains > 1 else []
-        return [NSCDD, "run", self.path, *scheme.arguments.split(), "--quiet", *divided]
+        divided = strips(self.of_grains("position"), self.subdomains) if self.subdomains > 1 else []
+        return [NSCDD, "run", self.path, *self.options.split(), "--quiet", *divided]
 
     def at_rest(self, result):
         """The same state with all velocities zero, to go on from."""
@@ -130,19 +122,13 @@ class Case:
         if error is None:
             error = {"=": abs(found - expected), "<=": max(0.0, found - expected), ">=": max(0.0, expected - found)}[relation]
         residuals = run.get("residual", [])
-        return self.stamp(quantity, result.command) | {
-            **{"relation": relation, "expected": expected, "found": finite(found), "error": finite(error), "bound": float(bound), "bound_from": source},
-            **{"ok": bool(error <= bound), "iterations": sum(run.get("iterations", [])), "steps": run.get("steps", 0)},
-            **{"residual": None if None in residuals else max(residuals, default=0.0), "answer": run.get("answer")},
-        }
-
-    def stamp(self, quantity, command):
-        """A row of a run that failed; one that did not has more to say."""
         return {
-            **{"case": self.name, "family": self.family, "dimension": self.dimension, "scheme": self.scheme},
-            **{"subdomains": SCHEMES[self.scheme].subdomains, "quantity": quantity},
-            **{"relation": "=", "expected": 0.0, "found": None, "error": None, "bound": 0.0, "bound_from": "law", "ok": False},
-            **{"iterations": 0, "steps": 0, "residual": None, "answer": None, "commands": [command]},
+            **{"case": self.name, "family": self.family, "dimension": self.dimension, "scheme": self.scheme, "subdomains": self.subdomains},
+            **{"quantity": quantity, "relation": relation, "expected": expected, "found": finite(found), "error": finite(error)},
+            **{"bound": float(bound), "bound_from": source, "ok": bool(error <= bound)},
+            **{"iterations": sum(run.get("iterations", [])), "steps": run.get("steps", 0)},
+            "residual": None if None in residuals else max(residuals, default=0.0),
+            **{"answer": run.get("answer"), "commands": [result.command]},
         }
 
     def rows(self):
@@ -151,7 +137,7 @@ class Case:
         except Killed:
             raise
         except Failed as problem:
-            return [self.stamp("the run", shown(self.command())) | {"note": str(problem)}]
+            return [self.row("the run", 0, math.nan, 0, "law", Result(self.command())) | {"note": str(problem)}]
 
 
 def finite(value):
