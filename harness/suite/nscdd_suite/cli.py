@@ -91,7 +91,6 @@ def parsed(arguments):
 
 
 def do(options):
-    """Exit code."""
     good = True
     if options.what == "list":
         width = max(map(len, studies()))

@@ -63,7 +63,6 @@ def number(sections):
 
 
 def contents(sections):
-    """The list of sections with their tables and figures."""
     items = []
     for place, (key, heading, parts) in enumerate(sections, 1):
         inner = "".join(f'<li><a href="#{block.anchor}">{block.label}</a> {block.title}</li>' for block in blocks(parts))

@@ -29,7 +29,6 @@ def div(style, text, items=(), more=""):
 
 
 def verdict(results):
-    """The lines at the top."""
     if failures := results.failures:
         return div("bad", f"Failed: {len(failures)} finding{'s' * (len(failures) > 1)}.", failures)
     lines = [div("good", " ".join(results.good))] if results.good else []

@@ -54,7 +54,6 @@ def solved(where, out, *how):
 
 
 def measured(name, where, plan):
-    """Rows of a scene."""
     if name in COLD:
         state = plan.folder / f"{name}-cold.h5"
         call([NSCDD, "run", *where, "--method", "auto", "--steps", LOADING, "--quiet", "--json", state.with_suffix(".json"), "--state", state], seconds=LONG)
@@ -66,7 +65,6 @@ def measured(name, where, plan):
 
 
 def row(name, where, method, subdomains, out):
-    """One run as a row of the record."""
     scheme = ["--scheme", "nlgs"] if subdomains == 1 else ["--scheme", "dcs", "--subdomains", subdomains]
 
     def once():

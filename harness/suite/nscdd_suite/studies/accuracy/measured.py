@@ -96,7 +96,6 @@ def counted(solver, run, cpu, reached):
 
 
 def first_step(path, solver, tolerance, out, budget):
-    """Of a hard case."""
     command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet", "--json", out]
     run = answered(command + solver.cap(budget), out, budget.seconds)
     error = run and run["residual"][0]

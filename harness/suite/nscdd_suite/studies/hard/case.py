@@ -38,7 +38,7 @@ class Result:
 
     def __init__(self, command, stem=None, errors="", exit_code=0):
         self.command, self.stem, self.errors, self.exit, self.json = shown(command), stem, errors, exit_code, None
-        if not Path(f"{stem}.json").exists():  # refused, or failed
+        if stem is None or not Path(f"{stem}.json").exists():  # failed, or refused
             return
         self.json = record.load(f"{stem}.json")
         with h5py.File(f"{stem}.h5") as file:

@@ -7,8 +7,6 @@ from ...times import busy, cores_of
 
 
 class Run(Record):
-    """One run JSON."""
-
     @property
     def name(self):
         return self.path.stem

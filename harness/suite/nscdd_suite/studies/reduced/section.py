@@ -202,7 +202,6 @@ def agreement(runs, compares):
 
 
 def judge(results, runs, compares):
-    """What fails the page, what holds, and what was not compared."""
     results.failures += [run.problem for run in runs if run.problem]
     for one in compares:
         bad, name = [row for row in one["rows"] if not row_ok(row)], Path(one["candidate"]).stem

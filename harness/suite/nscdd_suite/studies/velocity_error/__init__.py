@@ -95,7 +95,6 @@ def paths(quick):
 
 
 def measured(case, quick):
-    """Rows of distances and of costs."""
     case.prepare()
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, 0)
     methods = [method for method in METHODS if case.name != LARGE or method == "NLGS, auto"]

@@ -41,7 +41,6 @@ def worst_table(record, most=20):
 
 
 def parts(record, source, out):
-    """What both measures of accepted steps are worth in random scenes, worst first."""
     skipped = record["not_judged"]
     caption = (
         f"{tables.count(record['scenes'])} random scenes, most of them built to fool the tests of convergence. V*: the answer by an active-set method of its "
