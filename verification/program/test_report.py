@@ -15,7 +15,7 @@ from nscdd_suite.page import packings, tables
 from nscdd_suite.page.load import load
 from nscdd_suite.studies.acceleration import section as acceleration_section
 from nscdd_suite.studies.accuracy import figures
-from nscdd_suite.studies.accuracy.figures import at_level
+from nscdd_suite.studies.accuracy.levels import at_level
 from nscdd_suite.studies.bits import section as same_bits
 from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.peers import section as peers

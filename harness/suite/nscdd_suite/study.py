@@ -107,7 +107,9 @@ class Study:
         return data
 
     def draw(self, plan, data):
-        """Writes figures beside a new record."""
+        """Writes figures beside a new record: by draw_all of section.py, if it has one."""
+        if draw_all := getattr(self.page(), "draw_all", None):
+            draw_all(data, plan.results)
 
     def told(self, data):
         """Lines for the console about a new record."""

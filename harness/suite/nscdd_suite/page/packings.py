@@ -32,9 +32,14 @@ def contact_lines(state):
     return np.stack([x[i], other], axis=1)
 
 
+def add_disks(axis, x, radius, **look):
+    """Disks in the units of the axis."""
+    axis.add_collection(EllipseCollection(2 * radius, 2 * radius, 0 * radius, units="xy", offsets=x, transOffset=axis.transData, **look))
+
+
 def draw_disks(axis, x, radius, pad=0.0, **look):
     """Disks on an axis without a frame, as far as they reach and a margin of so much of their extent."""
-    axis.add_collection(EllipseCollection(2 * radius, 2 * radius, 0 * radius, units="xy", offsets=x, transOffset=axis.transData, **look))
+    add_disks(axis, x, radius, **look)
     low, high = (x - radius[:, None]).min(0), (x + radius[:, None]).max(0)
     pad *= max(high - low)
     axis.set(xlim=(low[0] - pad, high[0] + pad), ylim=(low[1] - pad, high[1] + pad), aspect="equal")

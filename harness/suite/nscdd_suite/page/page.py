@@ -1,6 +1,7 @@
 """The page: its blocks (tables and figures with captions), contents and frame. Images lie beside it, named by relative links."""
 import dataclasses
 import re
+import tomllib
 from html import escape
 from pathlib import Path
 
@@ -99,6 +100,11 @@ def origin(runs, kind=""):
         f'<div class="from">{f"<b>{kind}.</b> " if kind else ""}{escape(machines(runs))}; commit {escape(commits(runs))}. From '
         f"{command_list([run.command for run in runs])}</div>"
     )
+
+
+def captions(section):
+    """The texts beside the file of a section, as HTML; in braces what it knows."""
+    return tomllib.loads(Path(section).with_name("captions.toml").read_text(encoding="utf-8"))
 
 
 def missing(text):

@@ -6,7 +6,7 @@ from ...page import tables
 from ...page.page import command_list, figure_block, origin, quick, table_block
 from ...page.style import CCS, DCS, NLGS, plt, save
 from ...measure import SICONOS
-from ..accuracy.figures import at_level
+from ..accuracy.levels import at_level
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
 
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)

@@ -5,7 +5,7 @@ from html import escape
 from ...page import tables
 from ...page.page import figure_block, table_block
 from ...page.style import INK, SUBDOMAINS, plt, save
-from ..accuracy.figures import at_level
+from ..accuracy.levels import at_level
 
 MEASURES = {"eta": "\u03b7", "velocity_error": "velocity error"}
 DISTANCES = (0.3, 0.1, 0.03, 0.01)
