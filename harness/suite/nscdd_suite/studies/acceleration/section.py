@@ -1,8 +1,8 @@
 """What acceleration saves: tables and section of the page."""
-import math
+import statistics
 from html import escape
 
-from ...page.page import table_block
+from ...page.page import captions, table_block
 from ...page.tables import count, number, table
 
 NOISE = 0.05  # of the ratio of two CPU times
@@ -44,18 +44,11 @@ def hard_costs(record):
 
 
 def parts(record, source, out):
-    caption = (
-        "Iterations and CPU time of the solver to \u03b7 = 1e-4 by the paper's own method and accelerated. Warm: all steps of a scene, each from the "
-        "impulses of the one before; cold: one step from none. One subdomain is sequential NLGS; more are NSCDD by DCS, in process, whose subdomains take "
-        "turns on one core: CPU time is the work of all."
-    )
+    texts, kinds = captions(__file__), ("counted", "measured")
     if record["rows"]:
-        yield table_block(saved(record), "What acceleration saves", caption, source, ("counted", "measured"), wide=True)
+        yield table_block(saved(record), "What acceleration saves", texts["rows"], source, kinds, wide=True)
     if record.get("hard"):
         ratios = [cost_ratio(row) for row in record["hard"]]
-        caption = (
-            f"Hard cases by NLGS to the tolerance of each scene, medians of CPU times. Of {len(ratios)}, accelerated ones cost less in "
-            f"{sum(r < 1 - NOISE for r in ratios)}, the same within {100 * NOISE:.0f} % in {sum(abs(r - 1) <= NOISE for r in ratios)}, more in "
-            f"{sum(r > 1 + NOISE for r in ratios)}, listed here; geometric mean of the ratios {math.exp(sum(map(math.log, ratios)) / len(ratios)):.2f}."
-        )
-        yield table_block(hard_costs(record), "Hard cases that cost more accelerated", caption, source, ("counted", "measured"), wide=True)
+        numbers = {"of": len(ratios), "noise": 100 * NOISE, "same": sum(abs(r - 1) <= NOISE for r in ratios)}
+        numbers |= {"less": sum(r < 1 - NOISE for r in ratios), "more": sum(r > 1 + NOISE for r in ratios), "mean": statistics.geometric_mean(ratios)}
+        yield table_block(hard_costs(record), "Hard cases that cost more accelerated", texts["hard"].format(**numbers), source, kinds, wide=True)

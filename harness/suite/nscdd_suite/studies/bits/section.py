@@ -2,7 +2,7 @@
 from html import escape
 
 from ...page import tables
-from ...page.page import table_block
+from ...page.page import captions, table_block
 
 
 def table(record):
@@ -26,9 +26,5 @@ def table(record):
 def parts(record, source, out):
     rows = record["rows"]
     same, of = tables.count(sum(row["numbers"] - len(row["differ"]) for row in rows)), tables.count(sum(row["numbers"] for row in rows))
-    caption = (
-        f"Checksums of positions, velocities, driven walls and impulses at the end of the reduced scenes, by {len(rows)} builds of one source. {same} of {of} "
-        f"counts, residuals and checksums are the accepted ones (commit {escape(record['accepted'])}) or those of the record of hard cases; others are in red. "
-        "The build for aarch64 ran under qemu."
-    )
+    caption = captions(__file__)["rows"].format(builds=len(rows), same=same, of=of, commit=escape(record["accepted"]))
     yield table_block(table(record), "The same bits by several compilers and processors", caption, source, ("counted",), wide=True)

@@ -3,7 +3,7 @@ import math
 from html import escape
 
 from ...page import tables
-from ...page.page import figure_block, table_block
+from ...page.page import captions, figure_block, table_block
 from ...page.style import INK, SUBDOMAINS, plt, save
 from ..accuracy.levels import at_level
 
@@ -113,33 +113,15 @@ def cost_table(record):
 
 
 def parts(record, source, out):
-    caption = (
-        f"Distance of the velocities from the answer, {tables.symbols('|V - V*|_M / |V* - V_free|_M')}, against \u03b7 and against the "
-        "velocity error, of iterates that \u03b7 alone stopped; circles: plain, crosses: accelerated; colours: families of cases. Lines: equal, and a factor "
-        "of three either way. With friction there may be several answers, so V* is the end of the same iteration, \u03b7 \u2264 10\u207b\u00b9\u00b2 or at "
-        "least a hundred times smaller. A measure is worth what its points keep to a line: \u03b7 compares with all energies of single contacts, which grow "
-        "with mass ratios and the length of force chains while the velocities do not; the velocity error compares with what the contacts changed."
-    )
+    texts = captions(__file__)
+    caption = texts["distances"].format(distance=tables.symbols("|V - V*|_M / |V* - V_free|_M"))
     yield figure_block(save(draw(record), out, "velocity-error"), "Distance against \u03b7 and against the velocity error", caption, source, wide=True)
-    caption = (
-        "Least, median and most of all iterates, and the standard deviation of its logarithm. A distance many times the measure is a step called better than "
-        "it is."
-    )
-    yield table_block(ratio_table(record), "The distance over each measure", caption, source, wide=True)
+    yield table_block(ratio_table(record), "The distance over each measure", texts["ratios"], source, wide=True)
     levels, iterations = certainty(record)
-    left_out, caption = unreached(iterations), "Below which value of a measure every iterate of every case is within a distance"
-    caption += (
-        "; and how many iterations the three reduced scenes together take for one step to get there, by \u03b7 and by the velocity error: the price of the "
-        "same certainty."
-        if len(left_out) < len(iterations)
-        else "."
-    )
+    left_out = unreached(iterations)
+    caption = texts["levels"] + (texts["price"] if len(left_out) < len(iterations) else ".")
     if left_out:
-        caption += (
-            f" What they would take is left out for {escape('; '.join(left_out))}: not all of the recorded iterates of the reduced scenes get to any of these "
-            "levels."
-        )
+        caption += " " + texts["left_out"].format(left_out=escape("; ".join(left_out)))
     yield table_block(level_table(levels, iterations), "What a measure must be for a distance", caption, source, wide=True)
     if record["cost"]:
-        caption = "Iterations to \u03b7 = 10\u207b\u2074 alone, and how many times as many with a velocity error; in red where steps did not get there."
-        yield table_block(cost_table(record), "Iterations to a velocity error", caption, source, ("counted",), wide=True)
+        yield table_block(cost_table(record), "Iterations to a velocity error", texts["cost"], source, ("counted",), wide=True)

@@ -3,7 +3,9 @@ import math
 from html import escape
 
 from ...page import tables
-from ...page.page import table_block
+from ...page.page import captions, table_block
+
+CAPTIONS = captions(__file__)
 
 
 def number(value):
@@ -41,18 +43,9 @@ def worst_table(record, most=20):
 
 
 def parts(record, source, out):
-    skipped = record["not_judged"]
-    caption = (
-        f"{tables.count(record['scenes'])} random scenes, most of them built to fool the tests of convergence. V*: the answer by an active-set method of its "
-        f"own, in scenes without friction. Distance: {tables.symbols('|V - V*|_M / |V* - V_free|_M')} of the worst component; energy gain by the contacts of "
-        "a component, in all scenes. Refused: not converged at the cap of iterations; near: of them those within 0.3 of the answer. Not judged: "
-        f"{tables.count(skipped['no_room'])} steps whose law no velocities satisfy, {tables.count(skipped['no_answer'])} that the judge did not solve."
-    )
+    numbers = {key: tables.count(value) for key, value in (record["not_judged"] | {"scenes": record["scenes"]}).items()}
+    caption = CAPTIONS["rows"].format(**numbers, distance=tables.symbols("|V - V*|_M / |V* - V_free|_M"))
     for by, text in (("solver", caption), ("family", "As above.")):
         yield table_block(spread_table(record, by), f"Random scenes by {by}, worst first", text, source, ("counted",), wide=True)
-    caption = (
-        "Gap error: the step is proven to be exact for gaps that differ by at most this share of the contact's radius. Estimate: what the solver said of the "
-        "distance of the worst component. Seed: <code>wild_scenes --scenes 1 --seed</code> makes the scene again."
-    )
     heading = "Accepted steps of random scenes, the farthest from the answer first"
-    yield table_block(worst_table(record), heading, caption, source, ("counted",), wide=True)
+    yield table_block(worst_table(record), heading, CAPTIONS["worst"], source, ("counted",), wide=True)
