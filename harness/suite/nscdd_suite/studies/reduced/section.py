@@ -3,7 +3,7 @@ from html import escape
 from pathlib import Path
 
 from ...page import packings
-from ...page.page import figure_block, origin, quick, table_block
+from ...page.page import captions, figure_block, origin, quick, table_block
 from ...page.style import SCHEMES, save
 from ...page.tables import bounded, by_number, count, exceeds, number, percent, row_ok, table
 from ...times import CORES, TRIES
@@ -11,21 +11,16 @@ from ..paper.data import TABLE_1
 from . import figures
 from .runs import Runs, key, order
 
+CAPTIONS = captions(__file__)
+
 
 def left_out(runs, scene):
     """Says which numbers of subdomains have no measured time, and why."""
-    text, (few, busy) = "", runs.unmeasured(scene)
-    if few:
-        text += (
-            f" Left out: {', '.join(map(str, few))} subdomains, being more ranks than the {max(run['machine']['cores'] for run in runs)} cores of this "
-            "machine; times of ranks that take turns on a core measure no speed."
-        )
-    if busy:
-        text += (
-            f" Left out: {', '.join(map(str, busy))} subdomain{'s' * (busy != [1])}, measured while the machine was busy: "
-            f"a process had less than {100 * CORES:.0f} % of its core, {TRIES} times."
-        )
-    return text
+    few, busy = runs.unmeasured(scene)
+    cores, named = max(run["machine"]["cores"] for run in runs), [", ".join(map(str, numbers)) for numbers in (few, busy)]
+    text = " " + CAPTIONS["few"].format(numbers=named[0], cores=cores) if few else ""
+    more = {"numbers": named[1], "s": "s" * (busy != [1]), "share": 100 * CORES, "tries": TRIES}
+    return text + (" " + CAPTIONS["busy"].format(**more) if busy else "")
 
 
 def interval(runs):
@@ -108,17 +103,10 @@ def communication(runs, summary, scene="isotropic"):
     timed, counted = ({scheme: of(scene, scheme) for scheme in SCHEMES} for of in (runs.timed, runs.counted))
     html, summary["mpi_share"] = mpi_share(timed)
     if used := flat(timed):
-        caption = (
-            f"Share of time spent in MPI, CCS against DCS, isotropic compaction of {count(used[0]['grains'])} spheres, {used[0]['steps']} steps, and of it "
-            "waiting for other ranks and transferring. Means over ranks, in per cent of the time of the run. Only MPI runs with a core for each rank."
-        )
-        heading = "Share of time in MPI, after Table 1 of the paper"
+        caption, heading = CAPTIONS["mpi"].format(grains=count(used[0]["grains"]), steps=used[0]["steps"]), "Share of time in MPI, after Table 1 of the paper"
         yield table_block(html, heading, caption + left_out(runs, scene), origin(used), ("measured",))
     if used := flat(counted):
-        caption = (
-            "What each iteration exchanges, for the same scene: messages and bytes sent, summed over ranks; grains in more than one subdomain; the largest "
-            "share of contact updates done by one rank, beside an even share." + interval(used)
-        )
+        caption = CAPTIONS["exchanged"] + interval(used)
         yield table_block(exchanged(counted), "What an iteration exchanges", caption, origin(used), ("counted",), wide=True)
 
 
@@ -127,21 +115,17 @@ def pictures(runs, out):
     for run in found[-1:]:
         state = packings.read_state(run.state)
         grid = figures.grid_of(run["partition"], state, packings.contact_lines(state))
-        caption = (
-            f"Partition and multiplicity of a network of {count(run['grains'])} disks, {run['subdomains']} subdomains. Each contact, drawn between the centres "
-            "(or from the wall), has the colour of the subdomain in which its midpoint lies; each grain that of its multiplicity number, the number of "
-            "subdomains that it has contacts in" + ("; dashed, the grid." if grid else ".")
-        )
+        caption = CAPTIONS["network"].format(**run | {"grains": count(run["grains"])}) + ("; dashed, the grid." if grid else ".")
         heading, file = "Partition and multiplicity of a 2D network, after Fig. 1 of the paper", save(figures.draw_network(state, grid), out, "network")
         yield figure_block(file, heading, caption, origin([run]), ("counted",))
     found = [run for run in runs.select("isotropic", dimension=3, subdomains=8) if run.state]
     for run in found[-1:]:
-        caption = (
-            f"Compacted sample of {count(run['grains'])} spheres, {run['subdomains']} subdomains ({run['partition']}): (a) subdomain index, (b) multiplicity "
-            "number, with the number of grains in parentheses. The vertical quarter towards the reader is taken out."
+        caption, heading = (
+            CAPTIONS["spheres"].format(**run | {"grains": count(run["grains"])}),
+            "Subdomains and multiplicity of spheres, after Fig. 2 of the paper",
         )
         file = save(packings.draw_spheres(packings.read_state(run.state)), out, "spheres", "png")
-        yield figure_block(file, "Subdomains and multiplicity of spheres, after Fig. 2 of the paper", caption, origin([run]), ("counted",))
+        yield figure_block(file, heading, caption, origin([run]), ("counted",))
 
 
 def scaling(runs, out):
@@ -156,10 +140,8 @@ def scaling(runs, out):
         of = (lambda run: run.mean_iterations) if mean else (lambda run: run.total_iterations)
         iterations = {scheme: {n: of(run) for n, run in by_number.items()} for scheme, by_number in found.items()}
         some = (counted or timed)[0]
-        caption = (
-            f"{what}, {count(some['grains'])} grains, {some['steps']} steps. (a) Speed-up of NSCDD over MPI, against the sequential NLGS of the same program: "
-            "wall-clock time of the whole run, the slowest rank. (b) Iterations, " + ("mean over the steps." if mean else "summed over the steps.")
-        )
+        how = "mean over" if mean else "summed over"
+        caption = CAPTIONS["scaling"].format(what=what, grains=count(some["grains"]), steps=some["steps"], how=how)
         caption += interval(counted) if counted else ""
         if len(iterations) == 2:
             differ = sorted(n for n, value in iterations["dcs"].items() if iterations["ccs"].get(n, value) != value)
@@ -182,23 +164,17 @@ def scaling(runs, out):
             panels[scene] = found
     if panels:
         used, file = flat(panels), save(figures.draw_histories(panels), out, "histories")
-        caption = "A line for each number of subdomains. The paper has no such figure." + interval(used)
+        caption = CAPTIONS["histories"] + interval(used)
         yield figure_block(file, "Iterations of each step", caption, origin(used), ("counted",))
 
 
 def agreement(runs, compares):
     if compares:
-        caption = (
-            "Difference of each run from the sequential reference, with the bound that it must keep; values beyond their bound are in red. A run has two "
-            "rows: one step, both from the last state of the reference, where both solve the same problem; and the whole run, whose bounds are wider, because "
-            "small differences grow from step to step. Residuals are evaluated on the unsplit problem, whatever the partition."
-        )
         source = origin([run for run in runs if run.key in set(map(key, compares))] or runs)
         if command := next((one["command"] for one in compares if one.get("command")), None):
             source += f'<div class="from">Compared by commands such as <code>{escape(command)}</code>.</div>'
-        yield table_block(agreement_table(compares), "Agreement with the reference", caption, source, wide=True)
-    caption = "All runs: largest energy residual \u03b7 of any step with its tolerance, and counts. Seconds are given only where they are measured."
-    yield table_block(run_table(runs), "All runs", caption, origin(runs, "Counted; seconds measured"), ("counted", "measured"), wide=True)
+        yield table_block(agreement_table(compares), "Agreement with the reference", CAPTIONS["agreement"], source, wide=True)
+    yield table_block(run_table(runs), "All runs", CAPTIONS["all_runs"], origin(runs, "Counted; seconds measured"), ("counted", "measured"), wide=True)
 
 
 def judge(results, runs, compares):
