@@ -4,29 +4,13 @@ Compares iterations, contacts, messages, bytes, work, residuals, checksums of an
 are not compared, no number of a simulated machine, and none of another program. A program with fused products has the same numbers on every machine.
 """
 import shutil
+import tomllib
 from pathlib import Path
 
 from . import record
 
 RECORDS = Path("reports/results")
-PLACE = ("scene", "method", "scheme", "partition", "subdomains", "multiplicity", "variation", "perturbed")
-# record: its lists of rows, what identifies a row, its counted numbers ("a.b": b in the row's a)
-TABLES = {
-    "hard": [("rows", ("case", "scheme", "quantity"), ("iterations", "steps", "found", "answer"))],
-    "paper": [("runs", PLACE, ("iterations", "interface_grains", "bytes_per_iteration", "residual_max"))],
-    "physics": [("rows", ("quantity",), ("ours",))],
-    "peers": [("settle.ours", ("h", "arguments", "steps"), ("iterations", "most_contacts", "overlapping")),
-              ("siconos", ("scene", "solver", "arguments", "tolerance"), ("iterations", "eta"))],
-    "accuracy": [("runs", ("scene", "solver", "arguments", "tolerance"), ("iterations", "sweeps", "eta")),
-                 ("profiles", ("set", "problem", "solver", "tolerance"), ("iterations", "sweeps"))],
-    "acceleration": [("rows", ("scene", "start", "method", "subdomains"), ("iterations", "contacts", "eta")),
-                     ("hard", ("scene",), ("steps", "paper.iterations", "auto.iterations"))],
-    "velocity_error": [("rows", ("case", "start", "method", "tolerance"), ("iterations", "eta")),
-                       ("cost", ("case", "start", "method", "allowed"), ("iterations", "eta"))],
-    "partitions": [("rows", ("scene", "method", "partition", "subdomains"),
-                    ("iterations", "interface_grains", "messages_per_iteration", "bytes_per_iteration"))],
-    "scale": [("points", ("scheme", "ranks"), ("iterations", "contacts"))],  # of scale-....json
-}  # fmt: skip
+TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 SHOWN = 20
 
 
@@ -46,12 +30,12 @@ def of_record(kind, data):
     label, found = kind + (" --quick" if data.get("quick") else ""), {}
     if kind == "reduced":
         return {f"{label}: {run}: {key}": value for run, numbers in data["runs"].items() for key, value in numbers.items()}
-    for rows, identity, numbers in TABLES[kind.partition("-")[0]]:
-        for row in at(data, rows):
+    for table in TABLES[kind.partition("-")[0]]:
+        for row in at(data, table["rows"]):
             if str(row.get("solver")).startswith("Siconos"):  # no number of ours
                 continue
-            name = " ".join(str(row[key]) for key in identity if row.get(key) not in (None, ""))
-            found |= {f"{label}: {name}: {key}": total(at(row, key)) for key in numbers if at(row, key) is not None}
+            name = " ".join(str(row[key]) for key in table["named"] if row.get(key) not in (None, ""))
+            found |= {f"{label}: {name}: {key}": total(at(row, key)) for key in table["numbers"] if at(row, key) is not None}
     return found
 
 

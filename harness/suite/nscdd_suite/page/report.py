@@ -7,20 +7,11 @@ from html import escape
 
 from ..studies import studies
 from .load import load
-from .page import commits, machines, number, page
+from .page import captions, commits, machines, number, page
 from .style import write
 from .tables import count
 
-PAPER = (
-    "V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distributed Nonsmooth Contact Domain "
-    "Decomposition (NSCDD): Algorithmic Structure and Scalability</i>, DD 21, LNCSE 98, 627\u2013636 (2014), "
-    '<a href="https://doi.org/10.1007/978-3-319-05789-7_60">doi:10.1007/978-3-319-05789-7_60</a>'
-)
-LEAD = (
-    "Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
-    "against sequential nonlinear Gauss\u2013Seidel (NLGS). Each caption says whether its numbers were measured on a real "
-    "machine, counted, computed, or SIMULATED on a machine that is not there."
-)
+TEXTS = captions(__file__)
 
 
 def div(style, text, items=(), more=""):
@@ -73,7 +64,7 @@ def make(folder, out):
     results.failures += [f"job failed (exit {job['exit']}): {job['title']}" for record in results.records("job") for job in record["jobs"] if job["exit"]]
     dates = sorted(source["date"] for source in results.sources if "date" in source) or [""]
     opening = (results.opening() if results.opening else "") + verdict(results) + "".join(counted(results))
-    html = page("nscdd: report", LEAD, facts(results, dates), opening, sections, "Method: " + PAPER + ".")
+    html = page("nscdd: report", TEXTS["lead"], facts(results, dates), opening, sections, TEXTS["method"])
     summary = {"schema": "nscdd.summary/1", "passes": not results.failures, "failures": results.failures, "runs": len(results.records("run"))}
     summary |= {"machine": machines(results.sources), "commit": commits(results.sources), "dates": [dates[0], dates[-1]], **results.summary}
     write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
