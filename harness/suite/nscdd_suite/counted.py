@@ -4,13 +4,12 @@ Compares iterations, contacts, messages, bytes, work, residuals, checksums of an
 are not compared, no number of a simulated machine, and none of another program. A program with fused products has the same numbers on every machine.
 """
 import shutil
-import tomllib
 from pathlib import Path
 
 from . import record
 
 RECORDS = Path("reports/results")
-TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+TABLES = record.beside(__file__, "counted.toml")
 SHOWN = 20
 
 

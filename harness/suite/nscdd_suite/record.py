@@ -1,5 +1,6 @@
 """Files that studies write: JSON with a schema, commit and machine; whole or not at all."""
 import json
+import tomllib
 from pathlib import Path
 
 from .program import ROOT, read as load  # of our own, which no user writes
@@ -50,6 +51,11 @@ def check(path, data, schema):
     if error:
         place = "/".join(map(str, error.absolute_path)) or "top level"
         raise InputError(f"{path}: {place}: {error.message[:200]}")
+
+
+def beside(module, name):
+    """The TOML file of this name in the folder of a module."""
+    return tomllib.loads(Path(module).with_name(name).read_text(encoding="utf-8"))
 
 
 def provenance(runs):

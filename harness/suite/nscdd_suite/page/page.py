@@ -1,9 +1,10 @@
 """The page: its blocks (tables and figures with captions), contents and frame. Images lie beside it, named by relative links."""
 import dataclasses
 import re
-import tomllib
 from html import escape
 from pathlib import Path
+
+from ..record import beside
 
 STYLE = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
 # Where numbers come from; the first thing that a caption says.
@@ -104,7 +105,7 @@ def origin(runs, kind=""):
 
 def captions(section):
     """The texts beside the file of a section, as HTML; in braces what it knows."""
-    return tomllib.loads(Path(section).with_name("captions.toml").read_text(encoding="utf-8"))
+    return beside(section, "captions.toml")
 
 
 def missing(text):

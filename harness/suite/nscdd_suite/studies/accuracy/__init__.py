@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ...measure import SICONOS, Budget
 from ...program import ROOT
+from ...record import beside
 from ...study import Study, installed
 from .measured import Curves, profile_rows
 
@@ -26,35 +27,20 @@ FCLIB = ROOT.parent / "shared/fclib"
 
 @dataclasses.dataclass
 class Solver:
+    """An entry of solvers.toml, which says what its fields are."""
+
     name: str
-    run: str  # arguments of `nscdd run`
-    fclib: str = ""  # arguments of `nscdd solve-fclib`, where it takes part
-    sweeps: int = 1  # in an iteration; 0: its iterations cost something else
-    profile: bool = False  # takes part in the profile of the hard cases
+    run: str
+    fclib: str = ""
+    sweeps: int = 1
+    profile: bool = False
     tolerances: tuple = tuple(TOLERANCES)
 
     def cap(self, budget, option="--max-iterations"):
         return [option, max(1, budget.sweeps // self.sweeps)] if self.sweeps else []
 
 
-# One line each. NSCDD by DCS: CCS makes the same iterates, which is checked once for each scene.
-SOLVERS = [
-    Solver("NLGS", "--scheme nlgs --method paper", "--solver nlgs", profile=True),
-    Solver("NLGS, relaxation 1.5", "--scheme nlgs --method paper --relaxation 1.5"),
-    Solver("NLGS, auto", "--scheme nlgs", profile=True),
-    *[
-        Solver(f"NSCDD {n}, n_GS {k}", f"--scheme dcs --method paper --subdomains {n} --sweeps {k} --check-every {10 // k}", sweeps=k)
-        for n in (2, 8, 32)
-        for k in (1, 2, 5)
-    ],
-    *[Solver(f"NSCDD {n}, relaxation 1.5", f"--scheme dcs --method paper --subdomains {n} --relaxation 1.5") for n in (2, 8, 32)],
-    *[Solver(f"NSCDD {n}, auto", f"--scheme dcs --subdomains {n}") for n in (2, 8, 32)],
-    Solver("NSCDD 4", "--scheme dcs --method paper --subdomains 4", profile=True, tolerances=()),
-    Solver("NSCDD 4, auto", "--scheme dcs --subdomains 4", profile=True, tolerances=()),
-    Solver("SPG", "--scheme spg", "--solver spg", profile=True),
-    Solver("APGD", "--scheme apgd", "--solver apgd", profile=True),
-    Solver("Newton", "--scheme newton", "--solver newton", sweeps=0, profile=True, tolerances=(1e-4, 1e-7, 1e-10)),
-]
+SOLVERS = [Solver(**one) for one in beside(__file__, "solvers.toml")["solvers"]]
 
 
 class Accuracy(Study):
