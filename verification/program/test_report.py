@@ -9,27 +9,21 @@ from pathlib import Path
 
 import harness  # noqa: F401  (sets the path of nscdd_suite)
 import numpy as np
+from made_up import acceleration, accuracy, bits, compare, fabricate, hard, velocity_error, wild
 from nscdd_suite import cli
 from nscdd_suite.page import packings, tables
 from nscdd_suite.page.load import load
 from nscdd_suite.studies.acceleration import section as acceleration_section
-from nscdd_suite.studies.acceleration.made_up import acceleration
 from nscdd_suite.studies.accuracy import figures
 from nscdd_suite.studies.accuracy.levels import at_level
-from nscdd_suite.studies.accuracy.made_up import accuracy
 from nscdd_suite.studies.bits import section as same_bits
-from nscdd_suite.studies.bits.made_up import bits
-from nscdd_suite.studies.hard import figures as hard_cases
-from nscdd_suite.studies.hard.made_up import hard
+from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.peers import section as peers
-from nscdd_suite.studies.reduced import curves, network
-from nscdd_suite.studies.reduced import tables as of_runs
-from nscdd_suite.studies.reduced.made_up import compare, fabricate
+from nscdd_suite.studies.reduced import figures as pictures
+from nscdd_suite.studies.reduced import section as of_runs
 from nscdd_suite.studies.reduced.runs import Runs
-from nscdd_suite.studies.velocity_error import figures as velocity
-from nscdd_suite.studies.velocity_error.made_up import velocity_error
+from nscdd_suite.studies.velocity_error import section as velocity
 from nscdd_suite.studies.wild import section as random_scenes
-from nscdd_suite.studies.wild.made_up import wild
 
 
 def counted(**changed):
@@ -150,8 +144,8 @@ class Page(Case):
     def test_grid_is_found_in_the_state(self):
         state = packings.read_state(self.folder / "network-dcs-in-process-2.h5")
         lines = packings.contact_lines(state)
-        self.assertEqual(list(network.grid_of("grid 2x1", state, lines)[0]), [2, 1])
-        self.assertIsNone(network.grid_of("grid 3x3", state, lines))
+        self.assertEqual(list(pictures.grid_of("grid 2x1", state, lines)[0]), [2, 1])
+        self.assertIsNone(pictures.grid_of("grid 3x3", state, lines))
 
 
 class Verdict(Case):
@@ -202,7 +196,7 @@ class Verdict(Case):
         record = accuracy(runs=[*accuracy()["runs"], *rows])
         self.assertEqual(figures.chosen(record), ["NLGS", "Siconos NSGS"])
         record = accuracy(runs=rows)
-        figure = figures.draw_curves(record, figures.chosen(record), "cpu", "eta", "CPU time", "eta")
+        figure = figures.draw_curves(record, figures.chosen(record), "cpu", "eta")
         self.assertEqual(len([line for line in figure.axes[0].lines if len(line.get_xdata())]), 8)
         self.assertEqual(figures.solver_table(record).count("<td>variant"), 20)
         figures.plt.close(figure)
@@ -217,7 +211,7 @@ class Verdict(Case):
         self.assertEqual(tables.symbols("|V* - V_free|_M in 2 s"), "|<i>V</i>* \u2212 <i>V</i><sub>free</sub>|<sub><i>M</i></sub> in 2 s")
 
     def test_runs_are_sorted_by_number(self):
-        html = of_runs.agreement([compare("column", "dcs", n, "in-process") for n in (16, 2, 3, 1)])
+        html = of_runs.agreement_table([compare("column", "dcs", n, "in-process") for n in (16, 2, 3, 1)])
         self.assertEqual(re.findall(r"<td>[^<]*dcs[^<]*?(\d+)</td>", html), ["1", "2", "3", "16"])
 
     def test_solvers_without_a_point_are_not_called_drawn(self):
@@ -228,13 +222,13 @@ class Verdict(Case):
 
     def test_a_level_that_is_not_reached_has_no_column(self):
         record = velocity_error()
-        self.assertEqual(velocity.unreached(record), [])
+        self.assertEqual(velocity.unreached(velocity.certainty(record)[1]), [])
         for row in record["rows"]:
             if row["family"] == "reduced":
                 row.update(eta=1.0, velocity_error=1.0)
-        groups = velocity.reduced(record)
-        self.assertEqual(velocity.unreached(record), [", ".join(key) for key in groups])
-        self.assertNotIn("NLGS", velocity.level_table(record))
+        levels, iterations = velocity.certainty(record)
+        self.assertEqual(velocity.unreached(iterations), ["NLGS, cold", "NLGS, auto, cold"])
+        self.assertNotIn("NLGS", velocity.level_table(levels, iterations))
 
     def test_lost_grains_are_told_in_words(self):
         self.assertEqual(
@@ -243,7 +237,7 @@ class Verdict(Case):
 
     def test_one_step_and_whole_run_are_told_apart(self):
         whole = compare("column", "dcs", 2, "mpi") | {"steps": 50, "last_step": 50}
-        html = of_runs.agreement([whole, whole | {"steps": 1, "last_step": 51}])
+        html = of_runs.agreement_table([whole, whole | {"steps": 1, "last_step": 51}])
         self.assertIn("whole run, 50 steps", html)
         self.assertIn("one step, from the reference", html)
 
@@ -253,7 +247,7 @@ class Verdict(Case):
         self.assertEqual(cells[16:21], ["8", "200", "50", "0.25", "2"])
 
     def test_hard_cases_that_cost_more_are_listed(self):
-        cells = re.findall("<td>(.*?)</td>", acceleration_section.hard_costs(acceleration(), 0.05))
+        cells = re.findall("<td>(.*?)</td>", acceleration_section.hard_costs(acceleration()))
         self.assertEqual(cells, ["dear", "2", "3", "40", "20", "4", "5", "1.25"])
         (self.folder / "acceleration.json").write_text(json.dumps(acceleration()))
         self.assertEqual(self.report(), (0, ""))
@@ -278,10 +272,10 @@ class Verdict(Case):
         self.assertEqual(velocity.level(record["rows"], "velocity_error", 0.1), 5e-4)
         self.assertEqual(velocity.level(record["rows"], "eta", 0.2), None)
         curve = [row for row in record["rows"] if (row["family"], row["method"]) == ("reduced", "NLGS")]
-        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-4), 20)
-        self.assertAlmostEqual(velocity.iterations_at(curve, "eta", 1e-5), np.sqrt(20 * 30))
-        self.assertEqual(velocity.iterations_at(curve, "eta", 1.0), 10)
-        self.assertIsNone(velocity.iterations_at(curve, "eta", 1e-7))
+        self.assertAlmostEqual(at_level(curve, 1e-4, "iterations", "eta"), 20)
+        self.assertAlmostEqual(at_level(curve, 1e-5, "iterations", "eta"), np.sqrt(20 * 30))
+        self.assertEqual(at_level(curve, 1.0, "iterations", "eta"), 10)
+        self.assertIsNone(at_level(curve, 1e-7, "iterations", "eta"))
         self.assertIn("<td>1.5</td>", velocity.cost_table(record))
 
     def test_random_scenes_come_worst_first(self):
@@ -297,9 +291,7 @@ class Verdict(Case):
     def test_profile_counts_what_is_solved(self):
         rows = [row for row in accuracy()["profiles"] if row["set"] == "hard"]
         self.assertEqual(figures.profile(rows, "cpu"), ({"NLGS": [1.0, 1.0], "SPG": [4.0]}, 2))
-        missing = figures.complete(rows + [rows[0] | {"tolerance": 1e-6}])
-        self.assertEqual(len(missing), 8)
-        self.assertEqual(figures.profile([row for row in missing if row["tolerance"] == 1e-6], "cpu"), ({"NLGS": [1.0]}, 1))
+        self.assertEqual(figures.profile(figures.of([*rows, rows[0] | {"tolerance": 1e-6}], tolerance=1e-6), "cpu"), ({"NLGS": [1.0]}, 1))
 
     def test_hard_cases_alone_make_a_report(self):
         for path in self.folder.iterdir():
@@ -428,7 +420,7 @@ class Measured(Case):
     def test_times_of_more_ranks_than_cores_are_left_out(self):
         runs = Runs(load(self.folder))
         self.assertTrue(runs.select(transport="mpi", subdomains=4))
-        speed, used = curves.speed_ups(runs, "column")
+        speed, used = runs.speed_ups("column")
         self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0, 2: 2.0}})
         self.assertEqual({r["transport"] for r in used}, {"mpi", "sequential"})
 
@@ -436,12 +428,12 @@ class Measured(Case):
         shares = {"least": 0.5, "mean": 0.75, "largest": 1.0}
         busy = {**dict.fromkeys(("cores", "switches", "running", "cores_allowed"), shares), "believed": False}
         self.change("column-dcs-mpi-2.json", load=busy)
-        speed, _ = curves.speed_ups(Runs(load(self.folder)), "column")
+        speed, _ = Runs(load(self.folder)).speed_ups("column")
         self.assertEqual(speed, {"ccs": {1: 1.0, 2: 2.0}, "dcs": {1: 1.0}})
         self.report()
         self.assertEqual(self.page().count("machine busy"), 1)
         self.change("column-nlgs.json", load=busy)  # the reference
-        self.assertEqual(curves.speed_ups(Runs(load(self.folder)), "column"), ({}, []))
+        self.assertEqual(Runs(load(self.folder)).speed_ups("column"), ({}, []))
 
     def test_cores_are_checked_even_if_the_run_says_measured(self):
         self.change("column-dcs-mpi-4.json", ranks_measured=True)
@@ -449,7 +441,7 @@ class Measured(Case):
 
     def test_speed_up_needs_the_same_problem(self):
         self.change("column-nlgs.json", tolerance=1e-6)
-        self.assertEqual(curves.speed_ups(Runs(load(self.folder)), "column"), ({}, []))
+        self.assertEqual(Runs(load(self.folder)).speed_ups("column"), ({}, []))
 
     def test_counts_keep_to_one_interval_between_checks(self):
         for n in (1, 2, 4):

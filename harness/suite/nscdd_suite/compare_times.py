@@ -23,7 +23,7 @@ PAIRS = 15
 
 
 def timed(command):
-    """{seconds: CPU time, wall, cores} of one run. 3, not converged, is no error."""
+    """{cpu: seconds, wall, cores} of one run. 3, not converged, is no error."""
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     wall, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -38,20 +38,20 @@ def pair(commands, turn):
 
     def once():
         made = {which: timed(commands[which]) for which in ((0, 1) if turn % 2 == 0 else (1, 0))}
-        return {"cores": least(one["cores"] for one in made.values()), "both": (made[0], made[1])}
+        return {"a": made[0], "b": made[1], "cores": least(one["cores"] for one in made.values())}
 
-    return believed(once)["both"]
-
-
-def add_options(parser):
-    parser.add_argument("a", metavar="A", help="the command that B is compared with")
-    parser.add_argument("b", metavar="B")
-    parser.add_argument("--pairs", type=int, default=PAIRS, metavar="N", help=f"runs of each (default: {PAIRS})")
-    parser.add_argument("--wall", action="store_true", help="compare wall-clock times")
-    parser.add_argument("--json", metavar="FILE", help="record to write")
+    return believed(once)
 
 
-def compare(options, typed):
+def add_options(add):
+    add("a", metavar="A", help="the command that B is compared with")
+    add("b", metavar="B")
+    add("--pairs", type=int, default=PAIRS, metavar="N", help=f"runs of each (default: {PAIRS})")
+    add("--wall", action="store_true", help="compare wall-clock times")
+    add("--json", metavar="FILE", help="record to write")
+
+
+def compare(options):
     """Exit code. Raises Failed, InputError and OSError."""
     if options.pairs < LEAST_PAIRS:
         raise record.InputError(f"times: --pairs must be at least {LEAST_PAIRS}, found {options.pairs}")
@@ -66,25 +66,12 @@ def compare(options, typed):
         if sys.stderr.isatty():
             about = left(time.monotonic() - began, turn + 1, options.pairs)
             print(f"\r{turn + 1} of {options.pairs} pairs ({clock(time.monotonic() - began)}{about})  ", end="", file=sys.stderr)
-    result = compared(*([one[key] for one in side] for side in zip(*pairs)))
-    disturbed = sum(busy(least(one["cores"] for one in both)) for both in pairs)
-    print(
-        f"B / A: {result['ratio']:.3f} in {key} time, {options.pairs} pairs, p = {result['p']:.2g}: {result['verdict']}"
-        + (f"; {disturbed} pairs had less than {100 * CORES:.0f} % of a core" if disturbed else "")
-    )
+    result = compared(*([one[side][key] for one in pairs] for side in "ab"))
+    disturbed = sum(busy(one.pop("cores")) for one in pairs)
+    told = f"; {disturbed} pairs had less than {100 * CORES:.0f} % of a core" if disturbed else ""
+    print(f"B / A: {result['ratio']:.3f} in {key} time, {options.pairs} pairs, p = {result['p']:.2g}: {result['verdict']}{told}")
     if options.json:
-        record.write(
-            options.json,
-            {
-                "schema": "nscdd.times/1",
-                "command": typed,
-                "a": options.a,
-                "b": options.b,
-                "of": key,
-                "date": datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"),
-                **result,
-                "disturbed": disturbed,
-                "pairs": [{"a": a, "b": b} for a, b in pairs],
-            },
-        )
+        made = {"schema": "nscdd.times/1", "command": options.typed, "a": options.a, "b": options.b, "of": key}
+        made["date"] = datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+        record.write(options.json, made | result | {"disturbed": disturbed, "pairs": pairs})
     return 3 if result["verdict"] == "slower" else 0

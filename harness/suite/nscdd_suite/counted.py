@@ -9,24 +9,7 @@ from pathlib import Path
 from . import record
 
 RECORDS = Path("reports/results")
-PLACE = ("scene", "method", "scheme", "partition", "subdomains", "multiplicity", "variation", "perturbed")
-# record: its lists of rows, what identifies a row, its counted numbers ("a.b": b in the row's a)
-TABLES = {
-    "hard": [("rows", ("case", "scheme", "quantity"), ("iterations", "steps", "found", "answer"))],
-    "paper": [("runs", PLACE, ("iterations", "interface_grains", "bytes_per_iteration", "residual_max"))],
-    "physics": [("rows", ("quantity",), ("ours",))],
-    "peers": [("settle.ours", ("h", "arguments", "steps"), ("iterations", "most_contacts", "overlapping")),
-              ("siconos", ("scene", "solver", "arguments", "tolerance"), ("iterations", "eta"))],
-    "accuracy": [("runs", ("scene", "solver", "arguments", "tolerance"), ("iterations", "sweeps", "eta")),
-                 ("profiles", ("set", "problem", "solver", "tolerance"), ("iterations", "sweeps"))],
-    "acceleration": [("rows", ("scene", "start", "method", "subdomains"), ("iterations", "contacts", "eta")),
-                     ("hard", ("scene",), ("steps", "paper.iterations", "auto.iterations"))],
-    "velocity_error": [("rows", ("case", "start", "method", "tolerance"), ("iterations", "eta")),
-                       ("cost", ("case", "start", "method", "allowed"), ("iterations", "eta"))],
-    "partitions": [("rows", ("scene", "method", "partition", "subdomains"),
-                    ("iterations", "interface_grains", "messages_per_iteration", "bytes_per_iteration"))],
-    "scale": [("points", ("scheme", "ranks"), ("iterations", "contacts"))],  # of scale-....json
-}  # fmt: skip
+TABLES = record.beside(__file__, "counted.toml")
 SHOWN = 20
 
 
@@ -46,12 +29,12 @@ def of_record(kind, data):
     label, found = kind + (" --quick" if data.get("quick") else ""), {}
     if kind == "reduced":
         return {f"{label}: {run}: {key}": value for run, numbers in data["runs"].items() for key, value in numbers.items()}
-    for rows, identity, numbers in TABLES[kind.partition("-")[0]]:
-        for row in at(data, rows):
+    for table in TABLES[kind.partition("-")[0]]:
+        for row in at(data, table["rows"]):
             if str(row.get("solver")).startswith("Siconos"):  # no number of ours
                 continue
-            name = " ".join(str(row[key]) for key in identity if row.get(key) not in (None, ""))
-            found |= {f"{label}: {name}: {key}": total(at(row, key)) for key in numbers if at(row, key) is not None}
+            name = " ".join(str(row[key]) for key in table["named"] if row.get(key) not in (None, ""))
+            found |= {f"{label}: {name}: {key}": total(at(row, key)) for key in table["numbers"] if at(row, key) is not None}
     return found
 
 
@@ -72,13 +55,17 @@ def read(folder, kind):
 
 def require_whole(folder, kind, new):
     """Raises InputError for a record of a quick job, or one that lacks numbers of the committed one."""
-    old = read(RECORDS, kind) if (RECORDS / f"{kind}.json").exists() else {}
+    old = committed(kind)
     gone = len(old.keys() - new.keys())
     if gone or record.read(folder / f"{kind}.json").get("quick"):
         raise record.InputError(
             f"counted: --record: {folder / kind}.json is quick, or lacks numbers of the committed record ({gone} of {len(old)}): "
             f"remove {RECORDS / kind}.json first if that is meant"
         )
+
+
+def committed(kind):
+    return read(RECORDS, kind) if (RECORDS / f"{kind}.json").exists() else {}
 
 
 def compare(folder, keep=False):
@@ -88,32 +75,24 @@ def compare(folder, keep=False):
     now = {kind: read(folder, kind) for kind in kinds(folder)}
     if not any(now.values()):
         raise record.InputError(f"counted: {folder}: no records")
-    for kind in now if keep else ():
-        require_whole(folder, kind, now[kind])
-    for kind in now if keep else ():
-        shutil.copyfile(folder / f"{kind}.json", RECORDS / f"{kind}.json")
-    same, differ, unknown, missing, compared = 0, [], 0, 0, []
-    for kind, new in now.items():
-        if not (RECORDS / f"{kind}.json").exists():
-            yield f"counted: {RECORDS / kind}.json is not there: nothing to compare {kind} with"
-            continue
-        old = read(RECORDS, kind)
-        compared.append(kind)
-        missing += len(old.keys() - new.keys())
-        unknown += len(new.keys() - old.keys())
-        both = [name for name in new if name in old]
-        same += sum(old[name] == new[name] for name in both)
-        differ += [{"name": name, "now": new[name], "record": old[name]} for name in both if old[name] != new[name]]
-    of = same + len(differ)
-    record.write(
-        folder / "counted.json",
-        {"schema": "nscdd.counted/1", "records": compared, "same": same, "of": of, "not_in_the_record": unknown, "missing": missing, "differ": differ},
-    )
+    if keep:
+        for kind in now:
+            require_whole(folder, kind, now[kind])
+        for kind in now:
+            shutil.copyfile(folder / f"{kind}.json", RECORDS / f"{kind}.json")
+    known = [kind for kind in now if (RECORDS / f"{kind}.json").exists()]
+    yield from (f"counted: {RECORDS / kind}.json is not there: nothing to compare {kind} with" for kind in now if kind not in known)
+    new, old = ({name: value for kind in known for name, value in of(kind).items()} for of in (now.get, committed))
+    both = [name for name in new if name in old]
+    differ = [{"name": name, "now": new[name], "record": old[name]} for name in both if old[name] != new[name]]
+    same, unknown, missing = len(both) - len(differ), len(new) - len(both), len(old) - len(both)
+    counts = {"same": same, "of": len(both), "not_in_the_record": unknown, "missing": missing}
+    record.write(folder / "counted.json", {"schema": "nscdd.counted/1", "records": known, **counts, "differ": differ})
     yield from (f"    {entry['name']}: {entry['now']}, in the record {entry['record']}" for entry in differ[:SHOWN])
     if len(differ) > SHOWN:
         yield f"    and {len(differ) - SHOWN} more, in {folder / 'counted.json'}"
     yield (
-        f"counted: {same} of {of} counted numbers are those of the record ({', '.join(compared) or 'none'})"
+        f"counted: {same} of {len(both)} counted numbers are those of the record ({', '.join(known) or 'none'})"
         + (f"; {unknown} more are not in it" if unknown else "")
         + (f"; {missing} of it are not in these results" if missing else "")
     )

@@ -1,7 +1,6 @@
 """The one engine: jobs that make files from others, two at a time where nothing is timed, with progress, a log each, and time left."""
 import concurrent.futures
 import dataclasses
-import json
 import os
 import re
 import shlex
@@ -15,7 +14,6 @@ from pathlib import Path
 from . import record
 from .program import ROOT, Failed, environment, words
 from .times import TRIES, busy, cores_of
-
 
 FAILED = ".failed"  # beside the log of a job
 
@@ -46,14 +44,18 @@ class Job:
     def __post_init__(self):
         self.outputs, self.needs = ([str(path) for path in paths] for paths in (self.outputs, self.needs))
         self.commands = [words(command) for command in self.commands]
+        self.log = re.sub(r"\W+", "-", self.title) + ".log"
 
-    @property
-    def log(self):
-        return re.sub(r"\W+", "-", self.title) + ".log"
+    def unmade(self):
+        return [output for output in self.outputs if not Path(output).exists()]
 
     def done(self, logs):
         """Whether all that it makes is there, and it did not fail: what failed may leave files as well, such as a comparison that disagrees."""
-        return all(Path(output).exists() for output in self.outputs) and not Path(logs, self.log).with_suffix(FAILED).exists()
+        return not self.unmade() and not Path(logs, self.log).with_suffix(FAILED).exists()
+
+    def disturbed(self):
+        """Whether a run that it timed did not have its cores."""
+        return any(busy(cores_of(record.load(path))) for path in self.outputs if path.endswith(".json") and Path(path).exists())
 
 
 def chosen(jobs, only=""):
@@ -92,47 +94,46 @@ class Runner:
         return [entry for entry in self.records if entry["exit"]]
 
     def announce(self, job):
-        elapsed = self.elapsed()
         with self.lock:
             self.started += 1
-            if job.small and self.started % 20 != 1:
-                return
-            about = left(elapsed, self.cost_done, sum(j.cost for j in self.jobs))
-            print(f"[{self.started}/{len(self.jobs)}] {job.title} ... (elapsed {clock(elapsed)}{about})", flush=True)
+            if not job.small or self.started % 20 == 1:
+                about = f"elapsed {clock(self.elapsed())}{left(self.elapsed(), self.cost_done, sum(one.cost for one in self.jobs))}"
+                print(f"[{self.started}/{len(self.jobs)}] {job.title} ... ({about})", flush=True)
 
     def run(self, job):
         self.announce(job)
-        for output in job.outputs:
-            Path(output).unlink(missing_ok=True)
-            Path(output).parent.mkdir(parents=True, exist_ok=True)
-        began, code, failed = time.monotonic(), 0, job.title
-        log = self.logs / job.log
-        missing = [need for need in job.needs if not Path(need).exists()]
+        for output in map(Path, job.outputs):
+            output.unlink(missing_ok=True)
+            output.parent.mkdir(parents=True, exist_ok=True)
+        began, log = time.monotonic(), self.logs / job.log
         with log.open("w") as stream:
-            if missing:
+            code, failed = self.make(job, stream)
+            if not code and job.unmade():
                 code = 1
-                stream.write(f"not run, for lack of {', '.join(missing)}\n")
-            elif job.work:
-                code = self.work(job, stream)
-            else:
-                for _ in range(TRIES):
-                    code, failed = self.run_commands(job, stream)
-                    if code or not job.alone or not disturbed(job):
-                        break
-                    stream.write("the machine was busy: again\n")
-            if not code and not all(Path(output).exists() for output in job.outputs):
-                code = 1
-                stream.write(f"made no {', '.join(output for output in job.outputs if not Path(output).exists())}\n")
+                stream.write(f"made no {', '.join(job.unmade())}\n")
         marker = log.with_suffix(FAILED)
         marker.touch() if code else marker.unlink(missing_ok=True)
         with self.lock:
             self.cost_done += job.cost
             if code:
-                tail = "".join(f"\n  | {line}" for line in [line for line in log.read_text(errors="replace").splitlines() if not line.startswith("$ ")][-8:])
-                print(f"FAILED (exit {code}): {job.title}\n  $ {failed}{tail}", flush=True)
-            self.records.append(
-                {"title": job.title, "commands": [shlex.join(command) for command in job.commands], "seconds": round(time.monotonic() - began, 2), "exit": code}
-            )
+                tail = [line for line in log.read_text(errors="replace").splitlines() if not line.startswith("$ ")][-8:]
+                print("\n  ".join([f"FAILED (exit {code}): {job.title}", f"$ {failed}", *(f"| {line}" for line in tail)]), flush=True)
+            told = {"title": job.title, "commands": list(map(shlex.join, job.commands)), "seconds": round(time.monotonic() - began, 2), "exit": code}
+            self.records.append(told)
+
+    def make(self, job, stream):
+        """Exit code, and what failed."""
+        if missing := [need for need in job.needs if not Path(need).exists()]:
+            stream.write(f"not run, for lack of {', '.join(missing)}\n")
+            return 1, job.title
+        if job.work:
+            return self.work(job, stream), job.title
+        for _ in range(TRIES):
+            code, failed = self.run_commands(job, stream)
+            if code or not job.alone or not job.disturbed():
+                break
+            stream.write("the machine was busy: again\n")
+        return code, failed
 
     def work(self, job, stream):
         try:
@@ -147,7 +148,6 @@ class Runner:
         return 1
 
     def run_commands(self, job, stream):
-        """Exit code, and the command that failed."""
         for command in job.commands:
             stream.write(f"$ {shlex.join(command)}\n")
             stream.flush()
@@ -180,9 +180,3 @@ class Runner:
                 for future in done:
                     del running[future]
                     future.result()
-
-
-def disturbed(job):
-    """Whether a run that it timed did not have its cores."""
-    told = (json.loads(Path(path).read_text()) for path in job.outputs if path.endswith(".json") and Path(path).exists())
-    return any(busy(cores_of(one)) for one in told)

@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from .program import NSCDD, Failed, call, made, python, read
+from .program import NSCDD, Failed, call, made, python
 from .times import believed, least
 
 ANY = 1e30  # velocity error: eta alone stops a run, so that costs are at equal eta
@@ -23,11 +23,8 @@ class Budget:
 
 def asked(velocity_error):
     """What a step is asked for besides eta; of ANY nothing, not even that it makes no energy."""
-    return [
-        "--max-velocity-error",
-        velocity_error,
-        *(["--max-energy-gain", ANY, "--max-gap-error", ANY, "--max-distance", ANY] if velocity_error == ANY else []),
-    ]
+    more = ["--max-energy-gain", ANY, "--max-gap-error", ANY, "--max-distance", ANY] if velocity_error == ANY else []
+    return ["--max-velocity-error", velocity_error, *more]
 
 
 def answered(command, out, seconds=Budget.seconds):
@@ -115,15 +112,6 @@ def siconos(problem, tolerance, solved, budget=Budget()):
         answer = json.loads(call(solve, fine=(0,), seconds=budget.seconds).stdout.splitlines()[-1])
     except Failed:
         return None
-    call(judge, seconds=budget.seconds)
-    measures = read(judge[-1])["measures"]
-    return {
-        "iterations": answer["iterations"],
-        "sweeps": answer["iterations"],
-        "cpu": answer["solver_cpu"],
-        "cores": answer["cores"],
-        "eta": measures["eta"],
-        "reached": answer["residual"],
-        "converged": answer["residual"] <= tolerance,
-        "error": measures["natural_map"],
-    }
+    measures, residual = made(judge, judge[-1], seconds=budget.seconds)["measures"], answer["residual"]
+    told = {"iterations": answer["iterations"], "sweeps": answer["iterations"], "cpu": answer["solver_cpu"], "cores": answer["cores"]}
+    return told | {"eta": measures["eta"], "reached": residual, "converged": residual <= tolerance, "error": measures["natural_map"]}

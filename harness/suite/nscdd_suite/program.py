@@ -93,14 +93,14 @@ def simulated(ranks, platform="node48", latency=1, bandwidth=1):
     return [*begin, *factors(f"{place}.xml", latency, bandwidth)]
 
 
-def specification(source, grains=0, loose=False, more=""):
+def specification(source, grains=0, loose=False):
     """The text of a packing's specification, with other numbers of grains. Loose: few grains jam early."""
     text = Path(ROOT, source).read_text()
     if grains:
         text = re.sub(r"grains = \d+", f"grains = {grains}", text)
     if loose:
         text = re.sub(r"(?<=solid_fraction = )[\d.]+", lambda dense: f"{0.94 * float(dense[0]):.3f}", text)
-    return text + more
+    return text
 
 
 @functools.cache

@@ -1,8 +1,9 @@
 """Files that studies write: JSON with a schema, commit and machine; whole or not at all."""
 import json
+import tomllib
 from pathlib import Path
 
-from .program import ROOT
+from .program import ROOT, read as load  # of our own, which no user writes
 
 SCHEMAS = ROOT / "reports"
 PROVENANCE = ("commit", "date", "machine")
@@ -14,25 +15,16 @@ class InputError(Exception):
 
 def write(path, data):
     """As JSON, a row of a list a line, aside and then renamed: a reader meets the old file or the whole new one."""
-    part = Path(f"{path}.part")
-    part.write_text(text_of(data) + "\n")
-    part.replace(path)
 
-
-def text_of(data):
     def text(value):
         if isinstance(value, list) and any(isinstance(row, (dict, list)) for row in value):
             return "[" + ",".join(f"\n  {json.dumps(row)}" for row in value) + "\n ]"
         return json.dumps(value)
 
-    if not isinstance(data, dict):
-        return text(data)
-    return "{" + ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) + "\n}"
-
-
-def load(path):
-    """JSON of our own, which no user writes."""
-    return json.loads(Path(path).read_text())
+    entries = ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) if isinstance(data, dict) else None
+    part = Path(f"{path}.part")
+    part.write_text((text(data) if entries is None else "{" + entries + "\n}") + "\n")
+    part.replace(path)
 
 
 def read(path, kind=None):
@@ -52,18 +44,18 @@ def read(path, kind=None):
 
 def check(path, data, schema):
     """Raises InputError at the first place where `data` departs from the schema file."""
+    import jsonschema  # of the page, not of the studies
+
     definition = json.loads((SCHEMAS / schema).read_text(encoding="utf-8"))
-    try:
-        import jsonschema
-    except ImportError:  # then at least the fields that the report reads must be there
-        gone = [key for key in definition["required"] if key not in data]
-        if gone:
-            raise InputError(f"{path}: field '{gone[0]}' is missing") from None
-        return
     error = next(iter(jsonschema.Draft7Validator(definition).iter_errors(data)), None)
     if error:
         place = "/".join(map(str, error.absolute_path)) or "top level"
         raise InputError(f"{path}: {place}: {error.message[:200]}")
+
+
+def beside(module, name):
+    """The TOML file of this name in the folder of a module."""
+    return tomllib.loads(Path(module).with_name(name).read_text(encoding="utf-8"))
 
 
 def provenance(runs):

@@ -44,12 +44,11 @@ def read(path):
 
 def write(path, dim, w, q, mu, r):
     w.sort_indices()
+    values = {"W/p": w.indptr.astype(np.int32), "W/i": w.indices.astype(np.int32), "W/x": w.data, "vectors/q": q, "vectors/mu": mu}
+    numbers = {"spacedim": dim, "W/nzmax": w.nnz, "W/m": w.shape[0], "W/n": w.shape[1], "W/nz": -1}
     with h5py.File(path, "w") as file:
-        file["fclib_local/spacedim"] = np.array([dim], np.int32)
-        for key, value in (("nzmax", w.nnz), ("m", w.shape[0]), ("n", w.shape[1]), ("nz", -1)):
-            file[f"fclib_local/W/{key}"] = np.array([value], np.int32)
-        file["fclib_local/W/p"], file["fclib_local/W/i"] = w.indptr.astype(np.int32), w.indices.astype(np.int32)
-        file["fclib_local/W/x"], file["fclib_local/vectors/q"], file["fclib_local/vectors/mu"] = w.data, q, mu
+        for key, value in (values | {key: np.array([number], np.int32) for key, number in numbers.items()}).items():
+            file[f"fclib_local/{key}"] = value
         file["solution/r"], file["solution/u"] = r, w @ r + q
 
 
@@ -76,16 +75,8 @@ def main():
     solve(problem, r, u, settings)
     seconds, wall = time.process_time() - began, time.monotonic() - wall
     write(options.output, dim, w, q, mu, r)
-    print(
-        json.dumps(
-            {
-                "iterations": int(settings.iparam[numerics.SICONOS_IPARAM_ITER_DONE]),
-                "solver_cpu": seconds,
-                "cores": seconds / wall,
-                "residual": float(settings.dparam[numerics.SICONOS_DPARAM_RESIDU]),
-            }
-        )
-    )
+    iterations, residual = int(settings.iparam[numerics.SICONOS_IPARAM_ITER_DONE]), float(settings.dparam[numerics.SICONOS_DPARAM_RESIDU])
+    print(json.dumps({"iterations": iterations, "solver_cpu": seconds, "cores": seconds / wall, "residual": residual}))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The interface of a study: one question, the jobs that answer it, the record of the answer, and its section of the page."""
 import dataclasses
+import functools
 import importlib
 import importlib.util
 import itertools
@@ -31,23 +32,21 @@ class Plan:
 
     def add(self, title, outputs, commands=(), **how):
         """A job, once: two studies' parts may need the same file. Returns its first output."""
-        known = next((job for job in self.jobs if job.outputs[0] == str(outputs[0])), None)
-        if not known:
+        if not any(job.outputs[0] == str(outputs[0]) for job in self.jobs):
             self.jobs.append(Job(title, outputs, commands, **how))
         return outputs[0]
 
-    def rows(self, title, work, **how):
-        """A job of Python whose rows are kept in a file of their own: (folder/rows/TITLE.json)."""
+    def rows(self, title, work, *arguments, **how):
+        """A job of Python, work(*arguments), whose rows are kept in a file of their own: (folder/rows/TITLE.json)."""
         out = self.folder / "rows" / f"{title.replace(' ', '-').replace('/', '-')}.json"
-        return self.add(title, [out], work=work, **how)
+        return self.add(title, [out], work=functools.partial(work, *arguments), **how)
 
-    def pack(self, source, out=None, grains=0, loose=False, cost=10.0, more="", generator=()):
+    def pack(self, source, out=None, grains=0, loose=False, cost=10.0, generator=()):
         """A job that packs by a specification of cases/, with so many grains instead."""
-        name, text, file = Path(source).stem, program.specification(source, grains, loose, more), Path(source)
+        name, text, file = Path(source).stem, program.specification(source, grains, loose), Path(source)
         changed = text != Path(program.ROOT, source).read_text()
-        if not out and not changed and not generator:
-            out = self.packings / f"{name}.h5"
-        out = out or self.folder / "packings" / f"{name}{f'-{grains}' if grains else ''}.h5"
+        shared = self.packings / f"{name}.h5" if not changed and not generator else None
+        out = out or shared or self.folder / "packings" / f"{name}{f'-{grains}' if grains else ''}.h5"
         if changed:
             file = out.with_suffix(".toml")
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -73,8 +72,6 @@ class Study:
     title = ""  # of the section
     about = ""  # one line of `scripts/suite list`
     kinds = ()  # measured, counted, computed or SIMULATED are the numbers of a section without section.py
-    timed = False  # wants a machine that does nothing else
-    probe = ("cases/hard/column-10-2d.toml",)  # a run that says commit and machine, where no run of the jobs does
 
     def jobs(self, plan):
         """Adds all jobs to the plan."""
@@ -84,19 +81,22 @@ class Study:
         """What the record has beside commit, machine and command, from the files that the jobs left; {} if there is nothing."""
         raise NotImplementedError
 
-    def section(self, results, out):
-        """Blocks and HTML of the page, its images in the folder `out`; [] for no section. Of studies/NAME/section.py, else a table of all rows."""
-        if page := self.page():
-            return page.section(results, out)
-        from .page.default import section
-
-        return section(self, results, out)
-
     def page(self):
         """The module section.py beside the study, if there is one; a study may be a single file."""
         module = sys.modules[type(self).__module__]
         name = f"{module.__name__}.section"
         return importlib.import_module(name) if hasattr(module, "__path__") and importlib.util.find_spec(name) else None
+
+    def section(self, results, out):
+        """Blocks and HTML of the page, its images in the folder `out`; [] for no section. studies/NAME/section.py has section(results, out),
+        or parts(record, source, out) of each record; without it there is a table of all rows."""
+        from .page import default, page
+
+        module = self.page()
+        if hasattr(module, "section"):
+            return module.section(results, out)
+        parts = module.parts if module else lambda data, source, out: default.parts(self, data)
+        return [part for data in results.records(self.name) for part in (*page.quick(data), *parts(data, page.origin([data]), out))]
 
     def choose(self, plan):
         """The jobs that plan.only asks for, and what they need."""
@@ -119,7 +119,10 @@ class Study:
         """Whether the record is as it should be."""
         return True
 
-    # ---- how
+    def provenance(self, plan):
+        """Commit and machine, which a run says; a study may have runs of its own that do."""
+        out = plan.logs / "probe.json"
+        return record.provenance([program.made([program.NSCDD, "run", "cases/hard/column-10-2d.toml", "--quiet", "--json", out], out)])
 
     def run(self, plan, anew=False, keep=False):
         """Makes what is not there yet, and the record. True if all went well."""
@@ -145,16 +148,12 @@ class Study:
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
         runner = Runner(todo, plan.logs)
         runner.run_all()
-        failed = runner.failed()
+        failed, data = runner.failed(), None
         record.write(plan.folder / "job.json", {"schema": "nscdd.job/1", "seconds": round(runner.elapsed(), 2), "failed": len(failed), "jobs": runner.records})
-        rows = self.rows(plan)
-        data = None
-        if rows:
+        if rows := self.rows(plan):
             data = {"schema": f"nscdd.{self.name}/1", "command": plan.command, **self.provenance(plan), "quick": plan.quick, **rows}
-            if plan.left_out:
-                data["left_out"] = plan.left_out
-            data = self.whole(plan, data)
-            record.write(plan.results / f"{self.name}.json", data)
+            data = self.whole(plan, data | ({"left_out": plan.left_out} if plan.left_out else {}))
+            record.write(path, data)
             self.draw(plan, data)
             for line in self.told(data):
                 print(line)
@@ -162,10 +161,6 @@ class Study:
         for entry in failed:
             print(f"  failed: {entry['title']}")
         return not failed and (data is None or self.passes(data))  # files alone, such as packings, make no record
-
-    def provenance(self, plan):
-        out = plan.logs / "probe.json"
-        return record.provenance([program.made([program.NSCDD, "run", *self.probe, "--quiet", "--json", out], out)])
 
 
 def made_by(folder, program_and_kind):

@@ -1,8 +1,8 @@
 """The section of a study that has none of its own: a table of all rows of its record."""
 from html import escape
 
-from .page import command_list, origin, quick, table_block
-from .tables import NONE, number, table
+from .page import command_list, origin, table_block
+from .tables import NONE, shown, table
 
 SPREAD = {"least", "mean", "largest"}  # over ranks: their mean is shown
 FOLDED = 40  # rows, above which a table is closed at first
@@ -20,7 +20,7 @@ def flat(row, prefix=""):
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             more = [one for entry in value for one in flat(entry, f"{prefix}{key}, ")]
         elif isinstance(value, list):
-            more = [{name: sum(value)}] if all(isinstance(one, (int, float)) for one in value) else [{name: ", ".join(map(str, value))}]
+            more = [{name: sum(value) if all(isinstance(one, (int, float)) for one in value) else ", ".join(map(str, value))}]
         else:
             more = [{name: value}]
         found = [old | new for old in found for new in more]
@@ -37,21 +37,14 @@ def commands(row):
                 yield from commands(entry)
 
 
-def cell(value):
-    if value is None:
-        return NONE
-    return ("no", "yes")[value] if isinstance(value, bool) else number(value) if isinstance(value, (int, float)) else escape(str(value))
-
-
 def rows_block(title, rows, sources, caption="", kinds=()):
     """One list of rows. Columns that are the same in all rows stand in the caption."""
     made_by = list(dict.fromkeys(command for row in rows for command in commands(row)))
-    rows = [{name: cell(value) for name, value in one.items() if not name.endswith("command")} for row in rows for one in flat(row)]
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    values = {name: {row.get(name, NONE) for row in rows} for name in names}
+    rows = [{name: escape(shown(value)) for name, value in one.items() if not name.endswith("command")} for row in rows for one in flat(row)]
+    values = {name: {row.get(name, NONE) for row in rows} for name in dict.fromkeys(name for row in rows for name in row)}
     same = {name: found.pop() for name, found in values.items() if len(found) == 1 and len(rows) > 1}
-    names = [name for name in names if name not in same]
-    html = table([[escape(name) for name in names]], [[row.get(name, NONE) for name in names] for row in rows], title)
+    names = [name for name in values if name not in same]
+    html = table([list(map(escape, names))], [[row.get(name) for name in names] for row in rows], title)
     if len(rows) > FOLDED:
         html = f"<details><summary>{len(rows)} rows</summary>{html}</details>"
     if same:
@@ -60,11 +53,7 @@ def rows_block(title, rows, sources, caption="", kinds=()):
     return table_block(html, escape(title), caption, source, kinds, wide=True)
 
 
-def section(study, results, out):
-    parts = []
-    for data in results.records(study.name):
-        parts += quick(data)
-        for key, rows in data.items():
-            if isinstance(rows, list) and rows and isinstance(rows[0], dict):
-                parts.append(rows_block(f"{study.title}: {key}", rows, [data], "All rows of the record. ", study.kinds))
-    return parts
+def parts(study, data):
+    for key, rows in data.items():
+        if isinstance(rows, list) and rows and isinstance(rows[0], dict):
+            yield rows_block(f"{study.title}: {key}", rows, [data], "All rows of the record. ", study.kinds)

@@ -4,5 +4,4 @@ COMMIT, DATE, MACHINE = "fabricated", "2000-01-01T00:00:00Z", {"cpu": "Fabricate
 
 
 def made_up(kind, **rows):
-    """A record of this study."""
     return {"schema": f"nscdd.{kind}/1", "command": f"scripts/suite run {kind} FABRICATED", "commit": COMMIT, "date": DATE, "machine": MACHINE} | rows

@@ -4,6 +4,8 @@ import re
 from html import escape
 from pathlib import Path
 
+from ..record import beside
+
 STYLE = (Path(__file__).parent / "style.css").read_text(encoding="utf-8")
 # Where numbers come from; the first thing that a caption says.
 KINDS = {"simulated": "SIMULATED", "measured": "measured", "counted": "counted", "computed": "computed"}
@@ -16,54 +18,56 @@ class Block:
     content: str
     title: str
     caption: str
-    source: str
-    kinds: tuple
+    source: str = ""
+    kinds: tuple = ("computed",)
     wide: bool = False
-    what: str = "Table"
     anchor: str = ""  # of links to it; made from its number if empty
+    what: str = "Table"
     label: str = ""  # "Table 2.1", set by number()
+
+    def tags(self):
+        return "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
 
     def tile(self):
         """The same small, with a link to all that is said of it."""
-        tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
-        return f'<div class="tile"><div class="scroll">{self.content}</div><p><a href="#{self.anchor}">{self.label}. {self.title}</a>{tags}</p></div>'
+        link = f'<a href="#{self.anchor}">{self.label}. {self.title}</a>'
+        return f'<div class="tile"><div class="scroll">{self.content}</div><p>{link}{self.tags()}</p></div>'
 
     def html(self):
         style = ' class="wide"' if self.wide else ""
-        tags = "".join(f' <span class="tag {kind}">{KINDS[kind]}</span>' for kind in self.kinds)
         return (
             f'<figure id="{self.anchor}"{style}><div class="scroll">{self.content}</div>\n'
-            f"<figcaption><b>{self.label}. {self.title}.</b>{tags} {self.caption}{self.source}</figcaption></figure>"
+            f"<figcaption><b>{self.label}. {self.title}.</b>{self.tags()} {self.caption}{self.source}</figcaption></figure>"
         )
 
 
-def table_block(content, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
-    return Block(content, title, caption, source, kinds, wide, "Table", anchor)
+table_block = Block
 
 
-def figure_block(file, title, caption, source="", kinds=("computed",), wide=False, anchor=""):
+def figure_block(file, title, *more, **how):
     """`file`: name of the image beside the page."""
     plain = re.sub("<[^>]*>", "", title)
-    return Block(f'<img alt="{plain}" src="{escape(file)}">', title, caption, source, kinds, wide, "Fig.", anchor)
+    return Block(f'<img alt="{plain}" src="{escape(file)}">', title, *more, what="Fig.", **how)
+
+
+def blocks(parts):
+    return [part for part in parts if isinstance(part, Block)]
 
 
 def number(sections):
     """Labels and anchors of all blocks: Table 2.1 is the first table of the second section."""
     for place, (_, _, parts) in enumerate(sections, 1):
         counts = {}
-        for part in parts:
-            if isinstance(part, Block):
-                counts[part.what] = counts.get(part.what, 0) + 1
-                part.label = f"{part.what} {place}.{counts[part.what]}"
-                part.anchor = part.anchor or re.sub(r"\W+", "-", part.label.lower())
+        for block in blocks(parts):
+            counts[block.what] = counts.get(block.what, 0) + 1
+            block.label = f"{block.what} {place}.{counts[block.what]}"
+            block.anchor = block.anchor or re.sub(r"\W+", "-", block.label.lower())
 
 
 def contents(sections):
-    """The list of sections with their tables and figures."""
     items = []
     for place, (key, heading, parts) in enumerate(sections, 1):
-        blocks = [part for part in parts if isinstance(part, Block)]
-        inner = "".join(f'<li><a href="#{block.anchor}">{block.label}</a> {block.title}</li>' for block in blocks)
+        inner = "".join(f'<li><a href="#{block.anchor}">{block.label}</a> {block.title}</li>' for block in blocks(parts))
         items.append(f'<li><a href="#{key}">{place}. {escape(heading)}</a>' + (f"<ul>{inner}</ul>" if inner else "") + "</li>")
     return f'<nav aria-label="Contents"><h2>Contents</h2><ul class="contents">{"".join(items)}</ul></nav>'
 
@@ -97,6 +101,11 @@ def origin(runs, kind=""):
         f'<div class="from">{f"<b>{kind}.</b> " if kind else ""}{escape(machines(runs))}; commit {escape(commits(runs))}. From '
         f"{command_list([run.command for run in runs])}</div>"
     )
+
+
+def captions(section):
+    """The texts beside the file of a section, as HTML; in braces what it knows."""
+    return beside(section, "captions.toml")
 
 
 def missing(text):

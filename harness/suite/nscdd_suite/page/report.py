@@ -7,92 +7,69 @@ from html import escape
 
 from ..studies import studies
 from .load import load
-from .page import commits, machines, number, page
+from .page import captions, commits, machines, number, page
 from .style import write
 from .tables import count
 
-PAPER = (
-    "V. Visseq, A. Martin, D. Dureisseix, F. Dubois, P. Alart, <i>Distributed Nonsmooth Contact Domain "
-    "Decomposition (NSCDD): Algorithmic Structure and Scalability</i>, DD 21, LNCSE 98, 627\u2013636 (2014), "
-    '<a href="https://doi.org/10.1007/978-3-319-05789-7_60">doi:10.1007/978-3-319-05789-7_60</a>'
-)
-LEAD = (
-    "Nonsmooth contact domain decomposition with centralised (CCS) and distributed (DCS) communication, "
-    "against sequential nonlinear Gauss\u2013Seidel (NLGS). Each caption says whether its numbers were measured on a real "
-    "machine, counted, computed, or SIMULATED on a machine that is not there."
-)
+TEXTS = captions(__file__)
 
 
-def div(style, text, items=()):
+def div(style, text, items=(), more=""):
     listed = f"<ul>{''.join(f'<li>{escape(item)}</li>' for item in items)}</ul>" if items else ""
-    return f'<div class="verdict {style}"><b>{text}</b>{listed}</div>'
+    return f'<div class="verdict {style}"><b>{text}</b>{more}{listed}</div>'
 
 
 def verdict(results):
-    """The lines at the top."""
-    failures = results.failures
-    if failures:
+    if failures := results.failures:
         return div("bad", f"Failed: {len(failures)} finding{'s' * (len(failures) > 1)}.", failures)
-    html = div("good", " ".join(results.good)) if results.good else ""
-    html += "".join(f'<div class="verdict open"><b>{what}</b> {escape(which)}</div>' for what, which in results.open)
-    return html or div("open", "No run and no hard case is in these results.")
+    lines = [div("good", " ".join(results.good))] if results.good else []
+    lines += [div("open", what, more=f" {escape(which)}") for what, which in results.open]
+    return "".join(lines) or div("open", "No run and no hard case is in these results.")
 
 
 def counted(results, most=10):
     """How many counted numbers are those of the committed records, and the first that are not."""
-    html = ""
     for record in results.records("counted"):
         text = f"{count(record['same'])} of {count(record['of'])} counted numbers are those of the record."
         if record["missing"]:
             text += f" {count(record['missing'])} of the record are not in these results."
         names = [f"{row['name']}: {row['now']}, in the record {row['record']}" for row in record["differ"]]
         more = [f"and {len(names) - most} more"] if len(names) > most else []
-        html += div("good" if record["of"] and not names else "open", text, names[:most] + more)
-    return html
+        yield div("good" if record["of"] and not names else "open", text, names[:most] + more)
 
 
 def facts(results, dates):
     """What the page was made from, as (name, text)."""
-    runs, rows, sources = results.records("run"), results.summary.get("hard_rows", 0), results.sources
+    runs, sources = results.records("run"), results.sources
     scenes = ", ".join(dict.fromkeys(f"{run['scene']} ({count(run['grains'])} grains)" for run in runs))
-    systems = "; ".join(sorted({", ".join(filter(None, (one["machine"].get("os"), one["machine"].get("compiler")))) for one in sources} - {""}))
-    return [
-        *([("Runs", f"{len(runs)}: {scenes}")] if runs else []),
-        *([("Rows of hard cases", count(rows))] if rows else []),
-        ("Made", f"{dates[0]} to {dates[1]}"),
-        ("Machine", machines(sources)),
-        ("System", systems),
-        ("Commit", commits(sources)),
-        ("Page written", datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")),
-    ]
+    systems = {", ".join(one["machine"][key] for key in ("os", "compiler") if one["machine"].get(key)) for one in sources} - {""}
+    told = {
+        "Runs": runs and f"{len(runs)}: {scenes}",
+        "Rows of hard cases": "hard_rows" in results.summary and count(results.summary["hard_rows"]),
+        "Made": f"{dates[0]} to {dates[-1]}",
+        "Machine": machines(sources),
+        "System": "; ".join(sorted(systems)),
+        "Commit": commits(sources),
+        "Page written": datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ"),
+    }
+    return [(name, text) for name, text in told.items() if text]
 
 
 def make(folder, out):
     """Writes the page; returns whether it passes: every run converged, every comparison is within its bounds and no job failed. Raises InputError."""
     results = load(folder)
     out.mkdir(parents=True, exist_ok=True)
-    sections = [(study.name, study.title, study.section(results, out)) for study in studies().values()]
-    sections = [section for section in sections if section[2]]
+    sections = [(study.name, study.title, parts) for study in studies().values() if (parts := study.section(results, out))]
     number(sections)
     results.failures += [f"job failed (exit {job['exit']}): {job['title']}" for record in results.records("job") for job in record["jobs"] if job["exit"]]
-    passes = not results.failures
-    dates = sorted(source["date"] for source in results.sources if "date" in source)
-    dates = [dates[0], dates[-1]] if dates else ["", ""]
-    opening = (results.opening() if results.opening else "") + verdict(results) + counted(results)
-    html = page("nscdd: report", LEAD, facts(results, dates), opening, sections, "Method: " + PAPER + ".")
-    summary = {
-        "schema": "nscdd.summary/1",
-        "passes": passes,
-        "failures": results.failures,
-        "runs": len(results.records("run")),
-        "machine": machines(results.sources),
-        "commit": commits(results.sources),
-        "dates": dates,
-        **results.summary,
-    }
+    dates = sorted(source["date"] for source in results.sources if "date" in source) or [""]
+    opening = (results.opening() if results.opening else "") + verdict(results) + "".join(counted(results))
+    html = page("nscdd: report", TEXTS["lead"], facts(results, dates), opening, sections, TEXTS["method"])
+    summary = {"schema": "nscdd.summary/1", "passes": not results.failures, "failures": results.failures, "runs": len(results.records("run"))}
+    summary |= {"machine": machines(results.sources), "commit": commits(results.sources), "dates": [dates[0], dates[-1]], **results.summary}
     write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
     write(out / "index.html", html.encode())
     for line in results.failures:
         print(f"report: {line}", file=sys.stderr)
-    print(f"report: {os.path.relpath(out / 'index.html')}: " + ("passes" if passes else "FAILS"))
-    return passes
+    print(f"report: {os.path.relpath(out / 'index.html')}: " + ("FAILS" if results.failures else "passes"))
+    return not results.failures

@@ -18,33 +18,7 @@ SUBDOMAINS = ("#4c78a8", "#e39c37", "#5f9e6e", "#b85450", "#8d6cab", "#8fbfc2", 
 # Multiplicity 0 (no contact), 1, 2, ...: pale for grains inside, dark where many subdomains meet.
 MULTIPLICITY = ("#ffffff", "#dedcd5", "#f2b867", "#dd7a3b", "#b3382f", "#8f2347", "#6d1f57", "#4b1c5c", "#2c1650")
 
-plt.rcParams.update(
-    {
-        "font.family": "STIXGeneral",
-        "mathtext.fontset": "stix",
-        "font.size": 11,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.linewidth": 0.7,
-        "axes.edgecolor": INK,
-        "axes.grid": True,
-        "axes.axisbelow": True,
-        "grid.color": "#e8e8e8",
-        "grid.linewidth": 0.7,
-        "axes.titlesize": 11,
-        "axes.titlelocation": "left",
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "legend.frameon": False,
-        "legend.fontsize": 10,
-        "lines.linewidth": 1.4,
-        "svg.hashsalt": "nscdd",
-        "savefig.dpi": 160,
-        "savefig.bbox": "tight",
-        "savefig.pad_inches": 0.04,
-        "figure.constrained_layout.use": True,
-    }
-)
+plt.style.use(Path(__file__).parent / "nscdd.mplstyle")
 
 
 def multiplicity_colour(m):

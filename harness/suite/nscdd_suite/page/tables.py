@@ -6,29 +6,6 @@ from ..times import busy
 
 SUPERSCRIPT = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 NONE = "\u2013"
-PARTS = {
-    word.replace("-", ""): word.replace("-", "&shy;")
-    for word in (
-        "sub-domains",
-        "iter-ations",
-        "iter-ates",
-        "trans-ferring",
-        "trans-port",
-        "acceler-ated",
-        "con-verged",
-        "con-vergence",
-        "parti-tion",
-        "solu-tion",
-        "conver-ged",
-        "rel-ative",
-        "quan-tity",
-        "expect-ed",
-        "mes-sages",
-        "inter-face",
-        "con-tacts",
-        "trans-fer",
-    )
-}
 
 
 def number(value):
@@ -49,6 +26,13 @@ def count(value):
     return text.replace(",", "\u202f")
 
 
+def shown(value):
+    """What stands in a cell: text is HTML already."""
+    if value is None or isinstance(value, str):
+        return NONE if value is None else value
+    return ("no", "yes")[value] if isinstance(value, bool) else count(value) if isinstance(value, int) else number(value)
+
+
 def symbols(text):
     """HTML of what programs write: |V - V_ref|_M, eta, <=, 1e-4."""
     text = re.sub(r"\b1e-(\d+)\b", lambda power: "10" + f"-{power[1]}".translate(SUPERSCRIPT), escape(text))
@@ -67,11 +51,6 @@ def percent(value):
     return f"{100 * value:.1f}"
 
 
-def parted(title):
-    """With places where its long words may be parted, so that many columns fit."""
-    return re.sub("|".join(PARTS), lambda word: PARTS[word[0]], title)
-
-
 def columns(row):
     """[(title, columns spanned)] of a row of a head: "scene | iterations *2", or ["scene", ("iterations", 2)]."""
     if isinstance(row, str):
@@ -80,23 +59,22 @@ def columns(row):
 
 
 def table(head, rows, label):
-    """head: rows of columns(); rows: lists of cells, text or (text, class). Text is HTML. Long text is set left."""
+    """head: rows of columns(); rows: lists of cells, each a value or (value, class). Long text is set left."""
 
     def cell(content):
-        text, style = content if isinstance(content, tuple) else (content, "")
+        value, style = content if isinstance(content, tuple) else (content, "")
+        text = shown(value)
         if not style and len(re.sub("<[^>]*>", "", text)) > 32:
             style = "text"
         return f'<td class="{style}">{text}</td>' if style else f"<td>{text}</td>"
 
     def title(text, span):
         spanned = f' colspan="{span}" class="{"group" if text else ""}"' if span > 1 else ""
-        return f"<th{spanned}>{parted(text)}</th>"
+        return f"<th{spanned}>{text}</th>"
 
-    lines = [f'<table aria-label="{escape(label)}">', "<thead>"]
-    lines += ["<tr>" + "".join(title(*column) for column in columns(row)) + "</tr>" for row in head]
-    lines += ["</thead>", "<tbody>"]
-    lines += ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
-    return "\n".join([*lines, "</tbody>", "</table>"])
+    heads = ["<tr>" + "".join(title(*column) for column in columns(row)) + "</tr>" for row in head]
+    lines = ["<tr>" + "".join(map(cell, row)) + "</tr>" for row in rows]
+    return "\n".join([f'<table aria-label="{escape(label)}">', "<thead>", *heads, "</thead>", "<tbody>", *lines, "</tbody>", "</table>"])
 
 
 def row_ok(row):
@@ -116,29 +94,25 @@ def show(value):
 def bounded(leading, entries, label):
     """A line for each entry (leading cells, rows of quantity, value and bound, whether it says ok), a column for each quantity; the
     bound in the head if all share it."""
-    quantities = list(dict.fromkeys(row["quantity"] for _, own, _ in entries for row in own))
-    bounds = {q: {row["bound"] for _, own, _ in entries for row in own if row["quantity"] == q} for q in quantities}
-    lines = []
-    for first, own, ok in entries:
-        by_quantity = {row["quantity"]: row for row in own}
-        cells = list(first)
-        for quantity in quantities:
-            row = by_quantity.get(quantity)
-            if row is None:
-                cells.append(NONE)
-                continue
-            text = number(row["value"])
-            if len(bounds[quantity]) > 1:
-                text += f" <i>\u2264\u202f{number(row['bound'])}</i>"
-            cells.append(text if row_ok(row) else (text, "bad"))
-        good = ok and all(map(row_ok, own))
-        lines.append([*cells, ("ok", "good") if good else ("fails", "bad")])
+    bounds, lines = {}, []
+    for _, rows, _ in entries:
+        for row in rows:
+            bounds.setdefault(row["quantity"], set()).add(row["bound"])
+
+    def most(bound):
+        return f"<i>\u2264\u202f{number(bound)}</i>"
+
+    def cell(row):
+        text = number(row["value"]) + (f" {most(row['bound'])}" if len(bounds[row["quantity"]]) > 1 else "")
+        return text, "" if row_ok(row) else "bad"
+
+    for first, rows, ok in entries:
+        cells = {row["quantity"]: cell(row) for row in rows}
+        lines.append([*first, *map(cells.get, bounds), ("ok", "good") if ok and all(map(row_ok, rows)) else ("fails", "bad")])
     titles = []
-    for quantity in quantities:
+    for quantity, found in bounds.items():
         name, _, formula = quantity.partition(", ")
-        parts = [symbols(name), *([f"<i>{symbols(formula)}</i>"] if formula else [])]
-        if len(bounds[quantity]) == 1:
-            parts.append(f"<i>\u2264\u202f{number(min(bounds[quantity]))}</i>")
+        parts = [symbols(name), *([f"<i>{symbols(formula)}</i>"] if formula else []), *(map(most, found) if len(found) == 1 else [])]
         titles.append("<br>".join(parts))
     return table([[*leading, *titles, ""]], lines, label)
 

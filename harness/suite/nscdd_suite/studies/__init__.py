@@ -7,19 +7,6 @@ def studies():
     """{name: study}, in the order of the page."""
     from . import acceleration, accuracy, bits, hard, million, paper, partitions, peers, physics, reduced, scaling, velocity_error, wild
 
-    found = [
-        paper.Paper(),
-        physics.Physics(),
-        peers.Peers(),
-        reduced.Reduced(),
-        bits.Bits(),
-        hard.Hard(),
-        accuracy.Accuracy(),
-        acceleration.Acceleration(),
-        velocity_error.VelocityError(),
-        wild.Wild(),
-        partitions.Partitions(),
-        scaling.Scaling(),
-        million.Million(),
-    ]
-    return {study.name: study for study in found}
+    classes = (paper.Paper, physics.Physics, peers.Peers, reduced.Reduced, bits.Bits, hard.Hard, accuracy.Accuracy, acceleration.Acceleration)
+    classes += (velocity_error.VelocityError, wild.Wild, partitions.Partitions, scaling.Scaling, million.Million)
+    return {one.name: one() for one in classes}

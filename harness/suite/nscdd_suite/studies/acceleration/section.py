@@ -1,30 +1,30 @@
 """What acceleration saves: tables and section of the page."""
-import math
+import statistics
 from html import escape
 
-from ...page.page import origin, quick, table_block
-from ...page.tables import NONE, count, number, table
+from ...page.page import captions, table_block
+from ...page.tables import count, number, table
+
+NOISE = 0.05  # of the ratio of two CPU times
+
+
+def unless(converged, text):
+    return text if converged else f"{text} (not converged)"
 
 
 def saved(record):
     """Both methods side by side, and their ratios; growth is over the iterations of one subdomain."""
-    rows = {(row["scene"], row["subdomains"], row["method"]): row for row in record["rows"]}
-    lines = []
+    rows, lines = {(row["scene"], row["subdomains"], row["method"]): row for row in record["rows"]}, []
     for scene, subdomains in dict.fromkeys(key[:2] for key in rows):
         plain, fast, alone = (rows.get(key) for key in ((scene, subdomains, "paper"), (scene, subdomains, "auto"), (scene, 1, "auto")))
         if not plain or not fast:
             continue
-        pair = [
-            number(value) if row["converged"] else f"{number(value)} (not converged)"
-            for row, value in ((plain, plain["iterations"] / plain["steps"]), (fast, fast["iterations"] / fast["steps"]))
-        ]
-        cells = [escape(scene), f"{plain['start']}, {plain['steps']}", count(plain["grains"]), count(round(plain["contacts"])), str(subdomains), *pair]
-        cells += [number(fast["iterations"] / plain["iterations"]), number(fast["iterations"] / alone["iterations"]) if alone else NONE, number(plain["cpu"])]
-        cells += [number(fast["cpu"]), number(fast["cpu"] / plain["cpu"]) if plain["cpu"] else NONE]
-        lines.append(cells)
+        cells = [escape(scene), f"{plain['start']}, {plain['steps']}", plain["grains"], round(plain["contacts"]), subdomains]
+        cells += [unless(row["converged"], number(row["iterations"] / row["steps"])) for row in (plain, fast)]
+        cells += [fast["iterations"] / plain["iterations"], fast["iterations"] / alone["iterations"] if alone else None]
+        lines.append([*cells, plain["cpu"], fast["cpu"], fast["cpu"] / plain["cpu"] if plain["cpu"] else None])
     columns = "scene | start, steps | grains | contacts | subdomains | plain | accelerated | ratio | growth | plain | accelerated | ratio"
-    head = [" *5 | iterations a step *4 | CPU time [s] *3", columns]
-    return table(head, lines, "What acceleration saves")
+    return table([" *5 | iterations a step *4 | CPU time [s] *3", columns], lines, "What acceleration saves")
 
 
 def cost_ratio(row):
@@ -32,42 +32,23 @@ def cost_ratio(row):
     return fast / plain if min(plain, fast) > 0 else 1.0  # too short for the clock
 
 
-def hard_costs(record, noise):
+def hard_costs(record):
     """The hard cases that cost more accelerated, dearest first."""
     lines = []
-    for row in sorted(record["hard"], key=cost_ratio, reverse=True):
-        if cost_ratio(row) <= 1 + noise:
-            break
-        plain, fast = row["paper"], row["auto"]
-        both = [count(solved["iterations"]) if solved["converged"] else f"{count(solved['iterations'])} (not converged)" for solved in (plain, fast)]
-        cells = [escape(row["scene"]), count(row["steps"]), count(round(row["contacts"])), *both, number(1e6 * plain["cpu"]), number(1e6 * fast["cpu"])]
-        cells += [number(cost_ratio(row))]
-        lines.append(cells)
+    for row in sorted((row for row in record["hard"] if cost_ratio(row) > 1 + NOISE), key=cost_ratio, reverse=True):
+        both = row["paper"], row["auto"]
+        cells = [escape(row["scene"]), row["steps"], round(row["contacts"]), *(unless(one["converged"], count(one["iterations"])) for one in both)]
+        lines.append([*cells, *(1e6 * one["cpu"] for one in both), cost_ratio(row)])
     head = [" *3 | iterations, all steps *2 | CPU time [\u00b5s] *3", "scene | steps | contacts,<br>most | plain | accelerated | plain | accelerated | ratio"]
     return table(head, lines, "Hard cases that cost more accelerated")
 
 
-def section(results, out):
-    parts = []
-    for record in results.records("acceleration"):
-        parts += quick(record)
-        caption = (
-            "Iterations and CPU time of the solver to \u03b7 = 1e-4 by the paper's own method and accelerated. Warm: all steps "
-            "of a scene, each from the impulses of the one before; cold: one step from none. One subdomain is sequential NLGS; more "
-            "are NSCDD by DCS, in process, whose subdomains take turns on one core: CPU time is the work of all."
-        )
-        if record["rows"]:
-            parts.append(table_block(saved(record), "What acceleration saves", caption, origin([record]), ("counted", "measured"), wide=True))
-        if record.get("hard"):
-            noise = 0.05
-            ratios = [cost_ratio(row) for row in record["hard"]]
-            caption = (
-                f"Hard cases by NLGS to the tolerance of each scene, medians of CPU times. Of {len(ratios)}, accelerated ones cost "
-                f"less in {sum(r < 1 - noise for r in ratios)}, the same within {100 * noise:.0f} % in "
-                f"{sum(abs(r - 1) <= noise for r in ratios)}, more in {sum(r > 1 + noise for r in ratios)}, listed here; geometric "
-                f"mean of the ratios {math.exp(sum(map(math.log, ratios)) / len(ratios)):.2f}."
-            )
-            parts.append(
-                table_block(hard_costs(record, noise), "Hard cases that cost more accelerated", caption, origin([record]), ("counted", "measured"), wide=True)
-            )
-    return parts
+def parts(record, source, out):
+    texts, kinds = captions(__file__), ("counted", "measured")
+    if record["rows"]:
+        yield table_block(saved(record), "What acceleration saves", texts["rows"], source, kinds, wide=True)
+    if record.get("hard"):
+        ratios = [cost_ratio(row) for row in record["hard"]]
+        numbers = {"of": len(ratios), "noise": 100 * NOISE, "same": sum(abs(r - 1) <= NOISE for r in ratios)}
+        numbers |= {"less": sum(r < 1 - NOISE for r in ratios), "more": sum(r > 1 + NOISE for r in ratios), "mean": statistics.geometric_mean(ratios)}
+        yield table_block(hard_costs(record), "Hard cases that cost more accelerated", texts["hard"].format(**numbers), source, kinds, wide=True)

@@ -7,15 +7,14 @@ is installed. Short runs are made three times, and the median of their CPU times
 problems.
 """
 import dataclasses
-import functools
 import re
 from pathlib import Path
 
 from ...measure import SICONOS, Budget
 from ...program import ROOT
+from ...record import beside
 from ...study import Study, installed
-from .curves import Curves
-from .profiles import fclib_rows, hard_rows
+from .measured import Curves, profile_rows
 
 TOLERANCES = [10.0**-k for k in range(1, 9)]
 QUICK_SCENES, QUICK_TOLERANCES, QUICK_GRAINS, QUICK_BUDGET = ("dense-3d", "loose-2d"), (1e-2, 1e-4), 120, Budget(5000, 20)
@@ -28,39 +27,24 @@ FCLIB = ROOT.parent / "shared/fclib"
 
 @dataclasses.dataclass
 class Solver:
+    """An entry of solvers.toml, which says what its fields are."""
+
     name: str
-    run: str  # arguments of `nscdd run`
-    fclib: str = ""  # arguments of `nscdd solve-fclib`, where it takes part
-    sweeps: int = 1  # in an iteration; 0: its iterations cost something else
-    profile: bool = False  # takes part in the profile of the hard cases
+    run: str
+    fclib: str = ""
+    sweeps: int = 1
+    profile: bool = False
     tolerances: tuple = tuple(TOLERANCES)
 
     def cap(self, budget, option="--max-iterations"):
         return [option, max(1, budget.sweeps // self.sweeps)] if self.sweeps else []
 
 
-# One line each. NSCDD by DCS: CCS makes the same iterates, which is checked once for each scene.
-SOLVERS = [
-    Solver("NLGS", "--scheme nlgs --method paper", "--solver nlgs", profile=True),
-    Solver("NLGS, relaxation 1.5", "--scheme nlgs --method paper --relaxation 1.5"),
-    Solver("NLGS, auto", "--scheme nlgs", profile=True),
-    *[
-        Solver(f"NSCDD {n}, n_GS {k}", f"--scheme dcs --method paper --subdomains {n} --sweeps {k} --check-every {10 // k}", sweeps=k)
-        for n in (2, 8, 32)
-        for k in (1, 2, 5)
-    ],
-    *[Solver(f"NSCDD {n}, relaxation 1.5", f"--scheme dcs --method paper --subdomains {n} --relaxation 1.5") for n in (2, 8, 32)],
-    *[Solver(f"NSCDD {n}, auto", f"--scheme dcs --subdomains {n}") for n in (2, 8, 32)],
-    Solver("NSCDD 4", "--scheme dcs --method paper --subdomains 4", profile=True, tolerances=()),
-    Solver("NSCDD 4, auto", "--scheme dcs --subdomains 4", profile=True, tolerances=()),
-    Solver("SPG", "--scheme spg", "--solver spg", profile=True),
-    Solver("APGD", "--scheme apgd", "--solver apgd", profile=True),
-    Solver("Newton", "--scheme newton", "--solver newton", sweeps=0, profile=True, tolerances=(1e-4, 1e-7, 1e-10)),
-]
+SOLVERS = [Solver(**one) for one in beside(__file__, "solvers.toml")["solvers"]]
 
 
 class Accuracy(Study):
-    name, title, about, timed = "accuracy", "Speed against error", "what each solver spends to be how accurate", True
+    name, title, about = "accuracy", "Speed against error", "what each solver spends to be how accurate"
 
     def jobs(self, plan):
         quick, budget, siconos = plan.quick, self.budget(plan), installed("siconos", "scipy")
@@ -70,13 +54,14 @@ class Accuracy(Study):
         for path in scenes(quick):
             scene = Curves(path, plan, budget, QUICK_GRAINS if quick else 0)
             ladders = [(s, [t for t in s.tolerances if not quick or t in QUICK_TOLERANCES]) for s in solvers if re.fullmatch(ONLY.get(path.stem, ".*"), s.name)]
-            work = functools.partial(scene.measured, ladders, (QUICK_TOLERANCES if quick else TOLERANCES) if siconos and path.stem not in ONLY else ())
-            plan.rows(path.stem, work, needs=[scene.packing], cost=40, alone=True)
+            of_siconos = (QUICK_TOLERANCES if quick else TOLERANCES) if siconos and path.stem not in ONLY else ()
+            plan.rows(path.stem, scene.measured, ladders, of_siconos, needs=[scene.packing], cost=40, alone=True)
         if not quick and not any(FCLIB.glob("*.hdf5")):
             plan.leave_out("profiles over FCLIB files: there are none in ../shared/fclib")
         for group, path in problems(quick):
-            work = functools.partial(hard_rows if group == "hard" else fclib_rows, path, plan.folder, solvers, budget, siconos)
-            plan.rows(f"{group} {path.stem}", work, alone=True, small=True)
+            some = [solver for solver in solvers if (solver.profile if group == "hard" else solver.fclib)]
+            some += [Solver(SICONOS, "")] if siconos and group == "fclib" else []
+            plan.rows(f"{group} {path.stem}", profile_rows, group, path, plan.folder, some, budget, alone=True, small=True)
 
     def budget(self, plan):
         return QUICK_BUDGET if plan.quick else Budget()

@@ -2,77 +2,43 @@
 from html import escape
 
 from ...page import tables
-from ...page.page import figure_block, origin, quick, table_block
+from ...page.page import captions, figure_block, table_block
 from ...page.style import save
 from . import figures
-from .levels import solvers
+from .figures import ALL_AT, COSTS, ERRORS, KINDS
+
+CAPTIONS = captions(__file__)
 
 
-def section(results, out):
-    parts = []
-    for record in results.records("accuracy"):
-        source = origin([record])
-        parts += quick(record)
-        parts += [f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"]]
-        if record["scenes"]:
-            caption = (
-                "Scenes of the work-precision curves, one loaded state of each, solved for one step from impulses zero; the "
-                "reference answer that distances are measured from, with its own residual; and that CCS makes the "
-                "iterates of DCS (8 subdomains, to 1e-3), which is why DCS alone is in the figures."
-            )
-            parts.append(table_block(figures.scene_table(record), "Scenes of the work-precision curves", caption, source, ("counted",), wide=True))
-            shown, others = figures.chosen(record), len(solvers(record["runs"]))
-            for cost, error, cost_label, error_label in figures.VIEWS:
-                drawn = figures.drawn(record, shown, cost, error)
-                caption = (
-                    f"{len(drawn)} of the {others} solvers, {escape('; '.join(drawn))}; all are in the table that follows. Better to the "
-                    "right and further down; a circle where a solver stalled, within "
-                    f"{tables.count(record['budget']['sweeps'])} sweeps. "
-                    + (
-                        f"{escape(', '.join(solver for solver in shown if solver not in drawn))} cannot be drawn: no such cost or error is " "recorded. "
-                        if len(drawn) < len(shown)
-                        else ""
-                    )
-                    + ("In-process subdomains take turns on one core, so their CPU time is the work of all. " if cost == "cpu" else "")
-                    + (
-                        f"Distances are {tables.symbols('|V - V_ref|_M / |V_free|_M')}; where one stays while \u03b7 goes on falling, the solver went to "
-                        "another answer, as velocities need not be unique with friction."
-                        if error == "distance"
-                        else ""
-                    )
-                )
-                figure = figures.draw_curves(record, shown, cost, error, cost_label, error_label)
-                title = f"{cost_label[0].upper()}{cost_label[1:]} against {error_label}"
-                kinds = ("measured",) if cost == "cpu" else ("counted",)
-                parts.append(figure_block(save(figure, out, f"accuracy-{cost}-{error}"), escape(title), caption, source, kinds, wide=True))
-            level = f"{figures.ALL_AT:g}"
-            caption = (
-                f"CPU seconds, and sweeps beneath, to \u03b7 = {level}, between the runs on both sides of it; a dash where a solver does not "
-                "get there or took no part. NSCDD: the work of all its subdomains. Newton has no sweeps."
-            )
-            parts.append(table_block(figures.solver_table(record), f"All solvers at \u03b7 = {level}", caption, source, ("measured", "counted"), wide=True))
-            caption = (
-                "How far the velocities of plain NLGS are from the reference answer when it stops at each tolerance on \u03b7, "
-                f"in shares of {tables.symbols('|V_free|_M')}; a dash where it does not get there."
-            )
-            parts.append(table_block(figures.distance_table(record), "Distance of NLGS from the reference answer", caption, source))
-        table = figures.siconos_table(record)
-        if table:
-            caption = (
-                "CPU time of the solvers' calls at equal \u03b7, as our measure judges it for both, interpolated on the curves of "
-                "the first figure of this section. Siconos solves the exported problem, with its stored <i>W</i>, by its own default "
-                "stopping test."
-            )
-            parts.append(table_block(table, "CPU time beside Siconos at equal error", caption, source, ("measured",), wide=True))
-        if record["profiles"]:
-            for cost, label in (("cpu", "CPU time"), ("sweeps", "sweeps")):
-                caption = (
-                    f"Performance profiles [DolanMore02] in {label}: the share of problems that a solver solves with at most so "
-                    "many times the cost of the best solver of that problem. Hard cases: their first step, by \u03b7; FCLIB "
-                    "files: by the natural map as Siconos 4.4 normalises it. Problems that no solver solves are not counted."
-                    + (" Newton has no sweeps." if cost == "sweeps" else "")
-                )
-                figure = figures.draw_profiles(record, cost, label)
-                kinds = ("measured",) if cost == "cpu" else ("counted",)
-                parts.append(figure_block(save(figure, out, f"accuracy-profile-{cost}"), f"Performance profiles, {label}", caption, source, kinds, wide=True))
-    return parts
+def curves_caption(record, cost, error):
+    shown, of = figures.chosen(record), len(figures.solvers(record["runs"]))
+    drawn = figures.drawn(record, shown, cost, error)
+    others = [solver for solver in shown if solver not in drawn]
+    sweeps = tables.count(record["budget"]["sweeps"])
+    return (
+        CAPTIONS["curves"].format(drawn=len(drawn), of=of, names=escape("; ".join(drawn)), sweeps=sweeps)
+        + (CAPTIONS["not_drawn"].format(names=escape(", ".join(others))) if others else "")
+        + (CAPTIONS["cpu"] if cost == "cpu" else "")
+        + (CAPTIONS["distance"].format(distance=tables.symbols("|V - V_ref|_M / |V_free|_M")) if error == "distance" else "")
+    )
+
+
+def parts(record, source, out):
+    yield from (f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"])
+    if record["scenes"]:
+        yield table_block(figures.scene_table(record), "Scenes of the work-precision curves", CAPTIONS["scenes"], source, ("counted",), wide=True)
+        for cost in COSTS:
+            for error in ERRORS:
+                title, caption = f"{COSTS[cost][0].upper()}{COSTS[cost][1:]} against {ERRORS[error]}", curves_caption(record, cost, error)
+                file = save(figures.draw_curves(record, figures.chosen(record), cost, error), out, f"accuracy-{cost}-{error}")
+                yield figure_block(file, escape(title), caption, source, (KINDS[cost],), wide=True)
+        title, caption = f"All solvers at \u03b7 = {ALL_AT:g}", CAPTIONS["solvers"].format(level=ALL_AT)
+        yield table_block(figures.solver_table(record), title, caption, source, ("measured", "counted"), wide=True)
+        caption = CAPTIONS["distances"].format(norm=tables.symbols("|V_free|_M"))
+        yield table_block(figures.distance_table(record), "Distance of NLGS from the reference answer", caption, source)
+    if table := figures.siconos_table(record):
+        yield table_block(table, "CPU time beside Siconos at equal error", CAPTIONS["siconos"], source, ("measured",), wide=True)
+    for cost, label in (("cpu", "CPU time"), ("sweeps", "sweeps")) if record["profiles"] else ():
+        caption = CAPTIONS["profiles"].format(cost=label) + (" Newton has no sweeps." if cost == "sweeps" else "")
+        file = save(figures.draw_profiles(record, cost, label), out, f"accuracy-profile-{cost}")
+        yield figure_block(file, f"Performance profiles, {label}", caption, source, (KINDS[cost],), wide=True)

@@ -18,7 +18,7 @@ from ... import record
 from ...program import Failed
 from ...study import Study
 from ..regression import ACCEPTED
-from .builds import BUILDS, build
+from .compilers import BUILDS, build
 
 # Hard cases of a build that does not run all of them.
 HARD = {"aarch64": r"^(?!heap|pair|rebound|lid-1000|squeeze-slow|column-1000|mass-1e6|settled|order|bounce-1024|restitution|gas|clump)"}
@@ -36,7 +36,7 @@ class Bits(Study):
             elif name.endswith("v4") and not all(f" {flag}" in Path("/proc/cpuinfo").read_text() for flag in WIDE):
                 plan.leave_out(f"{name}: this processor has no AVX-512")
             else:  # a build has both cores
-                plan.rows(name, lambda name=name: row(name, plan.folder / name, plan.quick), cost=600 if name != "aarch64" else 1800, alone=True)
+                plan.rows(name, row, name, plan.folder / name, plan.quick, cost=600 if name != "aarch64" else 1800, alone=True)
 
     def rows(self, plan):
         rows = [found for name in BUILDS if (found := plan.made(name))]
@@ -51,10 +51,10 @@ class Bits(Study):
         return not any(row["differ"] for row in data["rows"])
 
 
-def suite(program, *words, fine=(0, 1)):
+def suite(program, *words):
     """The suite's own command with another program."""
     done = subprocess.run(["scripts/suite", *map(str, words)], env=os.environ | {"NSCDD": str(program)}, capture_output=True, text=True)
-    if done.returncode not in fine:
+    if done.returncode not in (0, 1):
         raise Failed(f"{' '.join(map(str, words))}: {done.stderr[-300:]}")
 
 
@@ -68,21 +68,13 @@ def row(name, folder, quick):
         raise Failed(f"{name}: the regression made no numbers")
     told, accepted = record.load(folder / "regression.json"), record.load(ACCEPTED)["values"]
     now, asked = told["values"], {key for key in accepted if not key.endswith(" speed-up")}
-    wrong = {key for key in asked | now.keys() if now.get(key) != accepted.get(key)}
-    found = {
-        "build": name,
-        "compiler": told["machine"]["compiler"],
-        "lanes": told["machine"]["lanes"],
-        "numbers": len(asked | now.keys()),
-        "answers": {key: value for key, value in now.items() if key.endswith(" answer")},
-    }
+    numbers, wrong = len(asked | now.keys()), {key for key in asked | now.keys() if now.get(key) != accepted.get(key)}
+    found = {"build": name, "compiler": told["machine"]["compiler"], "lanes": told["machine"]["lanes"]}
     if not quick:
         suite(program, "run", "hard", "--only", HARD.get(name, ""), "--results", folder)
         suite(program, "counted", folder)
         hard = record.load(folder / "counted.json")
-        wrong |= {entry["name"] for entry in hard["differ"]}
-        wrong |= {
-            f"hard: {key}: {hard[key]}" for key in ("not_in_the_record", *(() if name in HARD else ("missing",))) if hard[key]
-        }  # also of cases that failed
-        found |= {"numbers": found["numbers"] + hard["of"], "hard": {"same": hard["same"], "of": hard["of"]}}
-    return found | {"differ": sorted(wrong)}
+        counts = ("not_in_the_record",) if name in HARD else ("not_in_the_record", "missing")  # also of cases that failed
+        wrong |= {entry["name"] for entry in hard["differ"]} | {f"hard: {key}: {hard[key]}" for key in counts if hard[key]}
+        found["hard"], numbers = {"same": hard["same"], "of": hard["of"]}, numbers + hard["of"]
+    return found | {"numbers": numbers, "answers": {key: value for key, value in now.items() if key.endswith(" answer")}, "differ": sorted(wrong)}

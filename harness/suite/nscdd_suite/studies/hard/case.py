@@ -1,5 +1,4 @@
 """A scene of cases/hard by a scheme, as the families of exact.py and energy.py see it: it makes runs, and rows of what they should have been."""
-import dataclasses
 import math
 import re
 import shutil
@@ -7,53 +6,72 @@ import tomllib
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from ... import record
 from ...program import NSCDD, Failed, Killed, call, shown
 from .energy import FAMILIES as OF_ENERGY
 from .exact import FAMILIES as EXACT
-from .pieces import strips
 
 FAMILIES = EXACT | OF_ENERGY
 
 
-@dataclasses.dataclass
-class Scheme:
-    subdomains: int
-    gauss_seidel: bool  # its iterations are sweeps, whose number theory bounds
-    arguments: str
-
-
-SCHEMES = {
-    "nlgs": Scheme(1, True, "--scheme nlgs --method paper"),
-    "dcs": Scheme(4, True, "--scheme dcs --method paper"),
-    "nlgs-auto": Scheme(1, False, "--scheme nlgs"),
-    "dcs-auto": Scheme(4, False, "--scheme dcs"),
-    "newton": Scheme(1, False, "--scheme newton"),
+SCHEMES = {  # subdomains, options
+    "nlgs": (1, "--scheme nlgs --method paper"),
+    "dcs": (4, "--scheme dcs --method paper"),
+    "nlgs-auto": (1, "--scheme nlgs"),
+    "dcs-auto": (4, "--scheme dcs"),
+    "newton": (1, "--scheme newton"),
 }
+
+
+def strips(places, subdomains):
+    """Options for so many strips across the longest side: the grid that is chosen for rods and planes may not cut them."""
+    sides = [max(axis) - min(axis) for axis in zip(*places)]
+    cells = ["1"] * len(sides)
+    cells[sides.index(max(sides))] = str(subdomains)
+    return ["--subdomains", subdomains, "--grid", "x".join(cells)]
 
 
 class Result:
     """One run of the program; its arrays are those of the state file."""
 
-    def __init__(self, command, stem, errors="", exit_code=0):
+    def __init__(self, command, stem=None, errors="", exit_code=0):
         self.command, self.stem, self.errors, self.exit, self.json = shown(command), stem, errors, exit_code, None
-        if not Path(f"{stem}.json").exists():  # refused
+        if stem is None or not Path(f"{stem}.json").exists():  # failed, or refused
             return
         self.json = record.load(f"{stem}.json")
         with h5py.File(f"{stem}.h5") as file:
             self.x, self.radius, self.velocity, self.spin = (file[key][...] for key in ("x", "radius", "velocity", "spin"))
             self.i, self.j, self.normal, self.impulse, self.owner = (file[f"contacts/{key}"][...] for key in ("i", "j", "normal", "impulse", "subdomain"))
 
+    def on_wall(self, wall):
+        """The sizes of all impulses on it."""
+        return sum(np.linalg.norm(impulse) for impulse, j in zip(self.impulse, self.j) if j == -1 - wall)
+
 
 class Case:
     def __init__(self, path, scheme, folder, quick=False):
         self.path, self.scheme, self.folder, self.quick = path, scheme, folder, quick
         self.scene = tomllib.loads(path.read_text())
-        self.name, self.dimension = self.scene["name"], self.scene["dimension"]
-        self.gauss_seidel = SCHEMES[scheme].gauss_seidel
+        self.name, self.dimension, self.tolerance = self.scene["name"], self.scene["dimension"], self.scene["solver"]["tolerance"]
+        self.h, self.count, self.g = self.scene["step"]["h"], self.scene["step"]["count"], float(np.linalg.norm(self.scene["gravity"]))
+        self.inertia_share = 0.4 if self.dimension == 3 else 0.5  # I / (m R^2)
+        self.radii = self.of_grains("radius")[:, 0]
+        density = {entry["name"]: entry["density"] for entry in self.scene["material"]}
+        volumes = math.pi * self.radii**2 * (4 / 3 * self.radii if self.dimension == 3 else 1)
+        self.m = np.array([density[grain["material"]] for grain in self.scene["grain"]]) * volumes
+        self.subdomains, self.options = SCHEMES[scheme]
+        self.gauss_seidel = "paper" in self.options  # its iterations are sweeps, whose number theory bounds
         self.family = max((key for key in FAMILIES if re.match(rf"{key}(-|$)", self.name)), key=len)
         self.runs = {}
+
+    def of_grains(self, key):
+        """What the scene says of each grain, a row each."""
+        return np.array([grain[key] for grain in self.scene["grain"]], float).reshape(len(self.scene["grain"]), -1)
+
+    def law(self, *names):
+        return next(entry for entry in self.scene["pair"] if sorted(entry["materials"]) == sorted(names))
 
     def sibling(self, name):
         """Another scene of the same dimension and scheme, in a folder of its own: it may also run as a case, at the same time."""
@@ -62,11 +80,8 @@ class Case:
         return Case(self.path.with_name(f"{name}-{self.dimension}d.toml"), self.scheme, folder)
 
     def command(self):
-        subdomains = SCHEMES[self.scheme].subdomains
-        command = [NSCDD, "run", self.path, *SCHEMES[self.scheme].arguments.split(), "--quiet"]
-        if subdomains > 1:  # strips: the grid that is chosen for rods and planes may not cut them
-            command += ["--subdomains", subdomains, "--grid", strips([grain["position"] for grain in self.scene["grain"]], subdomains)]
-        return command
+        divided = strips(self.of_grains("position"), self.subdomains) if self.subdomains > 1 else []
+        return [NSCDD, "run", self.path, *self.options.split(), "--quiet", *divided]
 
     def at_rest(self, result):
         """The same state with all velocities zero, to go on from."""
@@ -103,36 +118,17 @@ class Case:
 
     def row(self, quantity, expected, found, bound, source, result, relation="=", error=None):
         """One row of the table. relation: found = expected, or an inequality; the error is how far it is from that."""
-        expected, found = float(expected), float(found)
+        expected, found, run = float(expected), float(found), result.json or {}
         if error is None:
             error = {"=": abs(found - expected), "<=": max(0.0, found - expected), ">=": max(0.0, expected - found)}[relation]
-        run = result.json or {}
         residuals = run.get("residual", [])
-        return self.stamp(quantity, result.command) | {
-            "relation": relation,
-            "expected": expected,
-            "found": finite(found),
-            "error": finite(error),
-            "bound": float(bound),
-            "bound_from": source,
-            "ok": bool(error <= bound),
-            "iterations": sum(run.get("iterations", [])),
-            "steps": run.get("steps", 0),
-            "residual": None if None in residuals else max(residuals, default=0.0),
-            "answer": run.get("answer"),
-        }
-
-    def stamp(self, quantity, command):
-        """A row of a run that failed; one that did not has more to say."""
         return {
-            "case": self.name,
-            "family": self.family,
-            "dimension": self.dimension,
-            "scheme": self.scheme,
-            "subdomains": SCHEMES[self.scheme].subdomains,
-            "quantity": quantity,
-            **{"relation": "=", "expected": 0.0, "found": None, "error": None, "bound": 0.0, "bound_from": "law", "ok": False},
-            **{"iterations": 0, "steps": 0, "residual": None, "answer": None, "commands": [command]},
+            **{"case": self.name, "family": self.family, "dimension": self.dimension, "scheme": self.scheme, "subdomains": self.subdomains},
+            **{"quantity": quantity, "relation": relation, "expected": expected, "found": finite(found), "error": finite(error)},
+            **{"bound": float(bound), "bound_from": source, "ok": bool(error <= bound)},
+            **{"iterations": sum(run.get("iterations", [])), "steps": run.get("steps", 0)},
+            "residual": None if None in residuals else max(residuals, default=0.0),
+            **{"answer": run.get("answer"), "commands": [result.command]},
         }
 
     def rows(self):
@@ -141,7 +137,7 @@ class Case:
         except Killed:
             raise
         except Failed as problem:
-            return [self.stamp("the run", shown(self.command())) | {"note": str(problem)}]
+            return [self.row("the run", 0, math.nan, 0, "law", Result(self.command())) | {"note": str(problem)}]
 
 
 def finite(value):

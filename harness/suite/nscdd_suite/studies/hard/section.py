@@ -1,8 +1,122 @@
-"""Hard cases: the section of the page."""
+"""Hard cases: the section of the page, family by family, with sweeps of columns, orders, and energy from nothing."""
+import re
+from html import escape
+
 from ...page import tables
-from ...page.page import figure_block, origin, quick, table_block
-from ...page.style import save
-from . import figures
+from ...page.page import captions, figure_block, origin, quick, table_block
+from ...page.style import CCS, DCS, NLGS, SUBDOMAINS, plt, save
+
+ENERGY = {"pair": "\u03bc =", "heap": "\u03bc =", "rebound": "e ="}  # families of the long runs: the last number of their names
+RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
+
+
+def hard_ok(row):
+    return row["ok"] and row["error"] is not None and row["error"] <= row["bound"]
+
+
+def schemes_of(rows):
+    return list(dict.fromkeys((row["scheme"], row["subdomains"]) for row in rows))
+
+
+def all_rows(rows):
+    """All rows, folded by family; those of a family with an error beyond its bound are open."""
+    for family in dict.fromkeys(row["family"] for row in rows):
+        own = [row for row in rows if row["family"] == family]
+        good, scenes = sum(map(hard_ok, own)), len({row["case"] for row in own})
+        summary = f"<summary>{escape(family)}: {good} of {len(own)} rows of {scenes} scenes within their bounds</summary>"
+        yield f'<details{"" if good == len(own) else " open"}>{summary}{family_table(own, schemes_of(rows))}</details>'
+
+
+def family_table(rows, schemes):
+    """One line per case and quantity: what is expected and allowed, then what each scheme found, how far off, in how many iterations.
+    Where a scheme has another expectation or bound than the first, its cell says so."""
+    lines, notes = [], [f'<p>{escape(row["case"])}, {escape(row["scheme"])}: {escape(row["note"])}</p>' for row in rows if "note" in row]
+    for case, quantity in dict.fromkeys((row["case"], row["quantity"]) for row in rows):
+        by_scheme = {(row["scheme"], row["subdomains"]): row for row in rows if (row["case"], row["quantity"]) == (case, quantity)}
+        first, cells = next(iter(by_scheme.values())), []
+        for row in map(by_scheme.get, schemes):
+            if row is None:
+                cells.append(None)
+                continue
+            more = [f"off {tables.number(row['error'])}", f"{tables.count(row['iterations'])} it."]
+            more += [f"{key} {tables.number(row[key])}" for key in ("expected", "bound") if row[key] != first[key]]
+            cells.append(("<br>".join([tables.number(row["found"]), *(f"<i>{line}</i>" for line in more)]), "" if hard_ok(row) else "bad"))
+        asked = [RELATIONS[first["relation"]] + tables.number(first["expected"]), tables.number(first["bound"])]
+        lines.append([escape(case), tables.symbols(quantity), *asked, *cells, tables.symbols(first["bound_from"])])
+    found = [f"{escape(name.upper())}{f', {n} subdomains' if n > 1 else ''}" for name, n in schemes]
+    return tables.table([["case", "quantity", "expected", "bound", *found, "bound from"]], lines, f"Hard cases: {rows[0]['family']}") + "".join(notes)
+
+
+def draw_columns(rows):
+    """Iterations of columns against their height, or None if there are not two heights."""
+    points = {}
+    for row in rows:
+        match = re.match(r"column-(\d+)-3d", row["case"])
+        if match and row["relation"] == "<=" and row["found"] is not None:
+            points.setdefault((row["scheme"], row["subdomains"]), []).append((int(match[1]), row["found"], row["expected"]))
+    if max(map(len, points.values()), default=0) < 2:
+        return None
+    figure, axis = plt.subplots(figsize=(4.6, 3.2))
+    for (scheme, subdomains), values in points.items():
+        n, found, bound = zip(*sorted(values))
+        colour = SUBDOMAINS[(subdomains - 1) % len(SUBDOMAINS)]
+        look = {"marker": "s", "markerfacecolor": "none", "markersize": 8} if subdomains > 1 else {"marker": "o", "markersize": 5}
+        axis.plot(n, bound, color=colour, linewidth=1.1)
+        axis.plot(n, found, linestyle="", color=colour, label=f"{scheme.upper()}, {subdomains}", **look)
+    axis.set(xscale="log", yscale="log", xlabel="N", ylabel="iterations")
+    axis.legend(loc="upper left")
+    return figure
+
+
+def draw_orders(rows):
+    """Errors against step sizes, a panel per family, a line per theta; or None. Of the first scheme, in 3D: the others'
+    are the same to the tolerance."""
+    series = {}
+    for row in rows:
+        if "series" in row and row["dimension"] == 3 and row["scheme"] == rows[0]["scheme"]:
+            series.setdefault(row["family"], []).append(row)
+    if not series:
+        return None
+    figure, axes = plt.subplots(1, len(series), figsize=(2.9 * len(series) + 0.4, 3.0), squeeze=False)
+    for axis, (family, lines) in zip(axes[0], series.items()):
+        for row, colour in zip(lines, (DCS, CCS) if len(lines) > 1 else (CCS,)):
+            theta = row["quantity"].rpartition(", ")[2].replace("theta", "\u03b8")
+            axis.plot(*zip(*row["series"]), "o-", color=colour, markersize=4, label=f"{theta}: {row['found']:.2f}")
+        (h, error), (least, _) = lines[-1]["series"][0], lines[-1]["series"][-1]
+        axis.plot([h, least], [2 * error, 2 * error * least / h], "--", color=NLGS, linewidth=1, label="order 1")
+        axis.set(xscale="log", yscale="log", xlabel="h", title=family.removeprefix("order-"))
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
+        axis.legend(loc="best")
+    axes[0][0].set_ylabel("error of the place")
+    return figure
+
+
+def energy_cell(row):
+    if row is None:
+        return None
+    text = "refused" if row["found"] is None else tables.number(row["found"]) + (f" ({row['exit']})" if row["exit"] else "")
+    return text if hard_ok(row) else (text, "bad")
+
+
+def energy_table(rows):
+    """Largest gain of energy of the long runs: by scene but its last number, and by scheme and that number, friction or
+    restitution; the exit code where it is not zero. None if there are no such rows."""
+    rows = [row for row in rows if row["family"] in ENERGY and ("exit" in row or "note" in row)]
+    schemes, html = list(dict.fromkeys(row["scheme"] for row in rows)), []
+    for family, last in ENERGY.items():
+        own = {}
+        for row in rows:
+            if row["family"] == family:
+                *scene, number, dimension = row["case"].split("-")
+                own.setdefault("-".join([*scene, dimension]), {})[row["scheme"], float(number)] = row
+        columns = sorted({key for cells in own.values() for key in cells}, key=lambda key: (schemes.index(key[0]), key[1]))
+        titles, names = [f"{escape(scheme.upper())}, {last} {value:g}" for scheme, value in columns], list(map(escape, own))
+        cells = [[energy_cell(by_column.get(column)) for by_column in own.values()] for column in columns]
+        if len(names) > len(titles):  # the longer list goes down
+            titles, names, cells = names, titles, list(zip(*cells))
+        if own:
+            html.append(tables.table([["", *names]], [[title, *line] for title, line in zip(titles, cells)], f"Energy gained: {family}"))
+    return "\n".join(html) or None
 
 
 def section(results, out):
@@ -12,47 +126,18 @@ def section(results, out):
         return []
     results.summary["hard_rows"] = len(rows)
     results.good.append(f"All {len(rows)} rows of the hard cases are within their bounds.")
-    results.failures += [
-        f"hard case {row['case']} by {row['scheme']}: {row['quantity']}: "
-        + (row.get("note") or f"error {tables.show(row['error'])} exceeds {row['bound']:.3g}")
-        for row in rows
-        if not figures.hard_ok(row)
-    ]
-    schemes = list(dict.fromkeys((row["scheme"], row["subdomains"]) for row in rows))
-    caption = (
-        f"Hard cases, {len({row['case'] for row in rows})} scenes by {len(schemes)} schemes: the exact answer, what was "
-        "found, how far it is off, and the bound, which comes from theory: of the accuracy asked for "
-        "(<i>tolerance</i>), of the step (<i>O(h)</i>), of the arithmetic (<i>round-off</i>), or an inequality (<i>law</i>; "
-        "its error is by how much it fails). Iterations are those of all steps: sweeps, glued after each where there are "
-        "several subdomains. An error beyond its bound is in red, and its family open."
-    )
-    source = "".join(origin([record]) for record in records)
+    for row in (row for row in rows if not hard_ok(row)):
+        why = row.get("note") or f"error {tables.show(row['error'])} exceeds {row['bound']:.3g}"
+        results.failures.append(f"hard case {row['case']} by {row['scheme']}: {row['quantity']}: {why}")
+    texts, source = captions(__file__), "".join(origin([record]) for record in records)
     parts = [line for record in records for line in quick(record)]
-    parts += [table_block(figures.table(rows), "Hard cases by family", caption, source, wide=True)]
-    figure = figures.draw_columns(rows)
-    if figure:
-        caption = (
-            "Iterations of a column of <i>N</i> from zero impulses: counted (marks), and the most that the spectral radius of "
-            "the iteration allows for the tolerance (lines), by number of subdomains."
-        )
-        parts.append(figure_block(save(figure, out, "hard-columns"), "Iterations of columns", caption, source, ("counted",)))
-    figure = figures.draw_orders(rows)
-    if figure:
-        caption = (
-            "Error of the places against the step size, 3D, with the observed order: sliding under constant friction, which "
-            "\u03b8 = 1/2 follows exactly (no line); an impact with e = 0.5; a ball sinking into others, against much smaller "
-            "steps."
-        )
-        parts.append(figure_block(save(figure, out, "hard-orders"), "Error against step size", caption, source))
-    table = figures.energy_table(rows)
-    if table:
-        steps = max(row["steps"] for row in rows if row["family"] in figures.ENERGY)
-        caption = (
-            f"The largest gain of energy beyond what gravity and walls put in, over the largest energy so far, "
-            f"in {tables.count(steps)} steps to the default tolerance; allowed 10\u207b\u2076. Pairs: two balls at rest, the upper so "
-            "many times the heavier; heaps: one ball of so many times the radius on 1 or 16, of one density; rebounds: without "
-            "friction, by Newton's e. (3): exit code 3, steps hit the cap of iterations, and the run says so; (1): refused, when the "
-            "light ball between the heavy one and the floor passes a tenth of its radius in a step, judged until then."
-        )
+    caption = texts["rows"].format(scenes=len({row["case"] for row in rows}), schemes=len(schemes_of(rows)))
+    parts.append(table_block("\n".join(all_rows(rows)), "Hard cases by family", caption, source, wide=True))
+    if figure := draw_columns(rows):
+        parts.append(figure_block(save(figure, out, "hard-columns"), "Iterations of columns", texts["columns"], source, ("counted",)))
+    if figure := draw_orders(rows):
+        parts.append(figure_block(save(figure, out, "hard-orders"), "Error against step size", texts["orders"], source))
+    if table := energy_table(rows):
+        caption = texts["energy"].format(steps=tables.count(max(row["steps"] for row in rows if row["family"] in ENERGY)))
         parts.append(table_block(table, "Energy from nothing", caption, source, wide=True))
     return parts

@@ -47,64 +47,50 @@ def of_state(state, grain_masses, inertias, wall_masses, tangential):
     """All contacts of a state that carry, as if they stuck (or, not tangential, slid without friction)."""
     dim = state.x.shape[1]
     spins = 0 if not tangential else 1 if dim == 2 else 3
-    dof = dim + spins
-    n = len(grain_masses)
+    dof, frames = dim + spins, dim if tangential else 1
     driven = [w for w, mass in enumerate(wall_masses) if mass > 0]
     carrying = [c for c in range(len(state.i)) if state.impulse[c] @ state.normal[c] > 0]
-    frames = 1 if not tangential else dim
-    directions = np.zeros((n * dof + len(driven), len(carrying) * frames))
+    directions = np.zeros((len(grain_masses) * dof + len(driven), len(carrying) * frames))
     impulses = np.zeros(directions.shape[1])
     for column, c in enumerate(carrying):
-        i, j, normal = state.i[c], state.j[c], state.normal[c]
-        basis = [normal]
-        if tangential:
-            full, _ = np.linalg.qr(np.column_stack([normal, np.eye(dim)]))
-            basis += [full[:, k] for k in range(1, dim)]
-        for k, direction in enumerate(basis):
+        normal, wall = state.normal[c], -1 - state.j[c]
+        frame, _ = np.linalg.qr(np.column_stack([normal, np.eye(dim)]))
+        for k, direction in enumerate([normal, *frame.T[1:frames]]):
             at = column * frames + k
             impulses[at] = state.impulse[c] @ direction
-            for body, sign in ((i, 1.0), (j, -1.0)):
+            for body, sign in ((state.i[c], 1.0), (state.j[c], -1.0)):
                 if body < 0:
                     continue
                 directions[body * dof : body * dof + dim, at] += sign * direction
                 if k:  # velocity at the contact: V - radius w x n for i, V + radius w x n for j
                     lever = -sign * state.radius[body] * normal
-                    turn = [lever[0] * direction[1] - lever[1] * direction[0]] if dim == 2 else np.cross(lever, direction)
-                    directions[body * dof + dim : (body + 1) * dof, at] += sign * np.asarray(turn)
-            if not k and j < 0 and -1 - j in driven:
-                directions[n * dof + driven.index(-1 - j), at] -= 1.0
-    inverse = np.concatenate(
-        [
-            np.column_stack([np.repeat(1 / grain_masses[:, None], dim, 1), np.repeat(1 / inertias[:, None], spins, 1)]).ravel(),
-            [1 / wall_masses[w] for w in driven],
-        ]
-    )
-    return Network(directions, inverse, impulses)
+                    turn = lever[0] * direction[1] - lever[1] * direction[0] if dim == 2 else np.cross(lever, direction)
+                    directions[body * dof + dim : (body + 1) * dof, at] += sign * turn
+            if not k and wall in driven:
+                directions[len(grain_masses) * dof + driven.index(wall), at] -= 1.0
+    masses = np.column_stack([grain_masses] * dim + [inertias] * spins)
+    return Network(directions, 1 / np.concatenate([masses.ravel(), [wall_masses[w] for w in driven]]), impulses)
 
 
 def iteration_rate(masses, owners):
     """The factor by which an iteration of a supported chain shortens the error in the end: the spectral radius of one
     sweep of Gauss-Seidel, or, when `owners` (of contact k, below grain k) name several subdomains, of Alg. 1 with equal
     splitting. A column of N equal grains by one subdomain: cos^2(pi / 2N), hence 4/pi^2 N^2 sweeps per factor e."""
-    n = len(masses)
-    domains = sorted(set(owners))
-    holds = np.zeros((len(domains), n), bool)
-    for k, owner in enumerate(owners):
-        holds[domains.index(owner), max(0, k - 1) : k + 1] = True
-    multiplicity = holds.sum(0)
+    n, owners = len(masses), np.asarray(owners)
+    holds = {domain: np.isin(range(n), [k - far for k in np.flatnonzero(owners == domain) for far in (0, 1)]) for domain in set(owners)}
+    multiplicity = sum(held.astype(int) for held in holds.values())
     inverse = multiplicity / np.asarray(masses)
     total = np.zeros((n, n))
-    for s, domain in enumerate(domains):
-        v = np.eye(n)
-        late = [k for k in range(1, n) if owners[k] == domain and multiplicity[k - 1 : k + 1].max() > 1]
-        early = [k for k in range(1, n) if owners[k] == domain and k not in set(late)]
+    for domain, held in holds.items():
+        v, own = np.eye(n), [k for k in np.flatnonzero(owners == domain) if k > 0]
+        late = [k for k in own if multiplicity[k - 1 : k + 1].max() > 1]
         if owners[0] == domain:
             v[0] = 0
-        for k in early + late:  # the order of the sweep: walls, the inside, the interface
+        for k in [k for k in own if k not in late] + late:  # the order of the sweep: walls, the inside, the interface
             change = (v[k] - v[k - 1]) / (inverse[k] + inverse[k - 1])
             v[k] -= inverse[k] * change
             v[k - 1] += inverse[k - 1] * change
-        total += np.where(holds[s][:, None], v, 0) / multiplicity[:, None]
+        total += np.where(held[:, None], v, 0) / multiplicity[:, None]
     return float(np.abs(np.linalg.eigvals(total)).max())
 
 

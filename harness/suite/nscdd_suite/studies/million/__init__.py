@@ -17,27 +17,28 @@ RUNS = {"first": 2, "rest": 1}  # steps
 
 class Million(Study):
     name, title, about = "million", "A million spheres on two ranks", "memory and seconds of a million spheres on two ranks"
-    timed = True
     kinds, tools = ("counted", "measured"), ("mpirun",)
 
     def jobs(self, plan):
         one = plan.pack("cases/packings/triaxial.toml", **({"grains": 300, "generator": "own"} if plan.quick else {}))
-        packing, start = plan.folder / "packing.h5", None
-        tiles = QUICK_TILES if plan.quick else TILES
-        plan.add("packing side by side with itself", [packing], [python("tiling", one, packing, *tiles)], needs=[one])
+        packing, start = plan.folder / "packing.h5", []
+        plan.add("packing side by side with itself", [packing], [python("tiling", one, packing, *(QUICK_TILES if plan.quick else TILES))], needs=[one])
         for name, steps in RUNS.items():
             out, state = plan.folder / f"{name}.json", plan.folder / f"{name}.h5"
             command = ["mpirun", "-np", RANKS, NSCDD, "run", "cases/reduced/triaxial.toml", "--scheme", "dcs", "--method", "auto", "--quiet"]
-            command += ["--packing", packing, *(["--from", start] if start else []), "--steps", steps, "--json", out, "--state", state]
-            plan.add(name, [out, state], [command], needs=[packing, *([start] if start else [])], cost=300, alone=True)
-            start = state
+            command += ["--packing", packing, *(word for file in start for word in ("--from", file)), "--steps", steps, "--json", out, "--state", state]
+            plan.add(name, [out, state], [command], needs=[packing, *start], cost=300, alone=True)
+            start = [state]
+
+    def there(self, plan):
+        return {name: path for name in RUNS if (path := plan.folder / f"{name}.json").exists()}
 
     def rows(self, plan):
-        there = [name for name in RUNS if (plan.folder / f"{name}.json").exists()]
-        return {"rows": [row(name, plan.folder / f"{name}.json") for name in there]} if there else {}
+        rows = [row(name, path) for name, path in self.there(plan).items()]
+        return {"rows": rows} if rows else {}
 
     def provenance(self, plan):
-        return record.provenance([record.load(path) for path in (plan.folder / f"{name}.json" for name in RUNS) if path.exists()])
+        return record.provenance(map(record.load, self.there(plan).values()))
 
     def told(self, data):
         for one in data["rows"]:

@@ -21,44 +21,42 @@ COUNTED = ("iterations", "contacts", "messages", "bytes", "work_per_rank", "answ
 
 
 class Reduced(Study):
-    name, title, about, timed = "reduced", "Runs and their agreement", "the paper's scenes at a reduced size, each run beside the reference", True
+    name, title, about = "reduced", "Runs and their agreement", "the paper's scenes at a reduced size, each run beside the reference"
 
     def jobs(self, plan):
         for scene, (subdomains, ranks, schemes, pack_cost, cost) in SCENES.items():
             packing = plan.pack(f"cases/packings/{scene}.toml", cost=pack_cost)
-            self.add_run(plan, scene, packing, f"{scene} nlgs sequential", f"{scene}-nlgs", [], ["--scheme", "nlgs"], cost, True)
+
+            def add(title, name, how, **more):
+                self.add_run(plan, scene, packing, f"{scene} {title}", f"{scene}-{name}", how, **more)
+
+            add("nlgs sequential", "nlgs", ["--scheme", "nlgs"], cost=cost, alone=True)
             # How far the reference is from itself: what the differences of whole runs have to be seen against.
-            self.add_run(
-                plan, scene, packing, f"{scene} nlgs at half the tolerance", f"{scene}-nlgs-half", [], ["--scheme", "nlgs", "--tolerance", "5e-5"], cost
-            )
+            add("nlgs at half the tolerance", "nlgs-half", ["--scheme", "nlgs", "--tolerance", "5e-5"], cost=cost)
             for scheme in schemes:
                 for n in ranks:
-                    title = f"{scene} {scheme} {n} MPI rank{'s' * (n > 1)}"
-                    self.add_run(plan, scene, packing, title, f"{scene}-{scheme}-mpi{n}", ["mpirun", "-np", n], ["--scheme", scheme], cost, True)
+                    launcher, title = ["mpirun", "-np", n], f"{scheme} {n} MPI rank{'s' * (n > 1)}"
+                    add(title, f"{scheme}-mpi{n}", ["--scheme", scheme], launcher=launcher, cost=cost, alone=True)
                 for n in subdomains:  # checked at every iteration, so that counts are not multiples of the interval between checks
                     how = ["--scheme", scheme, "--subdomains", n, "--check-every", "1"]
-                    self.add_run(plan, scene, packing, f"{scene} {scheme} {n} subdomain{'s' * (n > 1)}", f"{scene}-{scheme}-{n}", [], how, cost * (1 + n / 10))
+                    add(f"{scheme} {n} subdomain{'s' * (n > 1)}", f"{scheme}-{n}", how, cost=cost * (1 + n / 10))
 
-    def add_run(self, plan, scene, packing, title, name, launcher, options, cost, alone=False):
+    def add_run(self, plan, scene, packing, title, name, how, launcher=(), **more):
         """The run, its comparison with the reference, and one step from the reference's last state, compared too."""
-        stem, steps, reference = plan.folder / name, plan.folder / "steps", f"{scene}-nlgs"
-        start = plan.folder / f"{reference}.h5"
-        program = [*launcher, NSCDD, "run", f"cases/reduced/{scene}.toml", "--packing", packing, *options]
-        few = ["--steps", 2] if plan.quick else []
-        commands, outputs = [[*program, *few, "--json", f"{stem}.json", "--state", f"{stem}.h5"]], [f"{stem}.json", f"{stem}.h5"]
-        compared = [(plan.folder / reference, stem, stem)]
+        reference, start = f"{scene}-nlgs", plan.folder / f"{scene}-nlgs.h5"
+        program = [*launcher, NSCDD, "run", f"cases/reduced/{scene}.toml", "--packing", packing, *how]
+        made = [(plan.folder, name, ["--steps", 2] if plan.quick else [])]
         if not name.endswith("-half"):
-            step = steps / name
-            commands.append([*program, "--from", start, "--steps", 1, "--json", f"{step}.json", "--state", f"{step}.h5"])
-            outputs += [f"{step}.json", f"{step}.h5"]
-            compared.append((steps / reference, step, plan.folder / f"{name}-step"))
-        needs = [packing]
-        if name != reference:
-            needs.append(start)
-            for theirs, ours, table in compared:
-                commands.append([NSCDD, "compare", f"{theirs}.json", f"{ours}.json", "--json", f"{table}.compare.json"])
-                outputs.append(f"{table}.compare.json")
-        plan.add(title, outputs, commands, needs=needs, cost=cost, alone=alone, fine=(0,))
+            made.append((plan.folder / "steps", f"{name}-step", ["--from", start, "--steps", 1]))
+        commands, outputs = [], []
+        for folder, _, steps in made:
+            files = [f"{folder / name}.json", f"{folder / name}.h5"]
+            commands.append([*program, *steps, "--json", files[0], "--state", files[1]])
+            outputs += files
+        for folder, table, _ in made if name != reference else ():
+            outputs.append(f"{plan.folder / table}.compare.json")
+            commands.append([NSCDD, "compare", f"{folder / reference}.json", f"{folder / name}.json", "--json", outputs[-1]])
+        plan.add(title, outputs, commands, needs=[packing, *([start] if name != reference else [])], fine=(0,), **more)
 
     def rows(self, plan):
         runs = counted(plan.folder)

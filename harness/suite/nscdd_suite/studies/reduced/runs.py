@@ -2,12 +2,11 @@
 from pathlib import Path
 
 from ...page.load import Record
+from ...page.style import SCHEMES
 from ...times import busy, cores_of
 
 
 class Run(Record):
-    """One run JSON."""
-
     @property
     def name(self):
         return self.path.stem
@@ -17,11 +16,13 @@ class Run(Record):
         return key(self)
 
     @property
+    def has_cores(self):
+        return self["transport"] != "mpi" or self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"]
+
+    @property
     def measured(self):
         """Whether its times say anything about speed: a core for every rank, which nothing else took."""
-        if self["transport"] == "mpi":
-            return self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"] and not self.busy
-        return self["transport"] == "sequential" and not self.busy
+        return self["transport"] in ("mpi", "sequential") and self.has_cores and not self.busy
 
     @property
     def busy(self):
@@ -43,20 +44,19 @@ class Run(Record):
     @property
     def state(self):
         """Its state file, or None: relative to the JSON file, else of that name beside it."""
-        if not self.get("state"):
-            return None
-        named = Path(self["state"])
-        candidates = (self.path.parent / named, self.path.parent / named.name)
-        return next((path for path in candidates if path.is_file()), None)
+        named = Path(self.get("state") or "-")
+        return next((path for path in (self.path.parent / named, self.path.parent / named.name) if path.is_file()), None)
 
-    def problems(self):
+    @property
+    def problem(self):
         """What keeps the run from being converged, in words; empty if nothing."""
         if not self["converged"] or self["unconverged_steps"]:
-            yield f"{self.name}: not converged in {self['unconverged_steps']} of {self['steps']} steps"
-        elif self.eta_max is None:
-            yield f"{self.name}: a residual is not finite"
-        elif self.eta_max > self["tolerance"] * (1 + 1e-9):
-            yield f"{self.name}: called converged, yet its residual {self.eta_max:.3g} exceeds {self['tolerance']:g}"
+            return f"{self.name}: not converged in {self['unconverged_steps']} of {self['steps']} steps"
+        if self.eta_max is None:
+            return f"{self.name}: a residual is not finite"
+        if self.eta_max > self["tolerance"] * (1 + 1e-9):
+            return f"{self.name}: called converged, yet its residual {self.eta_max:.3g} exceeds {self['tolerance']:g}"
+        return ""
 
 
 def key(told):
@@ -76,28 +76,33 @@ class Runs(list):
         for run in self:
             run.check_steps(run, ("iterations", "residual", "contacts"))
 
-    def select(self, scene="", measured=None, **wanted):
+    def select(self, scene="", **wanted):
         """Those with these fields, of scenes whose name has this word."""
-        return [
-            run
-            for run in self
-            if scene in run["scene"].lower() and measured in (None, run.measured) and all(run[name] == value for name, value in wanted.items())
-        ]
+        return [run for run in self if scene in run["scene"].lower() and all(run[name] == value for name, value in wanted.items())]
 
     def counted(self, scene, scheme):
         """{subdomains: run} to take counts from: all with the same, finest, interval between checks."""
         runs = self.select(scene, scheme=scheme)
         finest = min((run["check_every"] for run in runs), default=1)
-        runs = [run for run in runs if run["check_every"] == finest]
         # both transports give the same numbers; of two runs the in-process one, coming last, is taken
         runs.sort(key=lambda run: (run["subdomains"], run["transport"] != "mpi"))
-        return {run["subdomains"]: run for run in runs}
+        return {run["subdomains"]: run for run in runs if run["check_every"] == finest}
 
     def timed(self, scene, scheme):
         """{ranks: fastest measured MPI run} to take times from."""
-        runs = self.select(scene, scheme=scheme, transport="mpi", measured=True)
-        runs.sort(key=lambda run: (run["subdomains"], -run["seconds"]["total"]))
-        return {run["subdomains"]: run for run in runs}
+        runs = sorted(self.select(scene, scheme=scheme, transport="mpi"), key=lambda run: (run["subdomains"], -run["seconds"]["total"]))
+        return {run["subdomains"]: run for run in runs if run.measured}
+
+    def speed_ups(self, scene):
+        """{scheme: {ranks: T(sequential NLGS) / T(NSCDD over MPI)}}, and the runs used; measured runs only."""
+        values, used = {}, []
+        for scheme in SCHEMES:
+            for n, run in self.timed(scene, scheme).items():
+                reference = self.reference(run)
+                if reference and reference.measured and run["seconds"]["total"] > 0:
+                    values.setdefault(scheme, {})[n] = reference["seconds"]["total"] / run["seconds"]["total"]
+                    used += [run] + [reference] * (reference not in used)
+        return values, used
 
     def reference(self, run):
         """The sequential NLGS run that `run` may be compared with in speed or count, or None."""
@@ -106,15 +111,11 @@ class Runs(list):
         return min(runs, key=lambda other: other["seconds"]["total"], default=None)
 
     def unmeasured(self, scene):
-        """Numbers of subdomains of a scene for which there are not cores enough here."""
-        return sorted({run["subdomains"] for run in self.select(scene) if run["scheme"] != "nlgs" and run["subdomains"] > run["machine"]["cores"]})
-
-    def busy(self, scene):
-        """Numbers of subdomains of a scene of which a time was not believed, 1 for the reference."""
-        return sorted(
-            {
-                run["subdomains"]
-                for run in self.select(scene)
-                if run["transport"] in ("mpi", "sequential") and run["subdomains"] <= run["machine"]["cores"] and run.busy
-            }
-        )
+        """Numbers of subdomains of a scene for which there are not cores enough here, and those of which a time was not believed."""
+        few, busy = set(), set()
+        for run in self.select(scene):
+            if run["subdomains"] > run["machine"]["cores"]:
+                few |= {run["subdomains"]}
+            elif run["transport"] != "in-process" and run.busy:
+                busy |= {run["subdomains"]}
+        return sorted(few), sorted(busy)

@@ -29,7 +29,6 @@ WITHOUT_FUSED = 0.10  # of a program whose products are rounded before they are 
 
 class Regression(Study):
     name, title, about = "regression", "Regression", "are counts and answers of small scenes those that were accepted?"
-    on_page = False
 
     def __init__(self, accept=None, simulator=True):
         self.accept, self.simulator = accept, simulator
@@ -46,21 +45,14 @@ class Regression(Study):
         for scene, (steps, _) in SCENES.items():
             packing = plan.pack(f"cases/packings/{scene}.toml")
             for method in METHODS:
-                plan.rows(
-                    f"{scene} {method}",
-                    lambda scene=scene, method=method, packing=packing: measure(plan.folder, packing, scene, method, self.simulator),
-                    needs=[packing],
-                    cost=steps,
-                )
+                plan.rows(f"{scene} {method}", measure, plan.folder, packing, scene, method, self.simulator, needs=[packing], cost=steps)
 
     def rows(self, plan):
-        done = {f"{scene} {method}": plan.made(f"{scene} {method}") for scene in SCENES for method in METHODS}
-        done = {title: found for title, found in done.items() if found}
+        done = {f"{scene} {method}": found for scene in SCENES for method in METHODS if (found := plan.made(f"{scene} {method}"))}
         if not done:
             return {}
         values = {name: value for found in done.values() for name, value in found["values"].items()}
-        last = list(done.values())[-1]
-        return {"scenes": sorted({title.split()[0] for title in done}), "tolerance": last["tolerance"], "values": values}
+        return {"scenes": sorted({title.split()[0] for title in done}), "tolerance": list(done.values())[-1]["tolerance"], "values": values}
 
     def differences(self, data):
         accepted = record.load(ACCEPTED)["values"]
@@ -105,28 +97,10 @@ def measure(folder, packing, scene, method, simulator):
         iterations[scheme, n] = values[f"{name} iterations"] = sum(told["iterations"])
         values |= {f"{name} work": max(told["work_per_rank"]), f"{name} residual": told["residual"][-1], f"{name} answer": told["answer"]}
     for n in (1, 8, 48) if simulator else ():
-        out, scheme = folder / f"{scene}-{method}-{n}.window.json", "dcs" if n > 1 else "nlgs"
-        window = made(
-            [
-                *simulated(n),
-                SIMULATED,
-                "window",
-                *source,
-                "--from",
-                state,
-                "--costs",
-                COSTS[dimension],
-                *how,
-                "--iterations",
-                50,
-                "--scheme",
-                scheme,
-                "--json",
-                out,
-            ],
-            out,
-        )
-        seconds[n] = window["seconds_per_iteration"] * iterations[scheme, n]
+        out = folder / f"{scene}-{method}-{n}.window.json"
+        scheme = "dcs" if n > 1 else "nlgs"
+        window = [*simulated(n), SIMULATED, "window", *source, "--from", state, "--costs", COSTS[dimension], *how, "--iterations", 50]
+        seconds[n] = made([*window, "--scheme", scheme, "--json", out], out)["seconds_per_iteration"] * iterations[scheme, n]
         if n > 1:
             values[f"{scene} {method} dcs {n} speed-up"] = seconds[1] / seconds[n]
     return {"values": values, "tolerance": told["tolerance"]}
@@ -159,17 +133,8 @@ def passes(rows, fused=True):
 
 def accept(data, reason):
     """These are the accepted numbers now, and the reason is a line of the first version of CHANGELOG.md."""
-    record.write(
-        ACCEPTED,
-        {
-            "schema": "nscdd.regression/2",
-            "compiler": data["machine"]["compiler"],
-            "cpu": data["machine"]["cpu"],
-            "commit": data["commit"],
-            "reason": reason,
-            "values": data["values"],
-        },
-    )
+    made_by = {"compiler": data["machine"]["compiler"], "cpu": data["machine"]["cpu"], "commit": data["commit"]}
+    record.write(ACCEPTED, {"schema": "nscdd.regression/2", **made_by, "reason": reason, "values": data["values"]})
     changes, heading = Path("CHANGELOG.md"), "### Counts accepted\n\n"
     before, first, *others = changes.read_text().split("\n## ")
     if heading not in first:

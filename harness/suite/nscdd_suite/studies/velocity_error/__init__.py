@@ -6,7 +6,6 @@ friction there may be several answers, so the distance is taken from the end of 
 hundred times the eta that it got to. Cost: iterations of the reduced scenes, 50 warm steps, and of one cold step of all scenes, to eta = 1e-4 and
 to several velocity errors. Nothing is timed. Quick: few small cases and tolerances.
 """
-import functools
 import re
 import tomllib
 from pathlib import Path
@@ -14,7 +13,7 @@ from pathlib import Path
 from ...measure import ANY, LONG, Scene, asked, distance
 from ...program import NSCDD, made
 from ...study import Study
-from ..hard.pieces import strips
+from ..hard.case import strips
 
 REDUCED = ("biaxial", "isotropic", "triaxial")
 LOADING = 20  # steps of a reduced scene before the one that is solved
@@ -54,7 +53,7 @@ class Packing(Scene):
 
 
 class Hard:
-    """The first step of a hard case. Strips: the grid that is chosen for rods and planes may not cut them."""
+    """The first step of a hard case."""
 
     starts, cap, needs, seconds = ("cold",), 100_000_000, (), 2
 
@@ -69,8 +68,7 @@ class Hard:
         places = [grain["position"] for grain in self.data["grain"]]
         arguments = COSTS[method].split()
         if "--subdomains" in arguments:
-            subdomains = min(8, len(places))
-            arguments = ["--scheme", "dcs", "--method", "auto", "--subdomains", subdomains, "--grid", strips(places, subdomains)]
+            arguments = ["--scheme", "dcs", "--method", "auto", *strips(places, min(8, len(places)))]
         # what takes millions of sweeps is not tested after each
         every = self.data["solver"]["check_every"] if method == "NLGS" and self.data["solver"]["check_every"] >= 1000 else 1
         command = [NSCDD, "run", self.path, "--steps", 1, *arguments, "--tolerance", f"{tolerance:g}", *asked(velocity_error)]
@@ -81,8 +79,9 @@ class VelocityError(Study):
     name, title, about = "velocity_error", "What η and the velocity error say", "how far from the answer an iterate is, and what asking for it costs"
 
     def jobs(self, plan):
-        for case in cases(plan):
-            plan.rows(case.name, functools.partial(measured, case, plan.quick), needs=case.needs, cost=case.seconds)
+        cases = [(Hard if path.parent.name == "hard" else Packing)(path, plan) for path in paths(plan.quick)]
+        for case in cases:
+            plan.rows(case.name, measured, case, plan.quick, needs=case.needs, cost=case.seconds)
 
     def rows(self, plan):
         found = [made for path in paths(plan.quick) if (made := plan.made(path.stem))]
@@ -95,12 +94,7 @@ def paths(quick):
     return [path for path in found if not quick or re.fullmatch(QUICK, path.stem)]
 
 
-def cases(plan):
-    return [(Hard if path.parent.name == "hard" else Packing)(path, plan) for path in paths(plan.quick)]
-
-
 def measured(case, quick):
-    """Rows of distances and of costs."""
     case.prepare()
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, 0)
     methods = [method for method in METHODS if case.name != LARGE or method == "NLGS, auto"]

@@ -1,14 +1,15 @@
-"""Work-precision curves of a scene: the state, the reference answer from it, and the runs of each solver."""
+"""What is measured: work-precision curves of a scene, by each solver from its loaded state, and rows of the performance profiles."""
 import shutil
 
 import h5py
 import numpy as np
 
-from ...measure import LONG, SICONOS, Scene, answered, distance, ladder, siconos
+from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, siconos, timed
 from ...program import NSCDD, Failed, call, made, shown
 from ...times import cores_of
 
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
+LEVELS = (1e-4, 1e-6, 1e-8)  # tolerances of the profiles
 
 
 class Curves(Scene):
@@ -36,15 +37,14 @@ class Curves(Scene):
 
     def ccs(self):
         """Whether CCS makes the iterates of DCS: iterations of both, and how far their velocities are apart."""
-        found, velocity = [], []
+        iterations, velocity = {}, {}
         for scheme in ("dcs", "ccs"):
             out = self.folder / f"{self.name}-{scheme}.json"
             command = self.command(f"--scheme {scheme} --method paper --subdomains 8", 1e-3, out)
-            found.append(made(command, out, seconds=self.budget.seconds)["iterations"][0])
+            iterations[f"iterations_{scheme}"] = made(command, out, seconds=self.budget.seconds)["iterations"][0]
             with h5py.File(out.with_suffix(".h5")) as file:
-                velocity.append(file["velocity"][...])
-        apart = np.abs(velocity[0] - velocity[1]).max() / np.abs(velocity[0]).max()
-        return {"iterations_dcs": found[0], "iterations_ccs": found[1], "velocity_difference": float(apart)}
+                velocity[scheme] = file["velocity"][...]
+        return iterations | {"velocity_difference": float(np.abs(velocity["dcs"] - velocity["ccs"]).max() / np.abs(velocity["dcs"]).max())}
 
     def rows(self, solver, tolerances):
         out = self.folder / f"{self.name}-run.json"
@@ -74,12 +74,11 @@ class Curves(Scene):
             exact = file["solution/r"][...]
 
         def measure(tolerance):
-            row = siconos(problem, tolerance, solved, self.budget)
-            if row is None:
-                return None
-            with h5py.File(solved) as file:
-                error = file["solution/r"][...] - exact
-            return row | {"distance": float(np.sqrt(max(0.0, error @ (w @ error)))) / self.free_norm}
+            if row := siconos(problem, tolerance, solved, self.budget):
+                with h5py.File(solved) as file:
+                    error = file["solution/r"][...] - exact
+                row["distance"] = float(np.sqrt(max(0.0, error @ (w @ error)))) / self.free_norm
+            return row
 
         for row in ladder(tolerances, measure):
             yield self.row(SICONOS, "python3 -m nscdd_suite.siconos_nsgs", row)
@@ -94,3 +93,33 @@ def counted(solver, run, cpu, reached):
     iterations = run["iterations"] if isinstance(run["iterations"], int) else run["iterations"][0]
     told = {"iterations": iterations, "sweeps": iterations * solver.sweeps or None, "cpu": cpu, "cores": cores_of(run)}
     return told | {"reached": reached, "converged": run["converged"]}
+
+
+def first_step(path, solver, tolerance, out, budget):
+    command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet", "--json", out]
+    run = answered(command + solver.cap(budget), out, budget.seconds)
+    error = run and run["residual"][0]
+    return run and counted(solver, run, run["seconds"]["solver_cpu"], error) | {"error": error, "contacts": run["contacts"][0]}
+
+
+def fclib_problem(path, solver, tolerance, out, budget):
+    if solver.name == SICONOS:
+        row = siconos(path, tolerance, out.with_suffix(".hdf5"), budget)
+        return row and row | {"converged": row["error"] <= 1.001 * tolerance}
+    command = [NSCDD, "solve-fclib", path, *solver.fclib.split(), "--tolerance", f"{tolerance:g}", "--json", out]
+    run = answered(command + solver.cap(budget, "--max-sweeps"), out, budget.seconds)
+    error = run and run["measures"]["natural_map"]
+    return run and counted(solver, run, run["solver_cpu"], error) | {"error": error}
+
+
+def profile_rows(group, path, folder, solvers, budget):
+    """A problem by each solver; no rows where a hard case has no contact."""
+    rows, out = [], folder / f"{group}-run.json"
+    solve, repeat = (first_step, lambda measure: measure()) if group == "hard" else (fclib_problem, timed)
+    keys = ("tolerance", "iterations", "sweeps", "cpu", "cores", "error", "converged")
+    for solver in solvers:
+        for row in ladder(LEVELS, lambda tolerance: solve(path, solver, tolerance, out, budget), repeat):
+            if row.get("contacts") == 0:
+                return []
+            rows.append({"set": group, "problem": path.stem, "solver": solver.name, **{key: row.get(key) for key in keys}})
+    return rows
