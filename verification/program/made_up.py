@@ -4,9 +4,12 @@ import json
 import h5py
 import numpy as np
 
-from nscdd_suite.page.made_up import COMMIT, DATE, MACHINE, made_up
-
+COMMIT, DATE, MACHINE = "fabricated", "2000-01-01T00:00:00Z", {"cpu": "Fabricated CPU", "cores": 2}
 STEPS = 3
+
+
+def made_up(kind, **rows):
+    return {"schema": f"nscdd.{kind}/1", "command": f"scripts/suite run {kind} FABRICATED", "commit": COMMIT, "date": DATE, "machine": MACHINE} | rows
 
 
 def hard(**changed):

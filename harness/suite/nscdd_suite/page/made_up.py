@@ -1,7 +1,0 @@
-"""What made-up results share, for tests of the page: no value in a module of this name was ever counted, simulated or measured."""
-
-COMMIT, DATE, MACHINE = "fabricated", "2000-01-01T00:00:00Z", {"cpu": "Fabricated CPU", "cores": 2}
-
-
-def made_up(kind, **rows):
-    return {"schema": f"nscdd.{kind}/1", "command": f"scripts/suite run {kind} FABRICATED", "commit": COMMIT, "date": DATE, "machine": MACHINE} | rows
