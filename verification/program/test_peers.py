@@ -8,8 +8,8 @@ import numpy as np
 
 from harness import ROOT, ProgramTest, run_suite
 from nscdd_suite.measure import SICONOS
-from nscdd_suite.page.load import Record
-from nscdd_suite.studies.peers import choice, section, settle
+from nscdd_suite.page.load import Record, Results
+from nscdd_suite.studies.peers import Peers, choice, settle
 from nscdd_suite.study import installed
 
 
@@ -75,7 +75,7 @@ class Quick(ProgramTest):
         if installed("siconos", "scipy"):
             self.assertIn(SICONOS, {r["solver"] for r in record["siconos"]})
         self.assertTrue((self.folder / "peers.svg").exists())
-        page = "".join(part if isinstance(part, str) else part.html() for part in section.parts_of(Record(record), self.folder))
+        page = "".join(part if isinstance(part, str) else part.html() for part in Peers().section(Results("", {Peers.name: [Record(record)]}), self.folder))
         for words in ("Cited", "All runs of the settling bed", "quick job"):
             self.assertIn(words, page)
 

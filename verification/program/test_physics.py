@@ -10,8 +10,8 @@ import jsonschema
 import numpy as np
 
 from harness import ROOT, run_suite
-from nscdd_suite.page.load import Record
-from nscdd_suite.studies.physics import Physics, comparisons, granular, published, section
+from nscdd_suite.page.load import Record, Results
+from nscdd_suite.studies.physics import Physics, comparisons, granular, published
 from nscdd_suite.study import Plan
 
 
@@ -106,7 +106,7 @@ class Quick(unittest.TestCase):
         self.assertEqual(len(record["figures"]), 4)
         for name in record["figures"]:
             self.assertIn(b"<svg", (self.folder / name).read_bytes())
-        told = "".join(part if isinstance(part, str) else part.html() for part in section.parts_of(Record(record), self.folder))
+        told = "".join(part if isinstance(part, str) else part.html() for part in Physics().section(Results("", {Physics.name: [Record(record)]}), self.folder))
         self.assertIn(f"{len(record['rows'])} comparisons", told)
         self.assertEqual(told.count("<img"), 4)
 

@@ -53,9 +53,13 @@ def check(path, data, schema):
         raise InputError(f"{path}: {place}: {error.message[:200]}")
 
 
+def toml(path):
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
 def beside(module, name):
     """The TOML file of this name in the folder of a module."""
-    return tomllib.loads(Path(module).with_name(name).read_text(encoding="utf-8"))
+    return toml(Path(module).with_name(name))
 
 
 def provenance(runs):

@@ -2,7 +2,6 @@
 import math
 import re
 import shutil
-import tomllib
 from pathlib import Path
 
 import h5py
@@ -53,7 +52,7 @@ class Result:
 class Case:
     def __init__(self, path, scheme, folder, quick=False):
         self.path, self.scheme, self.folder, self.quick = path, scheme, folder, quick
-        self.scene = tomllib.loads(path.read_text())
+        self.scene = record.toml(path)
         self.name, self.dimension, self.tolerance = self.scene["name"], self.scene["dimension"], self.scene["solver"]["tolerance"]
         self.h, self.count, self.g = self.scene["step"]["h"], self.scene["step"]["count"], float(np.linalg.norm(self.scene["gravity"]))
         self.inertia_share = 0.4 if self.dimension == 3 else 0.5  # I / (m R^2)

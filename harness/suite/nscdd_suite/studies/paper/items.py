@@ -2,21 +2,20 @@
 import itertools
 import math
 import re
-import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
 from ...program import COSTS, NSCDD, ROOT, SIMULATED, python, shown, simulated
+from ...record import beside
 
 ITEMS = ("packings", "fig1", "table1", "table1-windows", "fig3", "fig4", "beyond", "larger", "variations", "interface", "chance", "choices")
-HERE = Path(__file__).parent
-SCENES, VARIATIONS = tomllib.loads((HERE / "scenes.toml").read_text()).values()
+SCENES, VARIATIONS = beside(__file__, "scenes.toml").values()
 PAPER = tuple(SCENES)[:3]  # with a packing and a file of their own; a million spheres are the triaxial test again
 MEASURED = {"table1": "isotropic", "fig3": "biaxial", "fig4": "triaxial"}
 TILES, LARGER_STEPS = (4, 2, 2), 3
 STARTS = 5  # perturbed ones
 QUICK = {"grains": 400, "steps": 3}
-RUNS = (HERE / "runs.txt").read_text().splitlines()[3:]
+RUNS = Path(__file__).with_name("runs.txt").read_text().splitlines()[3:]
 
 
 class What(NamedTuple):

@@ -1,11 +1,9 @@
 """The paper's section: its table and figures at full size beside its statements, and what it does not have (paper.json). Texts: captions.toml."""
 import dataclasses
-import tomllib
 from html import escape
-from pathlib import Path
 
 from ...page import packings
-from ...page.page import Block, command_list, commits, figure_block, machines, missing, table_block
+from ...page.page import Block, captions, command_list, commits, figure_block, machines, missing, table_block
 from ...page.style import save
 from ...page.tables import count, exceeds, number, row_ok
 from ...times import CORES
@@ -13,7 +11,7 @@ from . import figures, network, tables
 from .data import MILLION, SCENES, STARTS, Paper
 from .verdicts import AGREES, DIFFERS, UNTOLD, verdicts
 
-TEXTS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
+TEXTS = captions(__file__)
 HTML = TEXTS["html"]
 NETWORK, SPHERES = "fig1-network.h5", "isotropic-dcs-grid-2x2x2.h5"  # in the folder of the study
 FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4", "Fig. 4", "triaxial", True, "spheres"))

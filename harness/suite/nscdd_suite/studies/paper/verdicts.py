@@ -3,14 +3,14 @@
 The function of a statement has its name, and returns whether we agree (None: it cannot be told) and what was found, for the texts that stand there."""
 import dataclasses
 import string
-import tomllib
 
 from ...page.tables import count, number
 from ...program import ROOT
+from ...record import toml
 from .data import COLLECTIVE, FAMILIES, MILLION, NUMBERS, SCENES, TABLE_1, mean, total
 
 AGREES, DIFFERS, UNTOLD = "agrees", "differs", "cannot be told"
-STATEMENTS = tomllib.loads((ROOT / "cases/paper/statements.toml").read_text(encoding="utf-8"))
+STATEMENTS = toml(ROOT / "cases/paper/statements.toml")
 NOTHING = None, {}  # from which something could be told
 
 

@@ -1,17 +1,15 @@
 """Against what a user would pick: CPU time of LAMMPS on a settling bed and of Siconos on exported steps, at equal error; cited figures."""
 import re
-import tomllib
 from html import escape
-from pathlib import Path
 
 from ...measure import SICONOS
 from ...page import tables
-from ...page.page import command_list, figure_block, origin, quick, table_block
+from ...page.page import captions, command_list, figure_block, table_block
 from ...page.style import CCS, DCS, NLGS, plt, save
 from ..accuracy.levels import at_level
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
 
-CAPTIONS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
+CAPTIONS = captions(__file__)
 LEVELS = (1e-2, 1e-3, 1e-4, 1e-6)
 
 
@@ -107,13 +105,8 @@ def rows_from(commands):
     return f'<div class="from">Rows from {command_list(commands)}</div>'
 
 
-def section(results, out):
-    return [part for record in results.records("peers") for part in parts_of(record, out)]
-
-
-def parts_of(record, out):
-    bed, source, measured = record["settle"], origin([record]), ("measured",)
-    yield from quick(record)
+def parts(record, source, out):
+    bed, measured = record["settle"], ("measured",)
     for line in record["left_out"]:
         yield f'<p class="missing">Left out: {escape(line)}.</p>'
     if file := draw_all(record, out):

@@ -6,15 +6,13 @@ from positions that differ by 1e-9 of a radius. Each result is a row beside a pu
 Nothing is timed. Packings by LAMMPS need lmp; without it their rows say so. Numbers of a quick job say nothing.
 """
 import shutil
-import tomllib
-from pathlib import Path
 
 from ... import record
 from ...program import NSCDD, python
 from ...study import Study
 from . import comparisons
 
-PACKINGS, RUNS = tomllib.loads(Path(__file__).with_name("runs.toml").read_text()).values()
+PACKINGS, RUNS = record.beside(__file__, "runs.toml").values()
 NLGS = ("--scheme", "nlgs")
 SPREAD, COPIES = "spheres-2k", 4  # packing of the perturbed runs, and how many each solver makes
 SOLVERS = {"nlgs": (NLGS, 18), "dcs": (("--scheme", "dcs", "--subdomains", "8"), 32)}  # options, about how many seconds

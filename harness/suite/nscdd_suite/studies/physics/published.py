@@ -1,8 +1,8 @@
 """What results are compared with (cases/physics/published.toml), and the judge."""
 import math
-import tomllib
 
 from ...program import ROOT
+from ...record import toml
 from .granular import lade_duncan
 
 SHEAR = 0.357  # shear stress over pressure in slow simple shear of spheres with friction 0.3
@@ -10,7 +10,7 @@ FRICTIONLESS = math.tan(math.radians(5.76)), math.tan(math.radians(0.22))  # the
 MOHR_COULOMB, LADE = math.degrees(math.asin(SHEAR)), lade_duncan(SHEAR)
 LADE_FREE = lade_duncan(FRICTIONLESS[0] - FRICTIONLESS[1]), lade_duncan(FRICTIONLESS[0] + FRICTIONLESS[1])
 COMPUTED = {"sphere angle": [LADE - 1, MOHR_COULOMB + 1], "free angle": [LADE_FREE[0], 5.98]}  # what is allowed
-FILE = tomllib.loads((ROOT / "cases/physics/published.toml").read_text(encoding="utf-8"))
+FILE = toml(ROOT / "cases/physics/published.toml")
 IN_BRACES = {**FILE["sources"], "shear": SHEAR, "lade": LADE, "mohr_coulomb": MOHR_COULOMB, "lade_least": LADE_FREE[0], "lade_most": LADE_FREE[1]}
 
 

@@ -1,16 +1,14 @@
 """Granular physics beside published numbers: figures, table and section of the page. Texts of the figures: captions.toml."""
-import tomllib
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 from ...page import tables
-from ...page.page import figure_block, origin, quick, table_block
+from ...page.page import captions, figure_block, table_block
 from ...page.style import DCS, INK, NLGS, SUBDOMAINS, plt, save
 from . import FIGURES
 
-CAPTIONS = tomllib.loads(Path(__file__).with_name("captions.toml").read_text(encoding="utf-8"))
+CAPTIONS = captions(__file__)
 SHEAR = {
     "triaxial": ("spheres, friction 0.3", SUBDOMAINS[0], "-"),
     "triaxial-slow": ("spheres, friction 0.3, half the rate", SUBDOMAINS[5], "--"),
@@ -145,15 +143,9 @@ def row_table(record):
     return tables.table(["quantity | ours | published | rule | verdict | sources"], lines, "Granular physics beside published numbers")
 
 
-def section(results, out):
-    return [part for record in results.records("physics") for part in parts_of(record, out)]
-
-
-def parts_of(record, out):
+def parts(record, source, out):
     agree, differ, untold = (sum(row["verdict"] == verdict for row in record["rows"]) for verdict in MARK)
     yield f"<p>{len(record['rows'])} comparisons: {agree} agree, {differ} differ, {untold} cannot be told.</p>"
-    yield from quick(record)
-    source = origin([record])
     yield table_block(row_table(record), *CAPTIONS["rows"].values(), source, wide=True)
     yield "<p>Sources:</p><ol>" + "".join(f"<li>{escape(reference)}</li>" for reference in references(record)) + "</ol>"
     for name, file in draw_all(record, out).items():

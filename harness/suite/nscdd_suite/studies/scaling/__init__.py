@@ -9,7 +9,6 @@ in MPI, of a cluster, and of weak scaling, some of which take hours.
 """
 import re
 import shutil
-import tomllib
 from pathlib import Path
 
 from ... import record
@@ -18,7 +17,7 @@ from ...page.default import rows_block
 from ...program import COSTS, NSCDD, PLATFORMS, ROOT, call, checksum, python
 from ...study import Study
 
-TABLES = tomllib.loads(Path(__file__).with_name("tables.toml").read_text(encoding="utf-8"))
+TABLES = record.beside(__file__, "tables.toml")
 USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
 QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
 CAPTION = (

@@ -7,11 +7,11 @@ hundred times the eta that it got to. Cost: iterations of the reduced scenes, 50
 to several velocity errors. Nothing is timed. Quick: few small cases and tolerances.
 """
 import re
-import tomllib
 from pathlib import Path
 
 from ...measure import ANY, LONG, Scene, asked, distance
 from ...program import NSCDD, made
+from ...record import toml
 from ...study import Study
 from ..hard.case import strips
 
@@ -62,7 +62,7 @@ class Hard:
         self.family = {"lid": "column"}.get(key := path.stem.partition("-")[0], key)
 
     def prepare(self):
-        self.data = tomllib.loads(self.path.read_text())
+        self.data = toml(self.path)
 
     def by(self, method, start, tolerance, velocity_error, out):
         places = [grain["position"] for grain in self.data["grain"]]
