@@ -72,9 +72,6 @@ class Accuracy(Study):
         data = {"scenes": [made["scene"] for made in curves], "runs": [row for made in curves for row in made["runs"]], "profiles": profiles}
         return {"budget": dataclasses.asdict(self.budget(plan)), **data, "left_out": plan.left_out} if curves or profiles else {}
 
-    def told(self, data):
-        yield f"{len(data['runs'])} runs, {len(data['profiles'])} rows of profiles"
-
 
 def scenes(quick):
     return [path for path in sorted(Path("cases/accuracy").glob("*.toml")) if not quick or path.stem in QUICK_SCENES]

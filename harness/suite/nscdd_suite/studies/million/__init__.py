@@ -40,15 +40,6 @@ class Million(Study):
     def provenance(self, plan):
         return record.provenance(map(record.load, self.there(plan).values()))
 
-    def told(self, data):
-        for one in data["rows"]:
-            yield (
-                f"{one['run']}: {one['grains']:,} spheres, {one['contacts']:,.0f} contacts, {one['ranks']} ranks on {data['machine']['cores']} cores "
-                f"({data['machine']['cpu']}): {one['memory']['total'] / 2**30:.2f} GiB together, {one['memory']['largest'] / 2**30:.2f} GiB the largest; "
-                f"{one['seconds_a_step']:.3g} s a step, {one['iterations_a_step']:.0f} iterations a step; state of {one['state_bytes'] / 1e6:.0f} MB; "
-                f"{'converged' if one['converged'] else 'NOT CONVERGED'}"
-            )
-
 
 def row(name, path):
     run = record.load(path)

@@ -84,14 +84,6 @@ class Peers(Study):
             "left_out": plan.left_out,
         }
 
-    def told(self, data):
-        for row in data["settle"]["ratios"]:
-            text = f"LAMMPS, {row['step']}, mean overlap {row['mean_overlap']:.1e} d: {row['lammps_cpu']:.2f} s; "
-            yield text + (f"ours {row['ours_cpu']:.2f} s by {row['ours']}: ratio {row['ratio']:.2f}" if row["ours"] else "none of ours is as good")
-        for scene, level, cost in self.page().siconos_levels(data):
-            theirs, values = cost.pop(SICONOS, None), ", ".join(f"{name} {value:.3g} s" for name, value in cost.items() if value)
-            yield f"{scene}, eta {level:g}: Siconos " + (f"{theirs:.3g} s" if theirs else "not there") + f"; {values}"
-
     def run(self, plan, anew=False, keep=False):
         if anew:
             so_far(plan).unlink(missing_ok=True)

@@ -64,11 +64,6 @@ class Physics(Study):
         runs = [run.told for run in self.runs(plan).values()]
         return record.provenance(runs) if runs else super().provenance(plan)
 
-    def told(self, data):
-        for row in data["rows"]:
-            ours = "no number" if row["ours"] is None else f"{row['ours']:.4g}" + (f" +- {row['error']:.1g}" if row["error"] else "")
-            yield f"{row['verdict']:>15}  {row['quantity']}: {ours} ({row['rule']})"
-
 
 def left_out():
     """Packings that cannot be made, with the reason."""

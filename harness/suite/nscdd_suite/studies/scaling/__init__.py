@@ -104,14 +104,6 @@ class Scaling(Study):
                 rows += [row(name, point) for point in record.load(table)["points"]]
         return {"rows": rows} if rows else {}
 
-    def told(self, data):
-        for one in data["rows"]:
-            measured = f", measured {1e6 * one['measured']:.3g} us" if one["measured"] else ""
-            yield (
-                f"{one['table']}, {one['ranks']} ranks: SIMULATED {1e6 * one['simulated']:.3g} us an iteration{measured}; "
-                f"{one['iterations']} iterations; efficiency {one['efficiency']:.2f}"
-            )
-
 
 def row(name, point):
     window, measured = point["windows"][0], point.get("measured")
