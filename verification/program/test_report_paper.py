@@ -111,9 +111,9 @@ class Page(Case):
         )
         self.assertIn("not the accepted one; counts", *paper_rows.other_packings([rows[0] | {"checksum": "other"}]))
 
-    def test_axes_say_what_is_simulated_counted_and_measured(self):
+    def test_axes_say_what_is_simulated_and_counted(self):
         figure, _ = paper_figures.draw_scene(Paper(paper()), "biaxial", False)
-        self.assertEqual([re.findall("SIMULATED|counted|measured", axis.get_ylabel()) for axis in figure.axes], [["SIMULATED"], ["counted"], ["measured"]])
+        self.assertEqual([re.findall("SIMULATED|counted|measured", axis.get_ylabel()) for axis in figure.axes], [["SIMULATED"], ["counted"]])
         style.plt.close(figure)
 
     def test_ideal_speed_up_is_the_number_of_processes_on_every_axis(self):

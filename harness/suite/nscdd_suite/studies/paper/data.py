@@ -162,8 +162,8 @@ class Paper:
         """Whether its runs start from a state, not from the packing."""
         return any("--from" in run["command"].split() or run.get("start") for run in self.counted.values() if run["scene"] == scene)
 
-    def measured(self, scene=None):
+    def measured(self):
         """Measured runs of the paper's method and their speed-up over measured sequential NLGS, None where the machine was busy."""
-        rows = [row for row in self.record["measured"] if scene in (None, row["scene"])]
+        rows = self.record["measured"]
         fair = {row["scene"]: row["seconds"] for row in rows if row["scheme"] == "nlgs" and not busy(row.get("cores"))}
         return [(row, None if busy(row.get("cores")) or row["scene"] not in fair else fair[row["scene"]] / row["seconds"]) for row in rows]

@@ -93,27 +93,10 @@ def iteration_panel(axis, paper, scene, mean):
     return "counted"
 
 
-def measured_panel(axis, paper, scene):
-    """Real ranks on real cores."""
-    axis.set_title("(c) speed-up, measured")
-    rows = [(row, speed_up) for row, speed_up in paper.measured(scene) if speed_up]
-    if not rows:
-        return blank(axis)
-    most = max(2, *(row["ranks"] for row, _ in rows))
-    ideal(axis, most)
-    for scheme, (label, colour, marker) in {"nlgs": ("NLGS", NLGS, "D"), **SCHEMES}.items():
-        if own := sorted((row["ranks"], speed_up) for row, speed_up in rows if row["scheme"] == scheme):
-            axis.plot(*zip(*own), marker, label=label, **marks(scheme, colour) | ({"markersize": 8} if scheme == "ccs" else {}))
-    ticks(axis, {1, 2, *(row["ranks"] for row, _ in rows)})
-    axis.set(xlabel="real ranks", ylabel="speed-up over NLGS, measured", ylim=(0, 1.1 * most), xlim=(0.85, 1.2 * most))
-    axis.legend(loc="upper left")
-    return "measured"
-
-
 def draw_scene(paper, scene, mean):
-    """Fig. 3 or 4: simulated, counted and measured each in a panel of its own; None if there is none. And which of them there are."""
-    figure, axes = plt.subplots(1, 3, figsize=(10.6, 3.5), width_ratios=(1.15, 1.25, 0.8))
-    drawn = (speed_up_panel(axes[0], paper, scene), iteration_panel(axes[1], paper, scene, mean), measured_panel(axes[2], paper, scene))
+    """Fig. 3 or 4: simulated and counted, a panel each; None if there is neither. And which of them there are."""
+    figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.5))
+    drawn = (speed_up_panel(axes[0], paper, scene), iteration_panel(axes[1], paper, scene, mean))
     if any(drawn):
         return apart(figure), tuple(filter(None, drawn))
     plt.close(figure)
