@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Patch
 
-from ...page.packings import add_disks, contact_lines, read_state
+from ...page.packings import add_disks, contact_lines, draw_disks, read_state
 from ...page.style import INK, multiplicity_colour, plt, subdomain_colour
 from ...record import InputError
 
@@ -81,14 +81,12 @@ def draw(network):
         (axes[0], "(a) after the broad phase, predicted", rough["x"], predicted, network["lines"], network["owner"]),
         (axes[1], "(b) after the narrow phase", x, found, contact_lines(state), state["contacts"]["subdomain"]),
     ):
-        add_disks(axis, at, radius, facecolors=[multiplicity_colour(m) for m in multiplicity], edgecolors=RIM, linewidths=0.5)
+        draw_disks(axis, at, radius, 0.03, facecolors=[multiplicity_colour(m) for m in multiplicity], edgecolors=RIM, linewidths=0.5)
+        axis.set_title(f"{title}, counted")
         axis.add_collection(LineCollection(lines, colors=[subdomain_colour(k) for k in owner], linewidths=1.7, capstyle="round"))
         for line, cells, first, last in zip((axis.axvline, axis.axhline), *rough["grid"]):
             for k in range(1, int(cells)):
                 line(first + k * (last - first) / cells, color=INK, linewidth=1, dashes=(6, 3))
-        pad = 0.03 * max(high - low)
-        axis.set(xlim=(low[0] - pad, high[0] + pad), ylim=(low[1] - pad, high[1] + pad), aspect="equal", title=f"{title}, counted")
-        axis.set_axis_off()
     wrong = predicted != found
     add_disks(axes[1], x[wrong], radius[wrong], facecolors="none", edgecolors=WRONG, linewidths=2.4)
     handles = []
