@@ -1,4 +1,4 @@
-"""A scene of cases/hard by a scheme, as the families of exact.py and energy.py see it: it makes runs, and rows of what they should have been."""
+"""A scene of cases/hard by a scheme, as the families of exact.py see it: it makes runs, and rows of what they should have been."""
 import math
 import re
 import shutil
@@ -9,11 +9,7 @@ import numpy as np
 
 from ... import record
 from ...program import NSCDD, Failed, Killed, call, shown
-from .energy import FAMILIES as OF_ENERGY
-from .exact import FAMILIES as EXACT
-
-FAMILIES = EXACT | OF_ENERGY
-
+from .exact import FAMILIES
 
 SCHEMES = {  # subdomains, options
     "nlgs": (1, "--scheme nlgs --method paper"),
