@@ -147,6 +147,7 @@ def write_state(path, dim):
         file["contacts/i"], file["contacts/j"] = i, j
         file["contacts/normal"] = np.array([-step for _, step in steps], float)
         file["contacts/gap"], file["contacts/subdomain"] = np.zeros(len(i)), owner
+        file["rough/kind"], file["rough/partition"] = [b"grid"], np.concatenate([cells, np.zeros(dim), np.full(dim, float(side))])
 
 
 def fabricate(folder, scene, state):

@@ -7,6 +7,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
+import h5py
 import harness  # noqa: F401  (sets the path of nscdd_suite)
 import numpy as np
 from made_up import acceleration, accuracy, bits, compare, fabricate, hard, velocity_error, wild
@@ -19,7 +20,6 @@ from nscdd_suite.studies.accuracy.levels import at_level
 from nscdd_suite.studies.bits import section as same_bits
 from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.peers import section as peers
-from nscdd_suite.studies.reduced import figures as pictures
 from nscdd_suite.studies.reduced import section as of_runs
 from nscdd_suite.studies.reduced.runs import Runs
 from nscdd_suite.studies.velocity_error import section as velocity
@@ -142,10 +142,11 @@ class Page(Case):
         self.assert_one_line("network-dcs-in-process-2.h5", "not a state file")
 
     def test_grid_is_found_in_the_state(self):
-        state = packings.read_state(self.folder / "network-dcs-in-process-2.h5")
-        lines = packings.contact_lines(state)
-        self.assertEqual(list(pictures.grid_of("grid 2x1", state, lines)[0]), [2, 1])
-        self.assertIsNone(pictures.grid_of("grid 3x3", state, lines))
+        path = self.folder / "network-dcs-in-process-2.h5"
+        self.assertEqual(list(map(list, packings.read_state(path)["grid"])), [[2, 1], [0, 0], [8, 8]])
+        with h5py.File(path, "r+") as file:
+            file["rough/kind"][0] = b"tree"
+        self.assertIsNone(packings.read_state(path)["grid"])
 
 
 class Verdict(Case):

@@ -1,23 +1,25 @@
 """State files, and subdomains and multiplicities drawn on their spheres."""
 import h5py
 import numpy as np
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import to_rgb
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 
 from ..record import InputError
-from .style import multiplicity_colour, plt, subdomain_colour
+from .style import INK, multiplicity_colour, plt, subdomain_colour
 
 FIELDS = ("x", "radius", "box", "subdomain", "multiplicity")
 CONTACTS = ("i", "j", "normal", "gap", "subdomain")
+RIM = {"edgecolor": "#8a8a86", "linewidth": 0.5}
 
 
 def read_state(path):
-    """Arrays of a state file by name, those of contacts in a dictionary of their own. Raises InputError."""
+    """Arrays of a state file by name, those of contacts in a dictionary of their own; grid: its cells, low and high corner, or None. Raises InputError."""
     try:
         with h5py.File(path) as file:
             state = {name: file[name][()] for name in FIELDS}
             state["contacts"] = {name: file["contacts"][name][()] for name in CONTACTS}
+            state["grid"] = np.split(file["rough/partition"][()], 3) if file["rough/kind"][0] == b"grid" else None
     except (OSError, KeyError) as error:
         raise InputError(f"{path}: not a state file: {str(error).splitlines()[0][:120]}") from None
     return state
@@ -44,6 +46,23 @@ def draw_disks(axis, x, radius, pad=0.0, **look):
     pad *= max(high - low)
     axis.set(xlim=(low[0] - pad, high[0] + pad), ylim=(low[1] - pad, high[1] + pad), aspect="equal")
     axis.set_axis_off()
+
+
+def draw_partition(axis, x, radius, multiplicity, lines, owner, grid, width):
+    """Disks in the colour of their multiplicity, contacts in that of their subdomain, and the grid between them, if there is one."""
+    draw_disks(axis, x, radius, 0.03, facecolors=[multiplicity_colour(m) for m in multiplicity], **RIM)
+    axis.add_collection(LineCollection(lines, colors=[subdomain_colour(k) for k in owner], linewidths=width, capstyle="round"))
+    for line, cells, first, last in zip((axis.axvline, axis.axhline), *(grid or [()] * 3)):
+        for k in range(1, int(cells)):
+            line(first + k * (last - first) / cells, color=INK, linewidth=1, dashes=(6, 3))
+
+
+def partition_handles(labels, owner, of_subdomain):
+    """Of a legend: {multiplicity: label}, and what lines of a subdomain are called."""
+    return (
+        [Patch(facecolor=multiplicity_colour(m), label=label, **RIM) for m, label in labels.items()],
+        [plt.Line2D([], [], color=subdomain_colour(k), linewidth=2.5, label=of_subdomain.format(k)) for k in np.unique(owner)],
+    )
 
 
 def shaded_spheres(axis, x, radius, colours):

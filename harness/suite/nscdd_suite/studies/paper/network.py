@@ -1,22 +1,21 @@
 """Fig. 1 of the paper: the rough graph with the multiplicities that it predicts, and the fine graph with those that are."""
 import h5py
 import numpy as np
-from matplotlib.collections import LineCollection
 from matplotlib.patches import Patch
 
-from ...page.packings import add_disks, contact_lines, draw_disks, read_state
-from ...page.style import INK, multiplicity_colour, plt, subdomain_colour
+from ...page.packings import add_disks, contact_lines, draw_partition, partition_handles, read_state
+from ...page.style import plt
 from ...record import InputError
 
-WRONG, RIM = "#c2185b", "#8a8a86"
+WRONG = "#c2185b"
 
 
 def read_rough(path):
-    """The last broad phase of a state file, with the walls as they were, and the grid of subdomains. Raises InputError."""
+    """The last broad phase of a state file, with the walls as they were. Raises InputError."""
     try:
         with h5py.File(path) as file:
-            rough = {name: file[f"rough/{name}"][()] for name in ("partition", "x", "skin", "steps_since", "offset")}
-            return rough | {"normal": file["walls/normal"][()], "grid": np.split(rough["partition"], 3)}
+            rough = {name: file[f"rough/{name}"][()] for name in ("x", "skin", "steps_since", "offset")}
+            return rough | {"normal": file["walls/normal"][()]}
     except (OSError, KeyError) as error:
         raise InputError(f"{path}: not a state file with a broad phase: {str(error).splitlines()[0][:120]}") from None
 
@@ -39,7 +38,7 @@ def candidates(state, rough):
     g, w = np.nonzero(distance - radius[:, None] < skin)
     foot = x[g] - distance[g, w][:, None] * rough["normal"][w]
     lines = np.stack([np.concatenate([x[i], x[g]]), np.concatenate([x[j], foot])], axis=1)
-    owner = owners(rough["grid"], np.concatenate([(x[i] + x[j]) / 2, x[g]]))
+    owner = owners(state["grid"], np.concatenate([(x[i] + x[j]) / 2, x[g]]))
     return np.concatenate([i, g]), np.concatenate([j, -1 - w]), lines, owner
 
 
@@ -81,19 +80,12 @@ def draw(network):
         (axes[0], "(a) after the broad phase, predicted", rough["x"], predicted, network["lines"], network["owner"]),
         (axes[1], "(b) after the narrow phase", x, found, contact_lines(state), state["contacts"]["subdomain"]),
     ):
-        draw_disks(axis, at, radius, 0.03, facecolors=[multiplicity_colour(m) for m in multiplicity], edgecolors=RIM, linewidths=0.5)
+        draw_partition(axis, at, radius, multiplicity, lines, owner, state["grid"], 1.7)
         axis.set_title(f"{title}, counted")
-        axis.add_collection(LineCollection(lines, colors=[subdomain_colour(k) for k in owner], linewidths=1.7, capstyle="round"))
-        for line, cells, first, last in zip((axis.axvline, axis.axhline), *rough["grid"]):
-            for k in range(1, int(cells)):
-                line(first + k * (last - first) / cells, color=INK, linewidth=1, dashes=(6, 3))
     wrong = predicted != found
     add_disks(axes[1], x[wrong], radius[wrong], facecolors="none", edgecolors=WRONG, linewidths=2.4)
-    handles = []
-    for m in np.unique(np.concatenate([predicted, found])):
-        label = f"multiplicity {m}  ({(predicted == m).sum()}, {(found == m).sum()})"
-        handles.append(Patch(facecolor=multiplicity_colour(m), edgecolor=RIM, linewidth=0.5, label=label))
-    handles += [Patch(facecolor="none", edgecolor=WRONG, linewidth=2.0, label=f"wrongly predicted  ({wrong.sum()})")]
-    handles += [plt.Line2D([], [], color=subdomain_colour(k), linewidth=2.5, label=f"edges of subdomain {k}") for k in np.unique(network["owner"])]
+    labels = {m: f"multiplicity {m}  ({(predicted == m).sum()}, {(found == m).sum()})" for m in np.unique(np.concatenate([predicted, found]))}
+    grains, edges = partition_handles(labels, network["owner"], "edges of subdomain {}")
+    handles = [*grains, Patch(facecolor="none", edgecolor=WRONG, linewidth=2.0, label=f"wrongly predicted  ({wrong.sum()})"), *edges]
     figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), ncols=4)
     return figure

@@ -1,12 +1,8 @@
 """Figs. 3 and 4 (speed-up and iterations against subdomains), the iteration histories, and subdomains and multiplicities of disks."""
-import re
-
 import numpy as np
-from matplotlib.collections import LineCollection
-from matplotlib.patches import Patch
 
-from ...page.packings import contact_lines, draw_disks
-from ...page.style import DCS, FAINT, INK, NLGS, SCHEMES, ideal, multiplicity_colour, plt, subdomain_colour, subdomain_ticks
+from ...page.packings import contact_lines, draw_partition, partition_handles
+from ...page.style import DCS, FAINT, NLGS, SCHEMES, ideal, plt, subdomain_ticks
 
 
 def draw_schemes(axis, values):
@@ -59,45 +55,16 @@ def draw_histories(panels):
     return figure
 
 
-def grid_of(partition, state, lines):
-    """Cells per axis and the box (low, high) of a 'grid 2x2' partition, or None if the contacts do not fit it.
-
-    The state does not carry the box that was cut, so the likely ones are tried: the box of the packing, that of the
-    centres and that of the grains. Contacts may have moved a little since the last repartition.
-    """
-    match = re.search(r"(\d+(?:x\d+)+)", partition)
-    if not match or not len(lines):
-        return None
-    cells = np.array([int(n) for n in match.group(1).split("x")])
-    x, r = state["x"], state["radius"][:, None]
-    boxes = [(np.zeros(len(cells)), state["box"]), (x.min(0), x.max(0)), ((x - r).min(0), (x + r).max(0))]
-
-    def hits(box):
-        cell = np.floor((lines.mean(axis=1) - box[0]) / (box[1] - box[0]) * cells).astype(int)
-        return np.mean(np.clip(cell, 0, cells - 1) @ np.cumprod([1, *cells[:-1]]) == state["contacts"]["subdomain"])
-
-    best = max(boxes, key=hits)
-    return (cells, *best) if hits(best) > 0.9 else None
-
-
-def draw_network(state, grid):
+def draw_network(state):
     """Fig. 1: grains by multiplicity, contacts by subdomain, and the grid between them."""
     x, r, m, owner = state["x"], state["radius"], state["multiplicity"], state["contacts"]["subdomain"]
     width, height = (x + r[:, None]).max(0) - (x - r[:, None]).min(0)
     figure, axis = plt.subplots(figsize=(8.2, max(3.0, min(8.0, 6.2 * height / width))))
-    draw_disks(axis, x, r, 0.03, facecolors=[multiplicity_colour(k) for k in m], edgecolors="#8a8a86", linewidths=0.5)
-    widths = np.clip(150 / np.sqrt(len(r)) / 6, 0.8, 2.6)
-    axis.add_collection(LineCollection(contact_lines(state), colors=[subdomain_colour(k) for k in owner], linewidths=widths, capstyle="round"))
-    if grid:
-        cells, low, high = grid
-        for d, draw in enumerate((axis.axvline, axis.axhline)):
-            for k in range(1, cells[d]):
-                draw(low[d] + k * (high[d] - low[d]) / cells[d], color=INK, linewidth=1, dashes=(6, 3))
-    how = {"edgecolor": "#8a8a86", "linewidth": 0.5}
-    handles = [Patch(facecolor=multiplicity_colour(k), label=f"{k}  ({n})", **how) for k, n in zip(*np.unique(m, return_counts=True))]
+    draw_partition(axis, x, r, m, contact_lines(state), owner, state["grid"], np.clip(150 / np.sqrt(len(r)) / 6, 0.8, 2.6))
+    labels = {k: f"{k}  ({n})" for k, n in zip(*np.unique(m, return_counts=True))}
+    grains, contacts = partition_handles(labels, owner, "{}")
     beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "alignment": "left"}
-    axis.add_artist(axis.legend(handles=handles, title="multiplicity (grains)", **beside))
-    handles = [plt.Line2D([], [], color=subdomain_colour(k), linewidth=2.5, label=str(k)) for k in np.unique(owner)]
+    axis.add_artist(axis.legend(handles=grains, title="multiplicity (grains)", **beside))
     beside |= {"loc": "lower left", "bbox_to_anchor": (1.0, 0.0)}
-    axis.legend(handles=handles, title="contacts of subdomain", ncols=1 + len(handles) // 9, **beside)
+    axis.legend(handles=contacts, title="contacts of subdomain", ncols=1 + len(contacts) // 9, **beside)
     return figure

@@ -114,9 +114,8 @@ def pictures(runs, out):
     found = [run for run in runs.select("network", dimension=2) if run["subdomains"] > 1 and run.state]
     for run in found[-1:]:
         state = packings.read_state(run.state)
-        grid = figures.grid_of(run["partition"], state, packings.contact_lines(state))
-        caption = CAPTIONS["network"].format(**run | {"grains": count(run["grains"])}) + ("; dashed, the grid." if grid else ".")
-        heading, file = "Partition and multiplicity of a 2D network, after Fig. 1 of the paper", save(figures.draw_network(state, grid), out, "network")
+        caption = CAPTIONS["network"].format(**run | {"grains": count(run["grains"])}) + ("; dashed, the grid." if state["grid"] else ".")
+        heading, file = "Partition and multiplicity of a 2D network, after Fig. 1 of the paper", save(figures.draw_network(state), out, "network")
         yield figure_block(file, heading, caption, origin([run]), ("counted",))
     found = [run for run in runs.select("isotropic", dimension=3, subdomains=8) if run.state]
     for run in found[-1:]:
