@@ -30,15 +30,9 @@ class Million(Study):
             plan.add(name, [out, state], [command], needs=[packing, *start], cost=300, alone=True)
             start = [state]
 
-    def there(self, plan):
-        return {name: path for name in RUNS if (path := plan.folder / f"{name}.json").exists()}
-
     def rows(self, plan):
-        rows = [row(name, path) for name, path in self.there(plan).items()]
+        rows = [row(name, path) for name in RUNS if (path := plan.folder / f"{name}.json").exists()]
         return {"rows": rows} if rows else {}
-
-    def provenance(self, plan):
-        return record.provenance(map(record.load, self.there(plan).values()))
 
 
 def row(name, path):

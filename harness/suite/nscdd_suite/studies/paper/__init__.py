@@ -59,10 +59,6 @@ class Paper(Study):
         platform = {"name": "node48", "file": f"{PLATFORMS}/node48.xml", "costs_2d": COSTS[2], "costs_3d": COSTS[3]}
         return {"commits": commits_of(rows) or [self.provenance(plan)["commit"]], "platform": platform, **rows}
 
-    def provenance(self, plan):
-        network = plan.asked.network
-        return record.provenance([record.load(row[0]) for row in there([*plan.asked.runs, [network]])])
-
     def whole(self, plan, data):
         path = plan.results / "paper.json"
         earlier = record.read(path, "paper") if plan.only and path.exists() else data

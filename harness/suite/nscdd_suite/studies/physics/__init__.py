@@ -60,10 +60,6 @@ class Physics(Study):
             return {}
         return {"rows": rows, "curves": curves, "figures": [f"{name}.svg" for name, needed in FIGURES.items() if curves.get(needed)]}
 
-    def provenance(self, plan):
-        runs = [run.told for run in self.runs(plan).values()]
-        return record.provenance(runs) if runs else super().provenance(plan)
-
 
 def left_out():
     """Packings that cannot be made, with the reason."""

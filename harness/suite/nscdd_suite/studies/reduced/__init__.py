@@ -62,9 +62,6 @@ class Reduced(Study):
         runs = counted(plan.folder)
         return {"runs": runs} if runs else {}
 
-    def provenance(self, plan):
-        return record.provenance([record.load(path) for path in plan.folder.glob("*-nlgs.json")] or [super().provenance(plan)])
-
 
 def counted(folder):
     """The counted numbers of the runs of a folder, {name of the run: {quantity: number}}."""

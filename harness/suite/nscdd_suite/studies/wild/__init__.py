@@ -22,6 +22,3 @@ class Wild(Study):
     def rows(self, plan):
         found = plan.folder / "scenes.json"
         return {key: value for key, value in record.load(found).items() if key not in ("schema", "command", *record.PROVENANCE)} if found.exists() else {}
-
-    def provenance(self, plan):
-        return record.provenance([record.load(plan.folder / "scenes.json")])
