@@ -19,10 +19,6 @@ SCENES = {
 }  # packing, dimension
 PARTITIONS, METHODS, SUBDOMAINS = ("grid", "bisection", "metis"), ("paper", "auto"), (8, 48)
 QUICK_STEPS = 3
-COLUMNS = (
-    "scene | method | subdomains | partition | imbalance | interface grains | neighbours, most | bytes an iteration | iterations / NLGS "
-    "| SIMULATED us an iteration | efficiency"
-)
 
 
 def points():
@@ -53,20 +49,13 @@ class Partitions(Study):
         return plan.folder / "-".join(map(str, point))
 
     def rows(self, plan):
-        there = [point for point in points() if Path(f"{self.stem(plan, *point)}.window.json").exists()]
-        return {"rows": [row(self.stem(plan, *point), *point) for point in there]} if there else {}
-
-    def told(self, data):
-        nlgs = {(row["scene"], row["method"]): row for row in data["rows"] if row["subdomains"] == 1}
-        yield f"| {COLUMNS} |"
-        yield "|---" * (COLUMNS.count("|") + 1) + "|"
-        for row in data["rows"]:
-            one, n = nlgs[row["scene"], row["method"]], row["subdomains"]
-            seconds, alone = (each["simulated"]["seconds_per_iteration"] for each in (row, one))
-            more = row["iterations"] / one["iterations"]
-            cells = [row["scene"], row["method"], str(n), row["partition"], f"{row['imbalance']:.2f}", f"{row['interface_grains']:.0f}"]
-            cells += [f"{row['neighbours']['mean']:.1f}, {row['neighbours']['largest']:.0f}", f"{row['bytes_per_iteration']:.0f}"]
-            yield f"| {' | '.join([*cells, f'{more:.2f}', f'{1e6 * seconds:.3g}', f'{alone / (n * seconds * more):.2f}'])} |"
+        rows = [row(self.stem(plan, *point), *point) for point in points() if Path(f"{self.stem(plan, *point)}.window.json").exists()]
+        nlgs = {(one["scene"], one["method"]): one for one in rows if one["subdomains"] == 1}
+        for one, alone in ((one, alone) for one in rows if (alone := nlgs.get((one["scene"], one["method"])))):
+            seconds, first = (each["simulated"]["seconds_per_iteration"] for each in (one, alone))
+            one["iterations_over_nlgs"] = one["iterations"] / alone["iterations"]
+            one["simulated"]["efficiency"] = first / (one["subdomains"] * seconds * one["iterations_over_nlgs"])
+        return {"rows": rows} if rows else {}
 
 
 def row(stem, scene, method, partition, n):
