@@ -7,7 +7,6 @@ Runs A and B in turn, which of the two first by turns, and takes the CPU time of
 between two equal commands. B is called slower or faster at p < 0.001 and a median ratio beyond 1 %; both hold, or nothing is said to differ.
 Exit code: 0 no difference, or B is faster; 3 B is slower; 1 an error.
 """
-import resource
 import shlex
 import subprocess
 import sys
@@ -17,19 +16,16 @@ from datetime import datetime, timezone
 from . import record
 from .jobs import clock, left
 from .program import Failed
-from .times import CORES, LEAST_PAIRS, believed, busy, compared, least
+from .times import CORES, LEAST_PAIRS, believed, busy, compared, least, taken
 
 PAIRS = 15
 
 
 def timed(command):
     """{cpu: seconds, wall, cores} of one run. 3, not converged, is no error."""
-    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-    done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    wall, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    done, _, cpu, wall = taken(lambda: subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True))
     if done.returncode not in (0, 3):
         raise Failed(f"{shlex.join(command)}: exit code {done.returncode}: {done.stderr.strip()[-300:]}")
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return {"cpu": cpu, "wall": wall, "cores": cpu / wall}
 
 

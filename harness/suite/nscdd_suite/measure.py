@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 from .program import NSCDD, Failed, call, made, python
-from .times import believed, least
+from .times import believed, cores_of, least
 
 ANY = 1e30  # velocity error: eta alone stops a run, so that costs are at equal eta
 LONG = 600  # seconds for what is not compared: packings, states, references
@@ -33,6 +33,14 @@ def answered(command, out, seconds=Budget.seconds):
         return made(command, out, seconds=seconds)
     except Failed:
         return None
+
+
+def ours(command, out, seconds=Budget.seconds):
+    """What our solver took for one step, and how exact its answer is; None when out of time, or refused."""
+    if run := answered(command, out, seconds):
+        told = {"iterations": run["iterations"][0], "cpu": run["seconds"]["solver_cpu"], "cores": cores_of(run), "converged": run["converged"]}
+        return told | {"contacts": run["contacts"][0]} | dict.fromkeys(("eta", "reached", "error"), run["residual"][0])
+    return None
 
 
 def timed(measure):
@@ -95,6 +103,12 @@ class Scene:
         command = [NSCDD, "run", self.path, "--packing", self.packing, "--from", start or self.cold, "--steps", 1, *arguments.split()]
         state = Path(json_file).with_suffix(".h5")
         return [*command, *asked(velocity_error), "--tolerance", f"{tolerance:g}", "--quiet", "--json", json_file, "--state", state]
+
+    def export(self, start, tolerance, problem):
+        """Writes the step from a state as an FCLIB problem; returns the command."""
+        command = [NSCDD, "export-fclib", self.path, "--packing", self.packing, "--from", start, "--tolerance", tolerance, "-o", problem, "--quiet"]
+        call(command, seconds=LONG)
+        return command
 
 
 def siconos_commands(problem, tolerance, solved, sweeps=Budget.sweeps):

@@ -1,6 +1,8 @@
 """Which measured times are believed, those of processes that had their cores (harness/program/files/load.hpp); and which of two are different."""
 import math
+import resource
 import statistics
+import time
 
 CORES = 0.95  # CPU over wall time, below which a process was kept waiting
 TRIES = 3  # of a measurement, until it is believed
@@ -31,6 +33,15 @@ def believed(measure):
         if result is None or not busy(result.get("cores")):
             break
     return result
+
+
+def taken(run):
+    """What run() returns, and user seconds, CPU seconds and wall seconds of the processes that it has waited for."""
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    done = run()
+    wall, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    user = after.ru_utime - before.ru_utime
+    return done, user, user + after.ru_stime - before.ru_stime, wall
 
 
 def compared(a, b):

@@ -4,8 +4,8 @@ import shutil
 import h5py
 import numpy as np
 
-from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, siconos, timed
-from ...program import NSCDD, Failed, call, made, shown
+from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, ours, siconos, timed
+from ...program import NSCDD, Failed, made, shown
 from ...times import cores_of
 
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
@@ -50,8 +50,7 @@ class Curves(Scene):
         out = self.folder / f"{self.name}-run.json"
 
         def measure(tolerance):
-            run = answered(self.command(solver.run, tolerance, out) + solver.cap(self.budget), out, self.budget.seconds)
-            return run and counted(solver, run, run["seconds"]["solver_cpu"], run["residual"][0]) | {"eta": run["residual"][0]}
+            return swept(solver, ours(self.command(solver.run, tolerance, out) + solver.cap(self.budget), out, self.budget.seconds))
 
         for row in ladder(tolerances, measure):
             if row["cpu"] is not None:
@@ -67,8 +66,7 @@ class Curves(Scene):
         with h5py.File(answer, "r+") as file, h5py.File(self.reference.with_suffix(".h5")) as reference:
             del file["contacts"]
             reference.copy("contacts", file)
-        command = [NSCDD, "export-fclib", self.path, "--packing", self.packing, "--from", answer, "--tolerance", REFERENCE_WORST]
-        call([*command, "-o", problem, "--quiet"], seconds=LONG)
+        self.export(answer, REFERENCE_WORST, problem)
         with h5py.File(problem) as file:
             w = scipy.sparse.csc_matrix(tuple(file[f"fclib_local/W/{key}"][...] for key in ("x", "i", "p")))
             exact = file["solution/r"][...]
@@ -88,18 +86,14 @@ class Curves(Scene):
         return {"scene": self.name, "solver": solver, "arguments": arguments, **{key: row.get(key) for key in keys}}
 
 
-def counted(solver, run, cpu, reached):
-    """What all rows of a run have."""
-    iterations = run["iterations"] if isinstance(run["iterations"], int) else run["iterations"][0]
-    told = {"iterations": iterations, "sweeps": iterations * solver.sweeps or None, "cpu": cpu, "cores": cores_of(run)}
-    return told | {"reached": reached, "converged": run["converged"]}
+def swept(solver, row):
+    """The row with its sweeps; Newton has none."""
+    return row and row | {"sweeps": row["iterations"] * solver.sweeps or None}
 
 
 def first_step(path, solver, tolerance, out, budget):
     command = [NSCDD, "run", path, "--steps", 1, *solver.run.split(), *asked(ANY), "--tolerance", f"{tolerance:g}", "--quiet", "--json", out]
-    run = answered(command + solver.cap(budget), out, budget.seconds)
-    error = run and run["residual"][0]
-    return run and counted(solver, run, run["seconds"]["solver_cpu"], error) | {"error": error, "contacts": run["contacts"][0]}
+    return swept(solver, ours(command + solver.cap(budget), out, budget.seconds))
 
 
 def fclib_problem(path, solver, tolerance, out, budget):
@@ -108,8 +102,8 @@ def fclib_problem(path, solver, tolerance, out, budget):
         return row and row | {"converged": row["error"] <= 1.001 * tolerance}
     command = [NSCDD, "solve-fclib", path, *solver.fclib.split(), "--tolerance", f"{tolerance:g}", "--json", out]
     run = answered(command + solver.cap(budget, "--max-sweeps"), out, budget.seconds)
-    error = run and run["measures"]["natural_map"]
-    return run and counted(solver, run, run["solver_cpu"], error) | {"error": error}
+    row = run and {"iterations": run["iterations"], "cpu": run["solver_cpu"], "cores": cores_of(run), "converged": run["converged"]}
+    return swept(solver, row and row | dict.fromkeys(("error", "reached"), run["measures"]["natural_map"]))
 
 
 def profile_rows(group, path, folder, solvers, budget):

@@ -19,10 +19,10 @@ import time
 
 from ... import measure, record
 from ...jobs import clock, left
-from ...measure import ANY, SICONOS, Budget, Scene, answered, asked, ladder
-from ...program import NSCDD, ROOT, Failed, call, read, shown
+from ...measure import ANY, SICONOS, Budget, Scene, asked, ladder
+from ...program import ROOT, Failed, read, shown
 from ...study import Study, installed
-from ...times import LEAST_PAIRS, cores_of, least
+from ...times import LEAST_PAIRS, least
 from . import choice, settle
 from .choice import median, named, settled
 
@@ -174,8 +174,7 @@ def siconos(scene, quick):
     state = read(scene.warm.with_suffix(".json"))
     about = {"scene": scene.name, "grains": state["grains"], "contacts": round(state["contacts"][-1])}
     out, problem, solved = (scene.folder / f"{scene.name}-{kind}" for kind in ("run.json", "problem.hdf5", "siconos.hdf5"))
-    export = [NSCDD, "export-fclib", scene.path, "--packing", scene.packing, "--from", scene.cold, "--tolerance", 1e-2, "-o", problem, "--quiet"]
-    call(export, seconds=measure.LONG)
+    export = scene.export(scene.cold, 1e-2, problem)
 
     def by_siconos(tolerance):
         row = measure.siconos(problem, tolerance, solved)
@@ -183,11 +182,8 @@ def siconos(scene, quick):
 
     def by_ours(arguments, tolerance):
         command = [*scene.command(arguments, tolerance, out), "--max-iterations", Budget.sweeps]
-        run = answered(command, out)
-        if run is None:
-            return None
-        row = {"iterations": run["iterations"][0], "cpu": run["seconds"]["solver_cpu"], "cores": cores_of(run), "eta": run["residual"][0]}
-        return {**row, "reached": row["eta"], "converged": run["converged"], "commands": [shown(command)]}
+        row = measure.ours(command, out)
+        return row and row | {"commands": [shown(command)]}
 
     rows, kept = [], ("tolerance", "iterations", "cpu", "cores", "eta", "converged", "repeats")
     for solver, arguments in SOLVERS.items():

@@ -1,8 +1,6 @@
 """The settling scene by both codes: the grains, a run of each, and one judge for both ends."""
 import math
 import re
-import resource
-import time
 from pathlib import Path
 
 import h5py
@@ -10,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...program import CAP, NSCDD, ROOT, Failed, call, read, shown
-from ...times import believed
+from ...times import believed, taken
 
 HERE = "cases/peers"
 DIAMETER, DENSITY, GRAVITY, SECONDS = 0.01, 2500.0, 9.81, 0.4
@@ -65,11 +63,8 @@ def timed(command):
     """User CPU time of a command run to its end, CPU over wall time, and how it ended. Tried again where the machine was busy."""
 
     def once():
-        before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
-        done = call(command, fine=(0, 1, CAP))  # 1: what it says decides
-        wall, after = time.monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
-        user = after.ru_utime - before.ru_utime
-        return {"cpu": user, "cores": (user + after.ru_stime - before.ru_stime) / wall, "done": done}
+        done, user, cpu, wall = taken(lambda: call(command, fine=(0, 1, CAP)))  # 1: what it says decides
+        return {"cpu": user, "cores": cpu / wall, "done": done}
 
     return believed(once)
 
