@@ -1,4 +1,4 @@
-"""Hard cases: the section of the page, family by family, with sweeps of columns, orders, and energy from nothing."""
+"""Hard cases: the section of the page, family by family, with sweeps of columns, and orders."""
 import re
 from html import escape
 
@@ -6,7 +6,6 @@ from ...page import tables
 from ...page.page import captions, figure_block, origin, quick, table_block
 from ...page.style import CCS, DCS, NLGS, SUBDOMAINS, plt, save
 
-ENERGY = {"pair": "\u03bc =", "heap": "\u03bc =", "rebound": "e ="}  # families of the long runs: the last number of their names
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
 
 
@@ -40,6 +39,7 @@ def family_table(rows, schemes):
                 continue
             more = [f"off {tables.number(row['error'])}", f"{tables.count(row['iterations'])} it."]
             more += [f"{key} {tables.number(row[key])}" for key in ("expected", "bound") if row[key] != first[key]]
+            more += [f"exit code {row['exit']}"] if row.get("exit") else []
             cells.append(("<br>".join([tables.number(row["found"]), *(f"<i>{line}</i>" for line in more)]), "" if hard_ok(row) else "bad"))
         asked = [RELATIONS[first["relation"]] + tables.number(first["expected"]), tables.number(first["bound"])]
         lines.append([escape(case), tables.symbols(quantity), *asked, *cells, tables.symbols(first["bound_from"])])
@@ -91,34 +91,6 @@ def draw_orders(rows):
     return figure
 
 
-def energy_cell(row):
-    if row is None:
-        return None
-    text = "refused" if row["found"] is None else tables.number(row["found"]) + (f" ({row['exit']})" if row["exit"] else "")
-    return text if hard_ok(row) else (text, "bad")
-
-
-def energy_table(rows):
-    """Largest gain of energy of the long runs: by scene but its last number, and by scheme and that number, friction or
-    restitution; the exit code where it is not zero. None if there are no such rows."""
-    rows = [row for row in rows if row["family"] in ENERGY and ("exit" in row or "note" in row)]
-    schemes, html = list(dict.fromkeys(row["scheme"] for row in rows)), []
-    for family, last in ENERGY.items():
-        own = {}
-        for row in rows:
-            if row["family"] == family:
-                *scene, number, dimension = row["case"].split("-")
-                own.setdefault("-".join([*scene, dimension]), {})[row["scheme"], float(number)] = row
-        columns = sorted({key for cells in own.values() for key in cells}, key=lambda key: (schemes.index(key[0]), key[1]))
-        titles, names = [f"{escape(scheme.upper())}, {last} {value:g}" for scheme, value in columns], list(map(escape, own))
-        cells = [[energy_cell(by_column.get(column)) for by_column in own.values()] for column in columns]
-        if len(names) > len(titles):  # the longer list goes down
-            titles, names, cells = names, titles, list(zip(*cells))
-        if own:
-            html.append(tables.table([["", *names]], [[title, *line] for title, line in zip(titles, cells)], f"Energy gained: {family}"))
-    return "\n".join(html) or None
-
-
 def section(results, out):
     records = results.records("hard")
     rows = [row for record in records for row in record["rows"]]
@@ -137,7 +109,4 @@ def section(results, out):
         parts.append(figure_block(save(figure, out, "hard-columns"), "Iterations of columns", texts["columns"], source, ("counted",)))
     if figure := draw_orders(rows):
         parts.append(figure_block(save(figure, out, "hard-orders"), "Error against step size", texts["orders"], source))
-    if table := energy_table(rows):
-        caption = texts["energy"].format(steps=tables.count(max(row["steps"] for row in rows if row["family"] in ENERGY)))
-        parts.append(table_block(table, "Energy from nothing", caption, source, wide=True))
     return parts
