@@ -14,7 +14,7 @@ class InputError(Exception):
 
 
 def write(path, data):
-    """As JSON, a row of a list a line, aside and then renamed: a reader meets the old file or the whole new one."""
+    """As JSON, a row of a list a line."""
 
     def text(value):
         if isinstance(value, list) and any(isinstance(row, (dict, list)) for row in value):
@@ -22,8 +22,13 @@ def write(path, data):
         return json.dumps(value)
 
     entries = ",".join(f"\n {json.dumps(key)}: {text(value)}" for key, value in data.items()) if isinstance(data, dict) else None
+    aside(path, ((text(data) if entries is None else "{" + entries + "\n}") + "\n").encode())
+
+
+def aside(path, data):
+    """Writes bytes aside, then renames: a reader meets the old file or the whole new one."""
     part = Path(f"{path}.part")
-    part.write_text((text(data) if entries is None else "{" + entries + "\n}") + "\n")
+    part.write_bytes(data)
     part.replace(path)
 
 

@@ -5,10 +5,10 @@ import sys
 from datetime import datetime, timezone
 from html import escape
 
+from ..record import aside
 from ..studies import studies
 from .load import load
 from .page import captions, commits, machines, number, page
-from .style import write
 from .tables import count
 
 TEXTS = captions(__file__)
@@ -67,8 +67,8 @@ def make(folder, out):
     html = page("nscdd: report", TEXTS["lead"], facts(results, dates), opening, sections, TEXTS["method"])
     summary = {"schema": "nscdd.summary/1", "passes": not results.failures, "failures": results.failures, "runs": len(results.records("run"))}
     summary |= {"machine": machines(results.sources), "commit": commits(results.sources), "dates": [dates[0], dates[-1]], **results.summary}
-    write(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
-    write(out / "index.html", html.encode())
+    aside(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
+    aside(out / "index.html", html.encode())
     for line in results.failures:
         print(f"report: {line}", file=sys.stderr)
     print(f"report: {os.path.relpath(out / 'index.html')}: " + ("FAILS" if results.failures else "passes"))

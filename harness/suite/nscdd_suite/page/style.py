@@ -1,6 +1,5 @@
 """One look for all figures, and how they are saved."""
 import io
-import os
 import re
 from pathlib import Path
 
@@ -10,6 +9,8 @@ import numpy as np
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the backend is chosen)
 from PIL import Image  # noqa: E402  (which matplotlib needs itself)
+
+from ..record import aside  # noqa: E402
 
 CCS, DCS, NLGS, INK, FAINT = "#b4532a", "#1f5f8b", "#5a5a5a", "#222222", "#d9d9d9"
 SCHEMES = {"ccs": ("CCS", CCS, "s"), "dcs": ("DCS", DCS, "o")}
@@ -48,14 +49,6 @@ def apart(figure, space=0.06):
     return figure
 
 
-def write(path, data):
-    """Writes bytes aside, then renames."""
-    path = Path(path)
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data)
-    os.replace(part, path)
-
-
 def shorter(svg):
     """The same picture in half the bytes: coordinates to a twentieth of a point, the style of equal marks once, no indentation."""
     svg = re.sub(rb"\n\s+", b"\n", re.sub(rb"<!--.*?-->", b"", svg))
@@ -83,5 +76,5 @@ def save(figure, folder, name, kind="svg"):
     stream = io.BytesIO()
     figure.savefig(stream, format=kind, metadata={"Date": None} if kind == "svg" else {})
     plt.close(figure)
-    write(Path(folder) / f"{name}.{kind}", (shorter if kind == "svg" else fewer_colours)(stream.getvalue()))
+    aside(Path(folder) / f"{name}.{kind}", (shorter if kind == "svg" else fewer_colours)(stream.getvalue()))
     return f"{name}.{kind}"
