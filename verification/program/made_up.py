@@ -148,6 +148,8 @@ def write_state(path, dim):
         file["contacts/normal"] = np.array([-step for _, step in steps], float)
         file["contacts/gap"], file["contacts/subdomain"] = np.zeros(len(i)), owner
         file["rough/kind"], file["rough/partition"] = [b"grid"], np.concatenate([cells, np.zeros(dim), np.full(dim, float(side))])
+        file["rough/x"], file["rough/skin"], file["rough/steps_since"], file["rough/offset"] = x, [0.05], [3], [0.0]
+        file["walls/normal"] = np.eye(dim)[-1:]
 
 
 def fabricate(folder, scene, state):

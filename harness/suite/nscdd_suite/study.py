@@ -96,7 +96,7 @@ class Study:
         if hasattr(module, "section"):
             return module.section(results, out)
         parts = module.parts if module else lambda data, source, out: default.parts(self, data)
-        return [part for data in results.records(self.name) for part in (*page.quick(data), *parts(data, page.origin([data]), out))]
+        return [part for data in results.records(self.name) for part in (*page.warnings(data), *parts(data, page.origin([data]), out))]
 
     def choose(self, plan):
         """The jobs that plan.only asks for, and what they need."""

@@ -1,11 +1,10 @@
 """The section of a study that has none of its own: a table of all rows of its record."""
 from html import escape
 
-from .page import command_list, origin, table_block
+from .page import folded, origin, rows_from, table_block
 from .tables import NONE, shown, table
 
 SPREAD = {"least", "mean", "largest"}  # over ranks: their mean is shown
-FOLDED = 40  # rows, above which a table is closed at first
 
 
 def flat(row, prefix=""):
@@ -44,12 +43,10 @@ def rows_block(title, rows, sources, caption="", kinds=()):
     values = {name: {row.get(name, NONE) for row in rows} for name in dict.fromkeys(name for row in rows for name in row)}
     same = {name: found.pop() for name, found in values.items() if len(found) == 1 and len(rows) > 1}
     names = [name for name in values if name not in same]
-    html = table([list(map(escape, names))], [[row.get(name) for name in names] for row in rows], title)
-    if len(rows) > FOLDED:
-        html = f"<details><summary>{len(rows)} rows</summary>{html}</details>"
+    html = folded(table([list(map(escape, names))], [[row.get(name) for name in names] for row in rows], title))
     if same:
         caption += f"In all rows: {'; '.join(f'{escape(name)} {value}' for name, value in same.items())}. "
-    source = origin(sources) + (f'<div class="from">Rows from {command_list(made_by)}</div>' if made_by else "")
+    source = origin(sources) + (rows_from(made_by) if made_by else "")
     return table_block(html, escape(title), caption, source, kinds, wide=True)
 
 

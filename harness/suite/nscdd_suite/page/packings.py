@@ -9,19 +9,22 @@ from ..record import InputError
 from .style import INK, multiplicity_colour, plt, subdomain_colour
 
 FIELDS = ("x", "radius", "box", "subdomain", "multiplicity")
+ROUGH = ("x", "skin", "steps_since", "offset")  # of the last broad phase
 CONTACTS = ("i", "j", "normal", "gap", "subdomain")
 RIM = {"edgecolor": "#8a8a86", "linewidth": 0.5}
 
 
 def read_state(path):
-    """Arrays of a state file by name, those of contacts in a dictionary of their own; grid: its cells, low and high corner, or None. Raises InputError."""
+    """Arrays of a state file by name, those of contacts and of the last broad phase, with the walls as they were, in dictionaries of their own; grid: its
+    cells, low and high corner, or None. Raises InputError."""
     try:
         with h5py.File(path) as file:
             state = {name: file[name][()] for name in FIELDS}
             state["contacts"] = {name: file["contacts"][name][()] for name in CONTACTS}
+            state["rough"] = {"normal": file["walls/normal"][()]} | {name: file["rough"][name][()] for name in ROUGH}
             state["grid"] = np.split(file["rough/partition"][()], 3) if file["rough/kind"][0] == b"grid" else None
     except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a state file: {str(error).splitlines()[0][:120]}") from None
+        raise InputError(f"{path}: not a state file with a broad phase: {str(error).splitlines()[0][:120]}") from None
     return state
 
 

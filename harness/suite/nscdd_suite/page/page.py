@@ -95,6 +95,16 @@ def command_list(commands):
     return text
 
 
+def rows_from(commands):
+    return f'<div class="from">Rows from {command_list(commands)}</div>'
+
+
+def folded(html, what="rows", most=40):
+    """A table, closed at first where it has more rows."""
+    rows = html.count("<tr><td")
+    return f"<details><summary>{rows} {what}</summary>{html}</details>" if rows > most else html
+
+
 def origin(runs, kind=""):
     """Where something comes from: commands, machine, commit; `kind` where a caption has several."""
     return (
@@ -112,9 +122,10 @@ def missing(text):
     return f'<p class="missing">Not in these results: {escape(text)}.</p>'
 
 
-def quick(data):
-    """A warning in a list, where a record is of a quick job."""
-    return ["<p>From a quick job, made small to test the command: its numbers say nothing.</p>"] if data.get("quick") else []
+def warnings(data):
+    """That a record is of a quick job, and what it lacks."""
+    quick = ["<p>From a quick job, made small to test the command: its numbers say nothing.</p>"] if data.get("quick") else []
+    return quick + [f'<p class="missing">Left out: {escape(line)}.</p>' for line in data.get("left_out", ())]
 
 
 def page(title, lead, facts, opening, sections, footer):

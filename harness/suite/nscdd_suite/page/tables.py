@@ -64,7 +64,7 @@ def table(head, rows, label):
     def cell(content):
         value, style = content if isinstance(content, tuple) else (content, "")
         text = shown(value)
-        if not style and len(re.sub("<[^>]*>", "", text)) > 32:
+        if not style and any(len(re.sub("<[^>]*>", "", line)) > 32 for line in text.split("<br>")):
             style = "text"
         return f'<td class="{style}">{text}</td>' if style else f"<td>{text}</td>"
 

@@ -24,7 +24,6 @@ def curves_caption(record, cost, error):
 
 
 def parts(record, source, out):
-    yield from (f'<p class="missing">Left out: {escape(line)}.</p>' for line in record["left_out"])
     if record["scenes"]:
         yield table_block(figures.scene_table(record), "Scenes of the work-precision curves", CAPTIONS["scenes"], source, ("counted",), wide=True)
         for cost in COSTS:

@@ -3,7 +3,7 @@ import re
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, figure_block, origin, quick, table_block
+from ...page.page import captions, figure_block, origin, table_block, warnings
 from ...page.style import CCS, DCS, NLGS, SUBDOMAINS, plt, save
 
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
@@ -102,7 +102,7 @@ def section(results, out):
         why = row.get("note") or f"error {tables.show(row['error'])} exceeds {row['bound']:.3g}"
         results.failures.append(f"hard case {row['case']} by {row['scheme']}: {row['quantity']}: {why}")
     texts, source = captions(__file__), "".join(origin([record]) for record in records)
-    parts = [line for record in records for line in quick(record)]
+    parts = [line for record in records for line in warnings(record)]
     caption = texts["rows"].format(scenes=len({row["case"] for row in rows}), schemes=len(schemes_of(rows)))
     parts.append(table_block("\n".join(all_rows(rows)), "Hard cases by family", caption, source, wide=True))
     if figure := draw_columns(rows):

@@ -1,23 +1,11 @@
 """Fig. 1 of the paper: the rough graph with the multiplicities that it predicts, and the fine graph with those that are."""
-import h5py
 import numpy as np
 from matplotlib.patches import Patch
 
 from ...page.packings import add_disks, contact_lines, draw_partition, partition_handles, read_state
 from ...page.style import plt
-from ...record import InputError
 
 WRONG = "#c2185b"
-
-
-def read_rough(path):
-    """The last broad phase of a state file, with the walls as they were. Raises InputError."""
-    try:
-        with h5py.File(path) as file:
-            rough = {name: file[f"rough/{name}"][()] for name in ("x", "skin", "steps_since", "offset")}
-            return rough | {"normal": file["walls/normal"][()]}
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path}: not a state file with a broad phase: {str(error).splitlines()[0][:120]}") from None
 
 
 def owners(grid, points):
@@ -27,10 +15,11 @@ def owners(grid, points):
     return (cell @ np.cumprod([1, *cells[:-1]])).astype(int)
 
 
-def candidates(state, rough):
+def candidates(state):
     """The rough graph: pairs (i, j) with a gap below the skin, j < 0 wall -1-j; the ends of their branches, and their subdomains. A pair
     belongs to the subdomain of the middle of its centres, a grain at a wall to that of its centre."""
-    x, radius, skin = rough["x"], state["radius"], rough["skin"]
+    rough, radius = state["rough"], state["radius"]
+    x, skin = rough["x"], rough["skin"]
     i, j = np.triu_indices(len(x), 1)
     close = np.linalg.norm(x[i] - x[j], axis=1) < radius[i] + radius[j] + skin
     i, j = i[close], j[close]
@@ -49,11 +38,11 @@ def multiplicities(grains, i, j, owner):
 
 
 def predict(path):
-    """What Fig. 1 shows: state, rough graph, both multiplicities (1 for grains without a contact, which are in one subdomain)."""
-    state, rough = read_state(path), read_rough(path)
-    i, j, lines, owner = candidates(state, rough)
+    """What Fig. 1 shows: state, lines of the rough graph and their owners, both multiplicities (1 for grains without a contact, which are in one subdomain)."""
+    state = read_state(path)
+    i, j, lines, owner = candidates(state)
     predicted = np.maximum(1, multiplicities(len(state["x"]), i, j, owner))
-    return {"state": state, "rough": rough, "lines": lines, "owner": owner, "predicted": predicted, "found": np.maximum(1, state["multiplicity"])}
+    return {"state": state, "lines": lines, "owner": owner, "predicted": predicted, "found": np.maximum(1, state["multiplicity"])}
 
 
 def counts(network):
@@ -72,12 +61,12 @@ def counts(network):
 
 def draw(network):
     """(a) the rough graph at the last broad phase; (b) the contacts of the last step, wrong predictions ringed."""
-    state, rough, predicted, found = (network[name] for name in ("state", "rough", "predicted", "found"))
+    state, predicted, found = (network[name] for name in ("state", "predicted", "found"))
     x, radius = state["x"], state["radius"]
     low, high = (x - radius[:, None]).min(0), (x + radius[:, None]).max(0)
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 5.0 * min(1.6, (high - low)[1] / (high - low)[0]) + 0.9))
     for axis, title, at, multiplicity, lines, owner in (
-        (axes[0], "(a) after the broad phase, predicted", rough["x"], predicted, network["lines"], network["owner"]),
+        (axes[0], "(a) after the broad phase, predicted", state["rough"]["x"], predicted, network["lines"], network["owner"]),
         (axes[1], "(b) after the narrow phase", x, found, contact_lines(state), state["contacts"]["subdomain"]),
     ):
         draw_partition(axis, at, radius, multiplicity, lines, owner, state["grid"], 1.7)

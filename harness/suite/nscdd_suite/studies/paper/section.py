@@ -3,7 +3,7 @@ import dataclasses
 from html import escape
 
 from ...page import packings
-from ...page.page import Block, captions, command_list, commits, figure_block, machines, missing, table_block
+from ...page.page import Block, captions, command_list, commits, figure_block, folded, machines, missing, table_block
 from ...page.style import save
 from ...page.tables import count, exceeds, number, row_ok
 from ...times import CORES
@@ -16,7 +16,6 @@ HTML = TEXTS["html"]
 NETWORK, SPHERES = "fig1-network.h5", "isotropic-dcs-grid-2x2x2.h5"  # in the folder of the study
 FIGURES = (("paper-fig-3", "Fig. 3", "biaxial", False, "disks"), ("paper-fig-4", "Fig. 4", "triaxial", True, "spheres"))
 FIRST = ("paper-fig-2", "paper-table-1", "paper-fig-4", "paper-fig-3")  # what the first screen shows of them
-FOLDED = 40  # rows, above which a table is closed at first
 
 
 def source(paper, entries):
@@ -36,10 +35,6 @@ def block(paper, anchor, content, entries, text="", make=table_block, kinds=(), 
         return missing(texts["lacks"].format(**told))
     caption, title = (texts[name].format(**told) for name in ("caption", "title"))
     return make(content, title, caption, source(paper, entries), kinds or texts["kinds"], wide=wide, anchor=anchor)
-
-
-def folded(html, what):
-    return f"<details><summary>{html.count('<tr>') - 2} {what}</summary>{html}</details>"
 
 
 def warning(text, more=""):
@@ -75,7 +70,7 @@ def multiplicities(paper, drawn, spheres, out):
     image, told = "", {}
     if drawn:
         image = save(network.draw(drawn), out, "paper-fig1")
-        told = network.counts(drawn) | {"steps_since": drawn["rough"]["steps_since"][0]}
+        told = network.counts(drawn) | {"steps_since": drawn["state"]["rough"]["steps_since"][0]}
     yield block(paper, "paper-fig-1", image, [], make=figure_block, **told)
     glued = [entry for kind in ("runs", "windows") for entry in paper.record[kind] if entry.get("multiplicity") == "predicted"]
     yield block(paper, "paper-interface", tables.interface(paper), glued)
@@ -103,7 +98,7 @@ def scalability(paper, out):
 def points(paper):
     for scene in ("biaxial", "triaxial", "isotropic", MILLION):
         if html := tables.speed_ups(paper, scene):
-            html = folded(html, f"points of the {scene} test")
+            html = folded(html, f"points of the {scene} test", most=0)
             windows = [w for w in paper.own_windows if w["scene"] == scene]
             yield block(paper, f"paper-points-{scene}", html, windows, "paper-points", scene=scene.capitalize())
 
@@ -136,8 +131,7 @@ def rest(paper):
         ("variations", [run for run in record["runs"] if run["variation"]]),
     ):
         html = getattr(tables, name)(paper)
-        html = folded(html, "rows") if html and html.count("<tr>") > FOLDED else html
-        yield block(paper, f"paper-{name.removeprefix('all_')}", html, entries, start=start)
+        yield block(paper, f"paper-{name.removeprefix('all_')}", html and folded(html), entries, start=start)
 
 
 def summary(paper, judged, blocks):

@@ -4,7 +4,7 @@ from html import escape
 
 from ...measure import SICONOS
 from ...page import tables
-from ...page.page import captions, command_list, figure_block, table_block
+from ...page.page import captions, figure_block, rows_from, table_block
 from ...page.style import CCS, DCS, NLGS, plt, save
 from ..accuracy.levels import at_level
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
@@ -101,14 +101,8 @@ def cited_table(record):
     return tables.table(["code | quantity | value | of | source"], lines, "Cited figures")
 
 
-def rows_from(commands):
-    return f'<div class="from">Rows from {command_list(commands)}</div>'
-
-
 def parts(record, source, out):
     bed, measured = record["settle"], ("measured",)
-    for line in record["left_out"]:
-        yield f'<p class="missing">Left out: {escape(line)}.</p>'
     if file := draw_all(record, out):
         caption = CAPTIONS["bed"].format(grains=tables.count(bed["grains"]), seconds=bed["seconds"])
         yield figure_block(file, "CPU time against mean overlap", caption, source, measured)

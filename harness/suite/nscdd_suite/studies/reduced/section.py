@@ -3,7 +3,7 @@ from html import escape
 from pathlib import Path
 
 from ...page import packings
-from ...page.page import captions, figure_block, origin, quick, table_block
+from ...page.page import captions, figure_block, origin, table_block, warnings
 from ...page.style import SCHEMES, save
 from ...page.tables import bounded, by_number, count, exceeds, number, percent, row_ok, table
 from ...times import CORES, TRIES
@@ -200,7 +200,7 @@ def section(results, out):
     judge(results, runs, compares)
     if not runs:
         return []
-    parts = [line for record in results.records("reduced") for line in quick(record)]
+    parts = [line for record in results.records("reduced") for line in warnings(record)]
     for heading, some in (
         ("Communication", communication(runs, results.summary)),
         ("Partition and multiplicity", pictures(runs, out)),
