@@ -1,6 +1,7 @@
 """The program built for other processors and by other compilers; builds stay in build-bits/."""
 import os
 import subprocess
+from pathlib import Path
 
 from ...program import ROOT
 
@@ -15,16 +16,6 @@ BUILDS = {
 ARM_PACKAGES = (
     "libhdf5-dev libopenmpi-dev libsuitesparse-dev libmetis-dev libfmt-dev libtomlplusplus-dev libstdc++-12-dev libeigen3-dev nlohmann-json3-dev libcli11-dev"
 )
-TOOLCHAIN = f"""set(CMAKE_SYSTEM_NAME Linux)
-set(CMAKE_SYSTEM_PROCESSOR aarch64)
-set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
-set(CMAKE_LIBRARY_ARCHITECTURE aarch64-linux-gnu)
-set(CMAKE_SYSROOT {ARM_ROOT})
-set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-foreach(kind LIBRARY INCLUDE PACKAGE)
-    set(CMAKE_FIND_ROOT_PATH_MODE_${{kind}} ONLY)
-endforeach()
-"""
 
 
 def call(*command, **how):
@@ -51,12 +42,11 @@ def unpack_arm_packages():
     done.touch()
 
 
-def arm_options(folder):
+def arm_options():
     unpack_arm_packages()
-    (folder / "toolchain.cmake").write_text(TOOLCHAIN)
     libraries = ARM_ROOT / "usr/lib/aarch64-linux-gnu"
     return [
-        f"-DCMAKE_TOOLCHAIN_FILE={folder}/toolchain.cmake",
+        f"-DCMAKE_TOOLCHAIN_FILE={Path(__file__).with_name('aarch64.cmake')}",
         f"-DHDF5_C_LIBRARY_hdf5={libraries}/hdf5/serial/libhdf5.so",
         f"-DHDF5_INCLUDE_DIRS={ARM_ROOT}/usr/include/hdf5/serial",
         f"-DMPI_CXX_HEADER_DIR={libraries}/openmpi/include",
@@ -70,7 +60,7 @@ def build(name):
     (compiler, flags), folder, arm = BUILDS[name], HERE / name, name == "aarch64"
     folder.mkdir(parents=True, exist_ok=True)
     options = ["-DCMAKE_BUILD_TYPE=Release", "-DNSCDD_NATIVE=OFF", "-DNSCDD_TESTS=OFF", f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={flags}"]
-    call("cmake", "-G", "Ninja", "-S", ROOT, "-B", folder, *options, *(arm_options(folder) if arm else []), stdout=subprocess.DEVNULL)
+    call("cmake", "-G", "Ninja", "-S", ROOT, "-B", folder, *options, *(arm_options() if arm else []), stdout=subprocess.DEVNULL)
     call("cmake", "--build", folder, "-j", os.cpu_count(), "--target", "nscdd", stdout=subprocess.DEVNULL)
     program, starter = folder / "bin/nscdd", folder / "nscdd"
     if not arm:
