@@ -48,10 +48,7 @@ def provenance(paper):
         more = f" {escape(commits([record]))}. Each caption names those of its rows, the record that of each row."
         yield warning(f"Rows of {len(record['commits'])} commits:", more)
     if len(record.get("counted_on", ())) > 1:
-        yield (
-            f"<p>Counted and simulated rows were made on {escape(' and '.join(record['counted_on']))}, by one compiler and with vectors of one width. "
-            "Captions name the machine of the measured times.</p>"
-        )
+        yield HTML["counted_on"].format(machines=escape(" and ".join(record["counted_on"])))
 
 
 def communication(paper):

@@ -47,11 +47,6 @@ QUICK_OURS = [(2e-3, "--tolerance 1e-3"), (1e-3, "--tolerance 1e-3")]
 SICONOS_SCENES, LOADING = ("biaxial", "triaxial"), 20  # steps before the one that is solved
 SICONOS_TOLERANCES = [10.0**-k for k in range(1, 7)]
 SOLVERS = {"NLGS": "--scheme nlgs --method paper", "NLGS, auto": "--scheme nlgs --method auto", SICONOS: "python3 -m nscdd_suite.siconos_nsgs"}
-HOW = (
-    "A run of LAMMPS against our cheapest run whose mean overlap at the end is at most as large; equal mean and largest: whose largest "
-    "overlap is at most as large too. User CPU seconds of whole processes on one core, medians of runs made in turn. LAMMPS is the package "
-    "of the system, ours is compiled for this machine."
-)
 
 
 class Peers(Study):
@@ -75,7 +70,7 @@ class Peers(Study):
         if not (bed["ours"] or steps):
             return {}
         scene = {"grains": (QUICK_SIDE if plan.quick else SIDE) ** 3, "seconds": settle.SECONDS, "friction": 0.3, "diameter": settle.DIAMETER}
-        scene |= {"spread": settle.SPREAD, "density": settle.DENSITY, "how": HOW}
+        scene |= {"spread": settle.SPREAD, "density": settle.DENSITY, "how": record.beside(__file__, "captions.toml")["how"]}
         return {
             "repeats": QUICK_REPEATS if plan.quick else REPEATS,
             "settle": {**scene, **bed, "ratios": choice.ratios(bed)},

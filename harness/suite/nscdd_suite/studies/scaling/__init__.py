@@ -20,10 +20,6 @@ from ...study import Study
 TABLES = record.beside(__file__, "tables.toml")
 USUAL = r"^(node48-(paper|auto)|two-cores-.*-.*)$"  # tables where --only says nothing
 QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
-CAPTION = (
-    "Seconds of an iteration, SIMULATED on the platform that the name of the table begins with, and measured on ranks of this machine where there are "
-    "cores; iterations of all steps, counted in process; efficiency against sequential NLGS at equal error. "
-)
 
 
 class Scaling(Study):
@@ -93,7 +89,7 @@ class Scaling(Study):
     def section(self, results, out):
         records = results.records("scale")
         rows = [row(one.path.stem.removeprefix("scale-"), point) for one in records for point in one["points"]]
-        return [rows_block(self.title, rows, records, CAPTION, ("simulated", "measured", "counted"))] if rows else []
+        return [rows_block(self.title, rows, records, record.beside(__file__, "captions.toml")["rows"], ("simulated", "measured", "counted"))] if rows else []
 
     def rows(self, plan):
         rows = []
