@@ -146,7 +146,7 @@ def write_state(path, dim):
         file["multiplicity"] = np.array([len(t) for t in touched], np.int32)
         file["contacts/i"], file["contacts/j"] = i, j
         file["contacts/normal"] = np.array([-step for _, step in steps], float)
-        file["contacts/gap"], file["contacts/subdomain"] = np.zeros(len(i)), owner
+        file["contacts/gap"], file["contacts/subdomain"], file["contacts/normal_impulse"] = np.zeros(len(i)), owner, np.ones(len(i))
         file["rough/kind"], file["rough/partition"] = [b"grid"], np.concatenate([cells, np.zeros(dim), np.full(dim, float(side))])
         file["rough/x"], file["rough/skin"], file["rough/steps_since"], file["rough/offset"] = x, [0.05], [3], [0.0]
         file["walls/normal"] = np.eye(dim)[-1:]

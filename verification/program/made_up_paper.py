@@ -99,7 +99,7 @@ def write_network(path):
         file["subdomain"], file["multiplicity"] = np.array([0, 1, 0, 1], np.int32), np.array([2, 1, 1, 1], np.int32)
         file["contacts/i"], file["contacts/j"] = np.array([0, 1, 0], np.int32), np.array([1, 3, 2], np.int32)
         file["contacts/normal"], file["contacts/gap"] = np.array([[-1.0, 0], [0, -1], [0, -1]]), np.zeros(3)
-        file["contacts/subdomain"] = np.array([1, 1, 0], np.int32)
+        file["contacts/subdomain"], file["contacts/normal_impulse"] = np.array([1, 1, 0], np.int32), np.ones(3)
         file["rough/kind"] = [b"grid"]
         file["rough/partition"] = np.array([2, 1, 0.5, 0.5, 1.5, 1.5])
         file["rough/x"], file["rough/skin"], file["rough/steps_since"] = x, [0.05], [3]

@@ -1,5 +1,4 @@
 """The picture of the README: force chains across subdomains, beside the speed-up over sequential NLGS."""
-import h5py
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
@@ -17,9 +16,7 @@ PALE = 0.35  # of a subdomain's colour on its grains
 def chains(axis, path):
     """Grains in the colour of their subdomain, contacts as wide as their impulse."""
     state = read_state(path)
-    with h5py.File(path) as file:
-        impulse = file["contacts/normal_impulse"][()]
-    x, r = state["x"], state["radius"]
+    x, r, impulse = state["x"], state["radius"], state["contacts"]["normal_impulse"]
     colours = [1 - PALE * (1 - np.array(to_rgb(subdomain_colour(k)))) for k in state["subdomain"]]
     draw_disks(axis, x, r, facecolors=colours, edgecolors="#b9b8b2", linewidths=0.25)
     widths = np.minimum(0.8 * impulse / impulse[impulse > 0].mean(), 4)

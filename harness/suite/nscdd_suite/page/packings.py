@@ -10,7 +10,7 @@ from .style import INK, multiplicity_colour, plt, subdomain_colour
 
 FIELDS = ("x", "radius", "box", "subdomain", "multiplicity")
 ROUGH = ("x", "skin", "steps_since", "offset")  # of the last broad phase
-CONTACTS = ("i", "j", "normal", "gap", "subdomain")
+CONTACTS = ("i", "j", "normal", "gap", "subdomain", "normal_impulse")
 RIM = {"edgecolor": "#8a8a86", "linewidth": 0.5}
 
 

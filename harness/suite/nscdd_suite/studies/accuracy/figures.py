@@ -8,7 +8,7 @@ import numpy as np
 from ...page import tables
 from ...page.style import SUBDOMAINS, plt
 from ...measure import SICONOS
-from .levels import at_level, of, points, solvers
+from .levels import at_level, costs, of, points, solvers
 
 DRAWN = ("NLGS", "NLGS, auto", "NSCDD 32, n_GS 1", "NSCDD 32, auto", "SPG", "APGD", "Newton", SICONOS)  # in the figures
 ALL_AT = 1e-4  # eta of the table of all solvers
@@ -115,7 +115,7 @@ def siconos_table(record):
     for scene in record["scenes"]:
         own = of(record["runs"], scene=scene["name"])
         for level in LEVELS:
-            cost = {solver: at_level(of(own, solver=solver), level) for solver in solvers(own)}
+            cost = costs(own, level)
             theirs, ours = cost.pop(SICONOS, None), {solver: value for solver, value in cost.items() if value is not None}
             best = min(ours, key=ours.get, default=None)
             pairs = [cell for one in ("NLGS", best) for cell in (ours.get(one), theirs / ours[one] if theirs and one in ours else None)]

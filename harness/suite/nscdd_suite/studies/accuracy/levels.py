@@ -14,6 +14,11 @@ def points(rows, x, y):
     return [(row[x], row[y]) for row in rows if row[x] and row[y]]  # logarithmic: zeros have no place
 
 
+def costs(rows, level):
+    """{solver: its cost}."""
+    return {solver: at_level(of(rows, solver=solver), level) for solver in solvers(rows)}
+
+
 def at_level(rows, level, cost="cpu", measure="eta"):
     """Cost of a solver at eta = level, between the runs before and after it on the curve in logarithms; None beyond its ends,
     but the first run where that was better than asked."""

@@ -1,4 +1,5 @@
 """Against what a user would pick: CPU time of LAMMPS on a settling bed and of Siconos on exported steps, at equal error; cited figures."""
+import itertools
 import re
 from html import escape
 
@@ -6,7 +7,7 @@ from ...measure import SICONOS
 from ...page import tables
 from ...page.page import captions, figure_block, rows_from, table_block
 from ...page.style import CCS, DCS, NLGS, plt, save
-from ..accuracy.levels import at_level
+from ..accuracy.levels import costs, of
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
 
 CAPTIONS = captions(__file__)
@@ -78,17 +79,10 @@ def ratio_table(record):
     return tables.table(head, lines, "CPU time of LAMMPS over ours at equal overlap")
 
 
-def siconos_levels(record):
-    """(scene, eta, {solver: CPU seconds or None}) of all scenes and levels."""
-    scenes = {}
-    for row in record["siconos"]:
-        scenes.setdefault(row["scene"], {}).setdefault(row["solver"], []).append(row)
-    return [(scene, level, {solver: at_level(rows, level) for solver, rows in solvers.items()}) for scene, solvers in scenes.items() for level in LEVELS]
-
-
 def siconos_table(record):
     lines, titles = [], []
-    for scene, level, cost in siconos_levels(record):
+    for scene, level in itertools.product(dict.fromkeys(row["scene"] for row in record["siconos"]), LEVELS):
+        cost = costs(of(record["siconos"], scene=scene), level)
         theirs = cost.pop(SICONOS, None)
         pairs = [(value(ours), (value(theirs and ours and theirs / ours), "strong" if theirs and ours else "")) for ours in cost.values()]
         lines.append([scene, tables.number(level), value(theirs), *(cell for pair in pairs for cell in pair)])

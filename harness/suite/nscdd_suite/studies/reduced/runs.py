@@ -12,10 +12,6 @@ class Run(Record):
         return self.path.stem
 
     @property
-    def key(self):
-        return key(self)
-
-    @property
     def has_cores(self):
         return self["transport"] != "mpi" or self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"]
 

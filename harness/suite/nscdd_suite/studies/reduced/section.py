@@ -169,7 +169,7 @@ def scaling(runs, out):
 
 def agreement(runs, compares):
     if compares:
-        source = origin([run for run in runs if run.key in set(map(key, compares))] or runs)
+        source = origin([run for run in runs if key(run) in set(map(key, compares))] or runs)
         if command := next((one["command"] for one in compares if one.get("command")), None):
             source += f'<div class="from">Compared by commands such as <code>{escape(command)}</code>.</div>'
         yield table_block(agreement_table(compares), "Agreement with the reference", CAPTIONS["agreement"], source, wide=True)
@@ -184,7 +184,7 @@ def judge(results, runs, compares):
         if not one["ok"] and not bad:
             results.failures.append(f"{name}: said to disagree with {one['reference']}")
     checked = set(map(key, compares))
-    unchecked = [run.name for run in runs if run["scheme"] != "nlgs" and run.key not in checked]
+    unchecked = [run.name for run in runs if run["scheme"] != "nlgs" and key(run) not in checked]
     if runs and not compares:
         results.open.append((f"All {len(runs)} runs converged; agreement was not checked:", "no comparison with a reference is in these results."))
     elif runs:
