@@ -33,17 +33,9 @@ DAMPINGS = (1.0, 0.5, 0.25)  # an impact of 1 m/s rebounds with 0.33, 0.57, 0.76
 STEPS = (1.5, 1.25, 1.1, 1.0, 0.9, 0.8, 0.65, 0.5, 0.35, 0.25)  # of LAMMPS, over the time of an impact, of which a contact lasts 3.2
 CUSTOMARY = 0.32  # a tenth of the contact
 NEIGHBOURS = ((0.1, 1), (0.2, 1), (0.3, 1), (0.4, 1), (0.3, 5))  # skin [d], steps between two looks whether the list is due
-LOOSE = "--max-velocity-error 1 --max-energy-gain 1 --max-gap-error 1 --max-distance 1e9 --check-every 5"
-DEEP = ((2e-3, "1e-2", "1e-2"), (1e-3, "1e-2", "1e-2"), (1e-3, "1e-2", "5e-3"), (1e-3, "3e-3", "2e-3"), (8e-4, "1e-3", "2e-3"))
-OURS = [
-    *[(h, "--tolerance 1e-3") for h in (4e-3, 2e-3, 1.6e-3, 1.25e-3, 1e-3, 8e-4, 6.25e-4, 5e-4, 4e-4, 2.5e-4)],
-    *[(h, "--tolerance 1e-4") for h in (2e-3, 1e-3, 5e-4, 2.5e-4)],
-    (1e-3, "--tolerance 3e-4"),
-    (1e-3, "--tolerance 1e-3 --method paper"),
-    *[(h, f"--tolerance {t} {LOOSE}") for h, t in ((2e-3, "1e-2"), (1e-3, "1e-2"), (1e-3, "3e-3"), (1e-3, "1e-3"), (5e-4, "3e-3"))],
-    *[(h, f"--tolerance {t} --max-penetration {p} {LOOSE}") for h, t, p in DEEP],
-]
+OURS = [(h, one["arguments"]) for one in record.beside(__file__, "runs.toml")["ours"] for h in one["h"]]
 QUICK_OURS = [(2e-3, "--tolerance 1e-3"), (1e-3, "--tolerance 1e-3")]
+SO_FAR = "settle-so-far.json"  # the runs of the settling bed, while not all are made
 SICONOS_SCENES, LOADING = ("biaxial", "triaxial"), 20  # steps before the one that is solved
 SICONOS_TOLERANCES = [10.0**-k for k in range(1, 7)]
 SOLVERS = {"NLGS": "--scheme nlgs --method paper", "NLGS, auto": "--scheme nlgs --method auto", SICONOS: "python3 -m nscdd_suite.siconos_nsgs"}
@@ -51,7 +43,6 @@ SOLVERS = {"NLGS": "--scheme nlgs --method paper", "NLGS, auto": "--scheme nlgs 
 
 class Peers(Study):
     name, title, about = "peers", "Other codes", "CPU time beside LAMMPS granular and Siconos at equal error"
-    timed = True
 
     def jobs(self, plan):
         if not shutil.which("lmp"):
@@ -81,20 +72,15 @@ class Peers(Study):
 
     def run(self, plan, anew=False, keep=False):
         if anew:
-            so_far(plan).unlink(missing_ok=True)
+            (plan.folder / SO_FAR).unlink(missing_ok=True)
         return super().run(plan, anew, keep)
-
-
-def so_far(plan):
-    """The runs of the settling scene, while not all are made."""
-    return plan.folder / "settle-so-far.json"
 
 
 class Settle:
     """The runs of the settling scene."""
 
     def __init__(self, plan):
-        self.folder, self.quick, self.path, self.began = plan.folder, plan.quick, so_far(plan), time.monotonic()
+        self.folder, self.quick, self.path, self.began = plan.folder, plan.quick, plan.folder / SO_FAR, time.monotonic()
         self.edge = settle.write_start(plan.folder, QUICK_SIDE if plan.quick else SIDE)
         self.bed = record.load(self.path) if self.path.exists() else {"ours": [], "lammps": []}
 

@@ -24,13 +24,12 @@ QUICK_GRAINS, QUICK_STEPS, QUICK_RANKS, QUICK_ITERATIONS = 300, 2, 4, 20
 
 class Scaling(Study):
     name, title, about = "scaling", "Tables of nscdd scale", "how an iteration would scale on two cores, a node and a cluster"
-    timed = True
     kinds, tools = ("counted", "simulated", "measured"), ("mpirun", "smpirun")
 
     def jobs(self, plan):
         for name, told in TABLES["tables"].items():
             on, platform, ranks = told["state"], told["platform"], told["ranks"]
-            here, out = platform == "two-cores", self.table(plan, name)
+            here, out = platform == "two-cores", plan.folder / f"{name}.json"
             packing, start, how = self.state(plan, on)
             costs, machine = COSTS[len(TABLES["states"][on]["tiles"])], f"{PLATFORMS}/{platform}.xml"
             if here:
@@ -46,9 +45,6 @@ class Scaling(Study):
 
     def choose(self, plan):
         return chosen(plan.jobs, plan.only or USUAL)
-
-    def table(self, plan, name):
-        return plan.folder / f"{name}.json"
 
     def state(self, plan, name):
         """A packing, its state, and options that say both."""
@@ -94,7 +90,7 @@ class Scaling(Study):
     def rows(self, plan):
         rows = []
         for name in TABLES["tables"]:
-            if (table := self.table(plan, name)).exists():
+            if (table := plan.folder / f"{name}.json").exists():
                 if not plan.quick:
                     shutil.copyfile(table, plan.results / f"scale-{name}.json")
                 rows += [row(name, point) for point in record.load(table)["points"]]
