@@ -65,9 +65,3 @@ def toml(path):
 def beside(module, name):
     """The TOML file of this name in the folder of a module."""
     return toml(Path(module).with_name(name))
-
-
-def provenance(runs):
-    """Commit and machine of the last of some runs."""
-    last = max(runs, key=lambda run: run["date"])
-    return {key: last[key] for key in PROVENANCE}

@@ -30,6 +30,11 @@ def subdomain_colour(k):
     return SUBDOMAINS[int(k) % len(SUBDOMAINS)]
 
 
+def blank(axis, text):
+    axis.text(0.5, 0.5, text, ha="center", transform=axis.transAxes, color=NLGS)
+    axis.set_axis_off()
+
+
 def subdomain_ticks(axis, numbers):
     """A logarithmic axis of base 2 with a tick at each number of subdomains."""
     axis.set_xscale("log", base=2)

@@ -77,9 +77,9 @@ def table(head, rows, label):
     return "\n".join([f'<table aria-label="{escape(label)}">', "<thead>", *heads, "</thead>", "<tbody>", *lines, "</tbody>", "</table>"])
 
 
-def row_ok(row):
+def row_ok(row, key="value"):
     """Whether a row of a comparison keeps its bound; null is not finite."""
-    return row["ok"] and row["value"] is not None and row["value"] <= row["bound"]
+    return row["ok"] and row[key] is not None and row[key] <= row["bound"]
 
 
 def exceeds(row):

@@ -47,7 +47,7 @@ class Accuracy(Study):
     name, title, about = "accuracy", "Speed against error", "what each solver spends to be how accurate"
 
     def jobs(self, plan):
-        quick, budget, siconos = plan.quick, self.budget(plan), installed("siconos", "scipy")
+        quick, budget, siconos = plan.quick, QUICK_BUDGET if plan.quick else Budget(), installed("siconos", "scipy")
         solvers = [solver for solver in SOLVERS if not quick or re.fullmatch(QUICK_SOLVERS, solver.name)]
         if not siconos:
             plan.leave_out(f"{SICONOS}: Siconos or SciPy is not installed (scripts/setup --siconos)")
@@ -63,14 +63,11 @@ class Accuracy(Study):
             some += [Solver(SICONOS, "")] if siconos and group == "fclib" else []
             plan.rows(f"{group} {path.stem}", profile_rows, group, path, plan.folder, some, budget, alone=True, small=True)
 
-    def budget(self, plan):
-        return QUICK_BUDGET if plan.quick else Budget()
-
     def rows(self, plan):
         curves = [made for path in scenes(plan.quick) if (made := plan.made(path.stem))]
         profiles = [row for group, path in problems(plan.quick) for row in plan.made(f"{group} {path.stem}")]
         data = {"scenes": [made["scene"] for made in curves], "runs": [row for made in curves for row in made["runs"]], "profiles": profiles}
-        return {"budget": dataclasses.asdict(self.budget(plan)), **data, "left_out": plan.left_out} if curves or profiles else {}
+        return {"budget": dataclasses.asdict(QUICK_BUDGET if plan.quick else Budget()), **data, "left_out": plan.left_out} if curves or profiles else {}
 
 
 def scenes(quick):

@@ -1,4 +1,5 @@
 """Hard cases: the section of the page, family by family, with sweeps of columns, and orders."""
+import functools
 import re
 from html import escape
 
@@ -9,8 +10,7 @@ from ...page.style import CCS, DCS, NLGS, SUBDOMAINS, plt, save
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
 
 
-def hard_ok(row):
-    return row["ok"] and row["error"] is not None and row["error"] <= row["bound"]
+hard_ok = functools.partial(tables.row_ok, key="error")
 
 
 def schemes_of(rows):

@@ -1,5 +1,5 @@
 """Figs. 3 and 4 of the paper, and the same axes for what the paper does not have: other partitions, acceleration, a cluster."""
-from ...page.style import NLGS, SCHEMES, SUBDOMAINS, apart, ideal, plt, subdomain_ticks
+from ...page.style import NLGS, SCHEMES, SUBDOMAINS, apart, blank, ideal, plt, subdomain_ticks
 from .data import FAMILIES, total
 
 PLATFORMS = {"node48": "node of 48 cores", "cluster": "cluster of 128 nodes of 8"}
@@ -34,11 +34,6 @@ def iterations(run, mean):
     return total(run) / run["steps"] if mean else total(run)
 
 
-def blank(axis):
-    axis.text(0.5, 0.5, "not in these results", ha="center", transform=axis.transAxes, color=NLGS)
-    axis.set_axis_off()
-
-
 def marks(scheme, colour):
     """CCS as open squares around the points of DCS."""
     return {"color": colour, "markersize": 5, "markerfacecolor": colour} | ({"markersize": 9, "markerfacecolor": "none"} if scheme == "ccs" else {})
@@ -57,7 +52,7 @@ def speed_up_panel(axis, paper, scene):
     curves = {scheme: paper.curve(scene, "paper", scheme, "grid") for scheme in SCHEMES}
     numbers = sorted({n for curve in curves.values() for n in curve})
     if not numbers:
-        return blank(axis)
+        return blank(axis, "not in these results")
     ideal(axis, numbers[-1])
     for scheme, (label, colour, marker) in SCHEMES.items():
         if curves[scheme]:
@@ -83,7 +78,7 @@ def iteration_panel(axis, paper, scene, mean):
             points = [run["subdomains"] for run in runs], [iterations(run, mean) for run in runs]
             axis.plot(*points, marker, label=f"{label}, each splitting", **marks(scheme, colour))
     if not numbers:
-        return blank(axis)
+        return blank(axis, "not in these results")
     if paper.nlgs(scene):
         axis.axhline(iterations(paper.nlgs(scene), mean), linestyle="--", linewidth=1, color=NLGS, label="sequential NLGS")
     ticks(axis, numbers)

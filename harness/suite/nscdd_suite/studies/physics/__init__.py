@@ -29,7 +29,7 @@ class Physics(Study):
         for name, told in PACKINGS.items():
             if name not in left_out():
                 grains = QUICK_GRAINS[told["dimension"]] if plan.quick else 0
-                packings[name] = plan.pack(told["source"], self.packing(plan, name), grains, cost=told["seconds"], generator=told["generator"])
+                packings[name] = plan.pack(told["source"], plan.folder / "packings" / f"{name}.h5", grains, cost=told["seconds"], generator=told["generator"])
         for name, told in RUNS.items():
             packing = packings[told["packing"]]
             frames = ["--frames", plan.folder / f"{name}.frames.h5", "--frame-every", 10 if plan.quick else told["every"]]
@@ -45,14 +45,12 @@ class Physics(Study):
         command += [*(["--steps", QUICK_STEPS] if plan.quick else []), "--series", series, *frames, "--json", table, "--quiet"]
         plan.add(name, [table, series, *frames[1:2]], [*before, command], needs=[source], cost=cost)
 
-    def packing(self, plan, name):
-        return plan.folder / "packings" / f"{name}.h5"
-
     def runs(self, plan):
         return {name: told for name in (*RUNS, *sorted(SPREADS)) if (told := comparisons.load(plan.folder, name))}
 
     def rows(self, plan):
-        packings = {name: (self.packing(plan, name), told["dimension"], told["generator"], left_out().get(name)) for name, told in PACKINGS.items()}
+        files, untold = plan.folder / "packings", left_out()
+        packings = {name: (files / f"{name}.h5", told["dimension"], told["generator"], untold.get(name)) for name, told in PACKINGS.items()}
         rows, curves = comparisons.all_rows(self.runs(plan), packings)
         if plan.quick:
             rows = [told | {"verdict": "cannot be told", "why": "a quick job has few grains and steps"} for told in rows]

@@ -50,15 +50,8 @@ def row(expected, value, error=None, command="", **found):
     untold = "no number" if ours is None else "within two standard errors of what is allowed; " + expected["why"]
     why = {"agrees": "", "differs": expected["why"], "cannot be told": untold}[verdict]
     told = {key: expected[key] for key in ("quantity", "unit", "published", "allowed", "rule", "source")}
-    return {
-        **told,
-        "ours": ours,
-        "error": round_to(error),
-        "verdict": verdict,
-        "why": why,
-        "note": expected["note"].format(**found) if found else "",
-        "command": command,
-    }
+    told |= {"ours": ours, "error": round_to(error), "verdict": verdict, "why": why}
+    return told | {"note": expected["note"].format(**found) if found else "", "command": command}
 
 
 def round_to(value, digits=5):

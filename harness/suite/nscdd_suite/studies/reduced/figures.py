@@ -2,7 +2,7 @@
 import numpy as np
 
 from ...page.packings import contact_lines, draw_partition, partition_handles
-from ...page.style import DCS, FAINT, NLGS, SCHEMES, ideal, plt, subdomain_ticks
+from ...page.style import DCS, FAINT, NLGS, SCHEMES, blank, ideal, plt, subdomain_ticks
 
 
 def draw_schemes(axis, values):
@@ -13,8 +13,7 @@ def draw_schemes(axis, values):
             axis.plot(*zip(*sorted(values[scheme].items())), marker=marker, color=colour, label=label, **look)
     numbers = {n for by_number in values.values() for n in by_number}
     if not numbers:
-        axis.text(0.5, 0.5, "none", ha="center", transform=axis.transAxes, color=NLGS)
-        axis.set_axis_off()
+        blank(axis, "none")
     return numbers
 
 

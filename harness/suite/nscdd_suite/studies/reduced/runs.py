@@ -12,13 +12,10 @@ class Run(Record):
         return self.path.stem
 
     @property
-    def has_cores(self):
-        return self["transport"] != "mpi" or self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"]
-
-    @property
     def measured(self):
         """Whether its times say anything about speed: a core for every rank, which nothing else took."""
-        return self["transport"] in ("mpi", "sequential") and self.has_cores and not self.busy
+        has_cores = self["transport"] == "sequential" or self["ranks_measured"] and self["subdomains"] <= self["machine"]["cores"]
+        return self["transport"] in ("mpi", "sequential") and has_cores and not self.busy
 
     @property
     def busy(self):

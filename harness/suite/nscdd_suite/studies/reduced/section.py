@@ -119,10 +119,8 @@ def pictures(runs, out):
         yield figure_block(file, heading, caption, origin([run]), ("counted",))
     found = [run for run in runs.select("isotropic", dimension=3, subdomains=8) if run.state]
     for run in found[-1:]:
-        caption, heading = (
-            CAPTIONS["spheres"].format(**run | {"grains": count(run["grains"])}),
-            "Subdomains and multiplicity of spheres, after Fig. 2 of the paper",
-        )
+        caption = CAPTIONS["spheres"].format(**run | {"grains": count(run["grains"])})
+        heading = "Subdomains and multiplicity of spheres, after Fig. 2 of the paper"
         file = save(packings.draw_spheres(packings.read_state(run.state)), out, "spheres", "png")
         yield figure_block(file, heading, caption, origin([run]), ("counted",))
 
@@ -144,11 +142,8 @@ def scaling(runs, out):
         caption += interval(counted) if counted else ""
         if len(iterations) == 2:
             differ = sorted(n for n, value in iterations["dcs"].items() if iterations["ccs"].get(n, value) != value)
-            caption += (
-                f" The counts of CCS and DCS differ at {', '.join(map(str, differ))} subdomains."
-                if differ
-                else " CCS and DCS make the same number of iterations."
-            )
+            same = " CCS and DCS make the same number of iterations."
+            caption += f" The counts of CCS and DCS differ at {', '.join(map(str, differ))} subdomains." if differ else same
         caption += left_out(runs, scene)
         source = (origin(timed, "(a) Measured") if timed else "") + (origin(counted, "(b) Counted") if counted else "")
         reference = runs.reference(some)

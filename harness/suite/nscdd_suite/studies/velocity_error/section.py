@@ -106,9 +106,8 @@ def cost_table(record):
         for row in (rows[start, case, method, allowed] for allowed in asked):
             cells.append((row["iterations"] / max(1, alone["iterations"]), "" if row["converged"] else "bad"))
         lines.append(cells)
-    head = "scene | start | method | steps | iterations by \u03b7 alone | its largest velocity error" + "".join(
-        f" | times, \u2264 {value:g}" for value in asked
-    )
+    times = "".join(f" | times, \u2264 {value:g}" for value in asked)
+    head = "scene | start | method | steps | iterations by \u03b7 alone | its largest velocity error" + times
     return tables.table([head], lines, "Iterations to a velocity error")
 
 
