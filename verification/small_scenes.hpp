@@ -93,6 +93,63 @@ Scene<M> squeezed_box(bool driven, double ratio = 1.5) {
     return scene;
 }
 
+// In a cell that repeats along all axes: forces that add up to nothing press the grains on each other, and all of them
+// drift across its sides, one after 20 steps.
+template <class M>
+Scene<M> repeating_cell(double ratio = 1.3) {
+    Scene<M> scene;
+    scene.name = "cell that repeats";
+    scene.grains = lattice<M>(ratio);
+    scene.settings.h = 2e-2;
+    scene.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    scene.settings.cell.periodic.fill(true);
+    scene.settings.cell.size.setConstant(pitch * (M::dim == 2 ? 8 : 4));
+    std::mt19937 random(3);
+    typename M::Vec sum = M::Vec::Zero();
+    for (auto& grain : scene.grains)
+        for (int d = 0; d < M::dim; ++d)
+            sum[d] += grain.load[d] = 20 * (static_cast<double>(random()) / 4294967296.0 - 0.5);
+    double mass = 0;
+    for (const auto& grain : scene.grains) mass += grain.mass;
+    for (auto& grain : scene.grains) {
+        grain.load.template head<M::dim>() -= grain.mass / mass * sum;
+        grain.velocity.template head<M::dim>() =
+            M::Vec::LinSpaced(M::dim, 1, 0.3) * scene.settings.cell.size[0] / (20 * scene.settings.h);
+    }
+    return scene;
+}
+
+// The same without a drift, sheared and compressed by the flow of its cell.
+template <class M>
+Scene<M> flowing_cell(double ratio = 1.3) {
+    Scene<M> scene = repeating_cell<M>(ratio);
+    scene.name = "cell that flows";
+    for (auto& grain : scene.grains) grain.velocity.setZero();
+    auto& gradient = scene.settings.cell.gradient;
+    gradient.diagonal().setConstant(-0.08);
+    gradient(0, 1) = 1.5;
+    gradient(M::dim - 2, M::dim - 1) -= 0.7;
+    return scene;
+}
+
+// The same, pressed by a stress on all sides while it is sheared.
+template <class M>
+Scene<M> pressed_cell(double ratio = 1.3) {
+    Scene<M> scene = flowing_cell<M>(ratio);
+    scene.name = "cell pressed by a stress";
+    auto& cell = scene.settings.cell;
+    cell.gradient.diagonal().setZero();
+    cell.driven.fill(true);
+    cell.stress = M::Vec::LinSpaced(M::dim, 12, 8);
+    double mass = 0;
+    for (auto& grain : scene.grains) {
+        mass += grain.mass;
+        grain.load.setZero();
+    }
+    cell.mass = 2 * cell.least_mass(0.5, mass);
+    return scene;
+}
+
 // What a run leaves; grains and contacts on the process that hosts rank 0 only.
 template <class M>
 struct Outcome {

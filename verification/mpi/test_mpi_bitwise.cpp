@@ -80,6 +80,19 @@ TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", Smoo
     }
 }
 
+TEMPLATE_TEST_CASE("a run over MPI in a cell that repeats is the run in process", "", SmoothDisks, Spheres) {
+    auto scene = repeating_cell<TestType>();
+    for (const auto& partitioner : {by_grid<TestType>(), by_bisection<TestType>(1.0), by_metis<TestType>(1.0)}) {
+        scene.settings.partition = partitioner;
+        scene.settings.broad_phase_every = 2;
+        compare<Dcs, ClosedForm>(scene);
+    }
+    if constexpr (TestType::friction) {
+        CHECK(compare_bits<Dcs, ClosedForm>(flowing_cell<TestType>(), 20, {.check_every = 3}).last().contacts > 20);
+        CHECK(compare_bits<Dcs, ClosedForm>(pressed_cell<TestType>(), 90, {}).last().contacts > 60);
+    }
+}
+
 TEST_CASE("a run over MPI is the run in process with any partition") {
     for (const auto& partitioner : {by_bisection<Spheres>(1.0), by_metis<Spheres>(1.0)}) {
         auto scene = dense_scenes<Spheres>()[1];  // the box: METIS divides the heap so that no grain is shared

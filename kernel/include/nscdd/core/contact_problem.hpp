@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "nscdd/core/model.hpp"
@@ -63,6 +65,22 @@ struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
     typename M::Law::Coefficients& coefficients() { return *this; }              ///< coefficients, to be set
 };
 
+/// The flow of a cell as contacts see it. A stress may drive sides of the cell: their speeds are unknowns of the step,
+/// as those of driven walls.
+template <class M>
+struct Flow {
+    Gradient<M> gradient = Gradient<M>::Zero();  ///< as prescribed [1/s]
+    /// For each axis, the number in ContactProblem::walls of the side that a stress drives, whose speed is the rate at
+    /// which it gets longer; -1 if there is none.
+    std::array<int, M::dim> side;
+    typename M::Vec size = M::Vec::Zero();  ///< lengths of the sides [m]
+
+    /// Whether a stress drives any side.
+    bool driven() const {
+        return std::any_of(side.begin(), side.end(), [](int s) { return s >= 0; });
+    }
+};
+
 /// The contact problem (4) of one step on one subdomain, matrix-free: velocities of bodies, contacts, impulses.
 ///
 /// Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
@@ -71,12 +89,15 @@ struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
 template <class M>
 struct ContactProblem {
     std::vector<Body<M>> bodies;            ///< in: V_free + M^-1 H r [m/s, rad/s]; out: the same with the new r
-    std::vector<WallBody<M>> walls;         ///< all walls of the scene
+    std::vector<WallBody<M>> walls;         ///< all walls of the scene, or sides of its cell that a stress drives
     std::vector<Contact<M>> contacts;       ///< between grains, in spatial order
     std::vector<Contact<M>> wall_contacts;  ///< j is a wall
     std::vector<int> multiplicity;          ///< of each body; the residual takes whole masses by it
     std::vector<int> wall_multiplicity;     ///< of each wall; an empty list stands for 1 everywhere
     double h = 0;                           ///< step [s]
+    /// Flow of a cell that repeats: the velocity of i relative to j has the gradient times x_i - x_j besides. Only with
+    /// friction, whose levers know how far grains are from each other.
+    std::optional<Flow<M>> flow;
     /// Centres of the bodies, for the tests of a solved step (METHOD.md, section 5). They and the radii may be empty.
     std::vector<typename M::Vec> centres;  ///< [m]; they say how far a component of the scene reaches
     std::vector<double> radii;             ///< [m]; scale of the gap error of a contact
@@ -85,6 +106,21 @@ struct ContactProblem {
     /// True if a force pushes any wall, the same on every rank.
     bool driven_walls() const {
         return std::any_of(walls.begin(), walls.end(), [](const WallBody<M>& wall) { return wall.inv_mass > 0; });
+    }
+
+    /// Velocity gradient of the flow with the speeds of sides as they are [1/s]; only where there is a flow.
+    Gradient<M> flow_gradient() const {
+        Gradient<M> gradient = flow->gradient;
+        for (int d = 0; d < M::dim; ++d)
+            if (const int side = flow->side[static_cast<std::size_t>(d)]; side >= 0)
+                gradient(d, d) = walls[static_cast<std::size_t>(side)].speed / flow->size[d];
+        return gradient;
+    }
+    /// Calls visit(wall, d, size) for each wall that is a side of the cell along axis d, `size` [m] long.
+    void each_side(auto&& visit) {
+        for (int d = 0; flow && d < M::dim; ++d)
+            if (const int side = flow->side[static_cast<std::size_t>(d)]; side >= 0)
+                visit(walls[static_cast<std::size_t>(side)], d, flow->size[d]);
     }
 
     /// Number of contacts, between grains and with walls.

@@ -48,4 +48,17 @@ typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& im
         return typename M::Spin{arm[0] * impulse[1] - arm[1] * impulse[0]};
 }
 
+/// Velocity gradient of a flow [1/s]; row: what moves, column: along what.
+template <class M>
+using Gradient = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
+
+/// What a flow adds to the velocity of a place that is `apart` from another one [m/s], in an order that no compiler
+/// changes.
+template <class M>
+typename M::Vec flow_over(const Gradient<M>& gradient, const typename M::Vec& apart) {
+    typename M::Vec velocity = gradient.col(0) * apart[0];
+    for (int d = 1; d < M::dim; ++d) velocity += gradient.col(d) * apart[d];
+    return velocity;
+}
+
 }}  // namespace nscdd::NSCDD_ABI

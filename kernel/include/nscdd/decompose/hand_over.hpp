@@ -68,6 +68,7 @@ class CollectedComponent {
     /// up then.
     bool solve(const ContactProblem<M>& of, const FreeVelocities<M>& free, const NewtonOptions& options) {
         problem_.h = of.h;
+        problem_.flow = of.flow;
         problem_.least_radius = of.least_radius;
         problem_.walls = of.walls;
         for (std::size_t w = 0; w < of.walls.size(); ++w) {
@@ -194,6 +195,7 @@ class CollectedComponent {
 template <class M>
 HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums,
                      JoinedComponents<M>& joined, const ResidualParts& residual, const SolveOptions& options) {
+    if (parts[0].cell.any_driven()) return {};  // one component's impulses would change the flow of all others
     const auto near = [&options](const detail::DistanceEstimate& e) {
         const Bounds& bounds = options.bounds;
         return e.worst <= bounds.max_distance && e.gap_error <= bounds.max_gap_error &&

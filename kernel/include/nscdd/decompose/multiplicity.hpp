@@ -102,26 +102,49 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
         read_activity(parts[k], *channel, k);
         sweep_interface_first(parts[k]);
     });
-    const bool driven = std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
+    const std::size_t bodies = walls.size() + parts[0].cell.sides();
+    const bool driven = bodies > walls.size() ||
+                        std::any_of(walls.begin(), walls.end(), [](const Wall<M>& wall) { return wall.driven; });
     for (auto& part : parts) {
-        part.wall_active.assign(driven ? walls.size() : 0, 0);
+        part.wall_active.assign(driven ? bodies : 0, 0);
         part.wall_touched = part.wall_active;
-        part.problem.wall_multiplicity.assign(walls.size(), 1);
+        part.problem.wall_multiplicity.assign(bodies, 1);
         const auto mark = [&](const auto& touching) {
             for (const auto& c : touching)
                 if (walls[static_cast<std::size_t>(c.j)].driven) part.wall_active[static_cast<std::size_t>(c.j)] = 1;
         };
         which == Multiplicity::predicted ? mark(part.wall_pairs) : mark(part.problem.wall_contacts);
+        const bool any = which == Multiplicity::predicted ? !part.pairs.empty() : !part.problem.contacts.empty();
+        for (std::size_t side = walls.size(); side < bodies; ++side) part.wall_active[side] = any;
     }
     if (!driven) return;
-    const std::span<const double> touching = reduce(comm, walls.size(), [&parts](std::size_t k) {
+    const std::span<const double> touching = reduce(comm, bodies, [&parts](std::size_t k) {
         return Buffer(parts[k].wall_active.begin(), parts[k].wall_active.end());
     });
     for (auto& part : parts)
-        for (std::size_t w = 0; w < walls.size(); ++w) {
+        for (std::size_t w = 0; w < bodies; ++w) {
             part.wall_touched[w] = touching[w] > 0;
             part.problem.wall_multiplicity[w] = (std::max)(1, static_cast<int>(touching[w]));
         }
+}
+
+/// Sets the flow of a problem, and behind its walls the sides of the cell that a stress drives.
+template <class M>
+void set_flow(Subdomain<M>& part, double h) {
+    ContactProblem<M>& problem = part.problem;
+    const Cell<M>& cell = part.cell;
+    Flow<M>& flow = problem.flow.emplace();
+    flow.gradient = cell.gradient;
+    flow.size = cell.size;
+    for (int d = 0; d < M::dim; ++d) {
+        flow.side[static_cast<std::size_t>(d)] = -1;
+        if (!cell.driven[static_cast<std::size_t>(d)]) continue;
+        const std::size_t at = problem.walls.size();
+        flow.gradient(d, d) = 0;
+        flow.side[static_cast<std::size_t>(d)] = static_cast<int>(at);
+        problem.walls.push_back({.speed = cell.gradient(d, d) * cell.size[d] - h * cell.force(d) / cell.mass,
+                                 .inv_mass = problem.wall_multiplicity[at] / cell.mass});
+    }
 }
 
 /// Sets bodies and walls of each problem: V_free and split inverse masses. Mass, inertia and external impulse are all
@@ -135,6 +158,7 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
         problem.multiplicity.resize(part.grains.size());
         problem.centres.resize(part.grains.size());
         problem.radii.resize(part.grains.size());
+        const bool flows = part.cell.flows();
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             const Grain<M>& grain = part.grains[g];
             Body<M>& body = problem.bodies[g];
@@ -144,6 +168,7 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             body.inv_mass = m / grain.mass;
             body.v = grain.velocity;
             body.linear() += h * (gravity + grain.load.template head<M::dim>() / grain.mass);
+            if (flows) body.linear() -= h * flow_over<M>(part.cell.gradient, grain.velocity.template head<M::dim>());
             if constexpr (M::friction) {
                 body.inv_inertia = m / grain.inertia;
                 body.spin() += h / grain.inertia * grain.load.template tail<M::spins>();
@@ -156,6 +181,8 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
             problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
+        problem.flow.reset();
+        if (flows) set_flow(part, h);
     }
 }
 

@@ -131,17 +131,20 @@ class SweptTogether {
     }
 
     /// Runs while messages are under way. Contacts with walls are swept first: then the wall speeds of this sweep are
-    /// final and their reduction starts.
+    /// final and their reduction starts. Contacts between grains push the sides of a cell, whose speeds are final last.
     void sweep_rest() {
         comm_.each_rank([&](std::size_t k) { pass(k, SweepPass::rest_walls, nullptr); });
-        start_sums(0);
-        const bool rounds = walls_ > 0 && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
+        const auto& flow = parts_[0].problem.flow;
+        const bool sides = flow && flow->driven();
+        if (!sides) start_sums(0);
+        const bool rounds = walls_ > 0 && !sides && comm_.ranks().size() < static_cast<std::size_t>(comm_.size());
         // Four pieces, so advance() is called three times; up to 64 ranks need three rounds.
         const std::size_t pieces = rounds ? 4 : 1;
         for (std::size_t n = 0; n < pieces; ++n) {
             if (n > 0) comm_.advance();
             comm_.each_rank([&](std::size_t k) { pass(k, SweepPass::rest_grains, nullptr, {n, pieces}); });
         }
+        if (sides) start_sums(0);
         watch_.lap(seconds_.sweep);
     }
 

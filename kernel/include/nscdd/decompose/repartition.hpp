@@ -54,7 +54,20 @@ double reach(const Grain<M>& grain, double skin, double largest_radius) {
     return 0.5 * (grain.radius + largest_radius + skin);
 }
 
-/// What is wrong with a partition as a grain finds it, in one line; empty if nothing is. visited: by visit_owners() for
+/// The ranks that own a point within `reach` [m] of a place or of one of its images, each once.
+template <class M>
+void find_owners(const Partition<M>& partition, const Cell<M>& cell, const typename M::Vec& place, double reach,
+                 std::vector<int>& ranks) {
+    ranks.clear();
+    cell.visit_images(place, reach, [&](const typename M::Vec& image) {
+        partition.visit_owners(image, reach, [&ranks](int rank) { ranks.push_back(rank); });
+    });
+    if (!cell.repeats()) return;  // a partition that visits a rank twice is told
+    std::sort(ranks.begin(), ranks.end());
+    ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
+}
+
+/// What is wrong with a partition as a grain finds it, in one line; empty if nothing is. visited: by find_owners() for
 /// the centre and `reach`. Of all points within reach one is asked for, in a direction that goes by the id, so that
 /// several grains find a neighbour that is not visited.
 template <class M>
@@ -200,8 +213,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
             const double reach = detail::reach(grain, skin, largest_radius);
-            visited.clear();
-            partition.visit_owners(grain.position, reach, [&](int rank) { visited.push_back(rank); });
+            find_owners(partition, part.cell, grain.position, reach, visited);
             faults[k] = partition_fault(partition, comm.size(), grain, reach, visited);
             if (faults[k].empty())
                 for (const int rank : visited) Serialise::put(grain, grains[k][rank]);
@@ -210,7 +222,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
-                p.j < 0 ? xi : typename M::Vec(0.5 * (xi + part.grains[static_cast<std::size_t>(c.j)].position));
+                p.j < 0 ? xi : part.cell.middle(xi, part.grains[static_cast<std::size_t>(c.j)].position);
             Serialise::put(p, impulses[k][partition.owner(midpoint)]);
         });
     }
@@ -218,6 +230,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     const std::vector<Buffer> received = route(grains), carried = route(impulses);
 
     std::vector<std::vector<Use>> uses(parts.size());
+    std::vector<std::vector<int>> owners(parts.size());
     std::vector<Buffer> refused(parts.size(),
                                 Buffer(4));  // deepest overlap, ids of its two grains, pairs that a list may hold
     comm.each_rank([&](std::size_t k) {
@@ -230,14 +243,15 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
 
         const auto mine = [&](const Grain<M>& a, const Grain<M>& b) {
             const Grain<M>&low = a.id < b.id ? a : b, &high = a.id < b.id ? b : a;  // the same sum as above
-            return partition.owner(0.5 * (low.position + high.position)) == part.rank;
+            return partition.owner(part.cell.middle(low.position, high.position)) == part.rank;
         };
         part.pairs.clear();
         part.wall_pairs.clear();
         uses[k].assign(part.grains.size(), Use::none);
         std::vector<GrainPair> close;
         try {
-            close = close_pairs<M>(part.grains, cells, skin, mine);
+            close = part.cell.repeats() ? close_pairs<M>(part.grains, part.cell, 2 * largest_radius + skin, skin, mine)
+                                        : close_pairs<M>(part.grains, cells, skin, mine);
         } catch (const TooManyPairs& pairs) {
             refused[k] = {pairs.overlap, double(pairs.i), double(pairs.j), double(pairs.most)};
             return;
@@ -254,9 +268,9 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
                     uses[k][g] = Use::here;
                 }
-            int receivers = 0;
-            partition.visit_owners(grain.position, reach(grain, skin, largest_radius), [&](int) { ++receivers; });
-            if (receivers == 1) uses[k][g] = Use::here_only;
+            std::vector<int>& receivers = owners[k];
+            find_owners(partition, part.cell, grain.position, reach(grain, skin, largest_radius), receivers);
+            if (receivers.size() == 1) uses[k][g] = Use::here_only;
         }
     });
     // Who has refused is gathered only where somebody has: a step has no message to all ranks.

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "nscdd/core/cell.hpp"
 #include "nscdd/core/grain.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
@@ -196,6 +197,37 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cells
         for (; first_of != last_of; ++first_of)
             if (grains[static_cast<std::size_t>(first_of->j)].id < grains[low].id) std::swap(first_of->i, first_of->j);
     }
+    return pairs;
+}
+
+/// The same in a cell that repeats, where `size` [m] is that of the cells to search. A pair of which several images are
+/// close is there once.
+template <class M>
+std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cell<M>& cell, double size, double skin,
+                                   auto&& keep) {
+    std::vector<Grain<M>> all(grains.begin(), grains.end());
+    std::vector<int> stands_for(grains.size());
+    std::iota(stands_for.begin(), stands_for.end(), 0);
+    for (std::size_t g = 0; g < grains.size(); ++g)
+        cell.visit_images(grains[g].position, size, [&](const typename M::Vec& image) {
+            if (image == grains[g].position) return;
+            all.push_back(grains[g]);
+            all.back().position = image;
+            stands_for.push_back(static_cast<int>(g));
+        });
+    const auto grain = [&](const Grain<M>& image) -> const Grain<M>& {
+        return grains[static_cast<std::size_t>(stands_for[static_cast<std::size_t>(&image - all.data())])];
+    };
+    const Cells<M> cells(all, size);
+    std::vector<GrainPair> pairs = close_pairs<M>(all, cells, skin, [&](const Grain<M>& a, const Grain<M>& b) {
+        return a.id != b.id && keep(grain(a), grain(b));
+    });
+    const auto places = [](const GrainPair& pair) { return std::minmax(pair.i, pair.j); };
+    for (GrainPair& pair : pairs)
+        pair = {stands_for[static_cast<std::size_t>(pair.i)], stands_for[static_cast<std::size_t>(pair.j)]};
+    std::sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return places(a) < places(b); });
+    const auto same = [&](const auto& a, const auto& b) { return places(a) == places(b); };
+    pairs.erase(std::unique(pairs.begin(), pairs.end(), same), pairs.end());
     return pairs;
 }
 

@@ -80,6 +80,8 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         if (-gap > worst.ratio * radius) worst = {-gap / radius, i, j};
     };
     ContactProblem<M>& problem = part.problem;
+    const Cell<M> cell = part.cell;
+    const bool flows = cell.flows();
     // Each candidate is written to contacts[count]; count grows only if it acts. Avoids a mispredicted branch.
     std::size_t count = 0;
     problem.contacts.resize(part.pairs.size());
@@ -88,13 +90,14 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         Candidate<M>& candidate = part.pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
-        typename M::Vec normal = a.position - b.position;
+        typename M::Vec normal = cell.apart(a.position, b.position);
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, (std::min)(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres have no normal; their overlap is noted
         const auto& pairing = materials(a.material, b.material);
-        const typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
+        typename M::Vec v = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
         const typename M::Vec apart = normal;
+        if (flows) v += flow_over<M>(cell.gradient, apart);
         normal /= distance;
         const double approach = v.dot(normal);
         const bool passes = gap > 0 && pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,

@@ -48,8 +48,9 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
         const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
-        const typename M::Vec d = a.position - b.position,
-                              w = a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>();
+        const typename M::Vec d = part.cell.apart(a.position, b.position),
+                              w = part.cell.with_flow(
+                                  a.velocity.template head<M::dim>() - b.velocity.template head<M::dim>(), d);
         note(when_nearer(d, w, a.radius + b.radius - allowed, time), allowed, w.norm(),
              materials(a.material, b.material), a.id, b.id);
     }
@@ -81,7 +82,8 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
         if (!(materials(a.material, b.material).restitution > 0)) continue;
         const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
-        const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
+        const typename M::Vec d = part.cell.apart(a.position, b.position),
+                              w = part.cell.with_flow(velocity(c.i) - velocity(c.j), d);
         note(when_nearer(d, w, a.radius + b.radius - allowed, always), allowed, w.norm());
     }
     for (const auto& c : part.wall_pairs) {
@@ -115,8 +117,10 @@ bool mark_passing(Subdomain<M>& part, double h) {
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
         const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
-                              w = part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own,
-                              before = (a.velocity - b.velocity).template head<M::dim>(), d = a.position - b.position;
+                              d = part.cell.apart(a.position, b.position),
+                              w = part.cell.with_flow(
+                                  part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own, d),
+                              before = part.cell.with_flow((a.velocity - b.velocity).template head<M::dim>(), d);
         const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
         // Other impulses react when this one goes: a hit is in doubt that is less than half as deep as along the
         // normal. No hit is deeper than both grains, however fast the impulse of a long row would make them.
@@ -152,7 +156,8 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         if (!near(c)) continue;
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
-        const typename M::Vec d = a.position - b.position, w = velocity(c.i) - velocity(c.j);
+        const typename M::Vec d = part.cell.apart(a.position, b.position),
+                              w = part.cell.with_flow(velocity(c.i) - velocity(c.j), d);
         if (materials(a.material, b.material).restitution > 0) {
             const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
             note(when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);

@@ -84,6 +84,14 @@ class Components {
             if (moves(c.i) && moves(c.j)) sets.join(c.i, c.j);
         for (const auto& c : problem.wall_contacts)
             if (moves(c.i) && driven(c.j)) sets.join(c.i, bodies + c.j);
+        const auto push_sides = [&](auto&& visit) {  // contacts between grains push the sides of a cell
+            if (problem.flow && !problem.contacts.empty())
+                for (const int side : problem.flow->side)
+                    if (side >= 0) visit(side);
+        };
+        push_sides([&](int side) {
+            for (const auto& c : problem.contacts) sets.join(moves(c.i) ? c.i : c.j, bodies + side);
+        });
         std::vector<int> number(of_body_.size() + of_wall_.size(), -1);
         const auto label = [&](int member) {
             int& own = number[index(sets.find(member))];
@@ -94,6 +102,7 @@ class Components {
             if (of_body_[index(body)] < 0 && moves(body)) of_body_[index(body)] = label(body);
         };
         for (const auto& c : problem.contacts) note_body(c.i), note_body(c.j);
+        push_sides([&](int side) { of_wall_[index(side)] = label(bodies + side); });
         for (const auto& c : problem.wall_contacts) {
             note_body(c.i);
             if (driven(c.j)) of_wall_[index(c.j)] = label(bodies + c.j);
@@ -130,8 +139,11 @@ class Components {
             const int own = of(c);
             if (own < 0) continue;
             ++shapes[index(own)].contacts, ++shapes[index(own)].pairs;
-            if (!problem.centres.empty())
-                shapes[index(own)].closeness += 1 / (problem.centres[index(c.i)] - problem.centres[index(c.j)]).norm();
+            if (problem.centres.empty()) continue;
+            const auto i = index(c.i), j = index(c.j);
+            const double apart = (problem.centres[i] - problem.centres[j]).norm(),
+                         sum = problem.radii.empty() ? apart : problem.radii[i] + problem.radii[j];
+            shapes[index(own)].closeness += 1 / (apart < 2 * sum ? apart : sum);  // beyond: it touches an image
         }
         return shapes;
     }

@@ -47,6 +47,7 @@ template <class M>
 void add_wall_changes(const ContactProblem<M>& problem, const std::vector<double>& free, VelocityChange& total) {
     std::vector<char> touched(problem.walls.size(), 0);
     for (const auto& c : problem.wall_contacts) touched[static_cast<std::size_t>(c.j)] = 1;
+    if (problem.flow && !problem.contacts.empty()) std::fill(touched.begin(), touched.end(), 1);
     for (std::size_t w = 0; w < problem.walls.size(); ++w) {
         const double change = problem.walls[w].speed - free[w];
         if (touched[w] && problem.walls[w].inv_mass > 0) total.add(problem.walls[w].inv_mass, change * change);

@@ -27,8 +27,9 @@ template <class M>
 typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Contact<M>& c, BetweenGrains) {
     const Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
     const Body<M>& b = problem.bodies[static_cast<std::size_t>(c.j)];
-    const typename M::Vec v = a.linear() - b.linear();
+    typename M::Vec v = a.linear() - b.linear();
     if constexpr (M::friction) {
+        if (problem.flow) v += (c.lever_i + c.lever_j) * flow_over<M>(problem.flow_gradient(), c.normal);
         const typename M::Spin spin = c.lever_i * a.spin() + c.lever_j * b.spin();
         return v - spin_cross<M>(spin, c.normal);
     } else {
@@ -73,6 +74,9 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
         const typename M::Spin turn = arm_cross<M>(c.normal, impulse);
         a.spin() -= (c.lever_i * a.inv_inertia) * turn;
         b.spin() -= (c.lever_j * b.inv_inertia) * turn;
+        problem.each_side([&](WallBody<M>& side, int d, double size) {
+            side.speed += side.inv_mass * impulse[d] * (c.lever_i + c.lever_j) * c.normal[d] / size;
+        });
     }
 }
 

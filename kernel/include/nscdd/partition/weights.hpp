@@ -17,7 +17,7 @@ void visit_candidates(const Subdomain<M>& part, auto&& visit) {
         return part.grains[static_cast<std::size_t>(g)].position;
     };
     for (const auto& c : part.pairs)
-        visit(typename M::Vec(0.5 * (position(c.i) + position(c.j))), position(c.i), position(c.j));
+        visit(part.cell.middle(position(c.i), position(c.j)), position(c.i), position(c.j));
     for (const auto& c : part.wall_pairs) visit(position(c.i), position(c.i), position(c.i));
 }
 

@@ -131,10 +131,16 @@ void sweep(ContactProblem<M>& problem) {
         const Eigen::MatrixXd ha = contact_map<M>(axes, -lever_i * c.normal),
                               hb = contact_map<M>(axes, lever_j * c.normal);
         const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
-        const Eigen::VectorXd r = local(axes, c), v = ha * a.v - hb * b.v;
+        const Eigen::VectorXd r = local(axes, c);
+        Eigen::VectorXd v = ha * a.v - hb * b.v;
+        if (problem.flow) v += (lever_i + lever_j) * (axes * flow_over<M>(problem.flow_gradient(), c.normal));
         const Eigen::VectorXd next = contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         b.v -= inverse_mass(b) * hb.transpose() * (next - r);
+        problem.each_side([&](WallBody<M>& side, int d, double size) {
+            const Eigen::VectorXd impulse = axes.transpose() * (next - r);
+            side.speed += side.inv_mass * impulse[d] * (lever_i + lever_j) * c.normal[d] / size;
+        });
         store(axes, next, c);
     }
 }

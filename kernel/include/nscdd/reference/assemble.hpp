@@ -65,6 +65,7 @@ template <class M>
 DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
     static_assert(SolvedOnCone<typename M::Law>, "problems in local form have Coulomb's law");
     using Local = DelassusProblem<M::dim>;
+    detail::refuse_driven_cell(problem);
     replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
     struct Side {  // a contact as one of its bodies sees it
@@ -88,6 +89,9 @@ DelassusProblem<M::dim> assemble(ContactProblem<M> problem) {
         add(c.i, 1);
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>) {
             add(c.j, -1);
+            if constexpr (M::friction)
+                if (problem.flow)
+                    u += (c.lever_i + c.lever_j) * (frame * flow_over<M>(problem.flow_gradient(), c.normal));
         } else {
             const auto w = static_cast<std::size_t>(c.j);
             u -= frame * problem.walls[w].prescribed;

@@ -6,6 +6,13 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
+/// Throws std::invalid_argument for a cell whose sides a stress drives: they couple all contacts.
+template <class M>
+void refuse_driven_cell(const ContactProblem<M>& problem) {
+    if (problem.flow && problem.flow->driven())
+        throw std::invalid_argument("a cell that a stress drives is for solvers that sweep: nlgs, ccs, dcs");
+}
+
 /// From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of
 /// unit vectors in which that is wanted.
 template <class M>

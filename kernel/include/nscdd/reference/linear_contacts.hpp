@@ -99,6 +99,7 @@ typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Cont
 /// one component each.
 template <class M>
 LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
+    detail::refuse_driven_cell(problem);
     constexpr int size = impulse_size<M>;
     LinearContactsOf<M> linear;
     linear.free.resize(static_cast<Eigen::Index>(problem.contact_count()) * size);

@@ -19,23 +19,41 @@ class BroadPhase {
     double skin() const { return skin_; }                                ///< of the last broad phase [m]
     int steps_since() const { return steps_since_; }                     ///< steps begun since the last broad phase
     const std::vector<double>& offsets() const { return offsets_; }      ///< of the walls at the last broad phase [m]
+    const Gradient<M>& stretch() const { return stretch_; }              ///< of places by the cell's flow since then
+    const Cell<M>& cell() const { return cell_; }                        ///< at the last broad phase
     const Partition<M>& partition() const { return *partition_; }        ///< of the last broad phase
     double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
     /// Counts a step. Returns true when the broad phase is due by the number of steps since the last one.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.broad_phase_every; }
 
+    /// Grains have moved with a flow for `dt` [s].
+    void flow(const Gradient<M>& flow, double dt) { stretch_ = stretched(flow, dt); }
+    /// What a flow will have taken of the skin after `dt` [s], besides the grains' own motion: it brings a pair nearer
+    /// by less than this [m].
+    double strained(const Gradient<M>& flow, double dt, double largest_radius) const {
+        const Gradient<M> strain = stretched(flow, dt) - Gradient<M>::Identity();
+        return M::dim * strain.cwiseAbs().maxCoeff() * (2 * largest_radius + skin_);
+    }
+
     /// Makes a broad phase with a skin that the next steps should not use up, of at least `needed` [m]. Collective.
     void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
                detail::Radii radii, double needed) {
+        for (auto& part : parts)
+            for (auto& g : part.grains) g.position = part.cell.wrapped(g.position);
         const Extent extent = find_extent(parts, comm);
         double speed = (std::max)(extent.speed, settings.h * settings.gravity.norm());
         for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
+        speed += M::dim * settings.cell.gradient.cwiseAbs().maxCoeff() * 1.25 * radii.largest;
         const double step_reach = settings.h * speed;
+        if (4.4 * step_reach > 0.5 * settings.cell.least_size())
+            throw std::runtime_error("grains move by a ninth of the cell in a step: take a smaller step");
         const double wanted =
             std::clamp(2.2 * settings.broad_phase_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
         skin_ = (std::max)({wanted, 4.4 * step_reach, needed});
-        detect(parts, comm, settings, settings.walls, radii, extent.box());
+        detect(parts, comm, settings, settings.walls, radii, extent.box(settings.cell));
+        cell_ = settings.cell;
+        stretch_.setIdentity();
         offsets_.clear();
         for (const auto& wall : settings.walls) offsets_.push_back(wall.offset);
         steps_since_ = 0;
@@ -62,30 +80,43 @@ class BroadPhase {
         if (last.kind == partitioner.kind && partitioner.restore)
             partition_ = partitioner.restore(last.partition, comm.size());
         skin_ = last.skin;
+        cell_ = last.cell;
+        stretch_ = last.stretch;
+        for (auto& part : parts) part.cell = cell_;
         steps_since_ = last.steps_since;
         offsets_ = last.offsets;
         if (partition_) {
             imbalance_when_made_ = last.imbalance;
             detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         } else {
-            detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box());
+            detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box(cell_));
         }
         std::vector<Outbox> out(parts.size());
-        for (const Moved& m : moved)
-            partition_->visit_owners(m.from, m.reach, [&](int rank) {
+        std::vector<int> owners;
+        for (const Moved& m : moved) {
+            detail::find_owners(*partition_, cell_, m.from, m.reach, owners);
+            for (const int rank : owners) {
                 out[0][rank].push_back(m.id);
                 detail::Serialise<M>::put(m.to, out[0][rank]);
-            });
+            }
+        }
         const std::vector<Buffer> positions = detail::route_by_square(comm, out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::unordered_map<int, const double*> by_id;
             for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
                 by_id[static_cast<int>(positions[k][p])] = &positions[k][p + 1];
             for (auto& g : parts[k].grains) g.position = Eigen::Map<const typename M::Vec>(by_id.at(g.id));
+            parts[k].cell = settings.cell;
         }
     }
 
   private:
+    Gradient<M> stretched(const Gradient<M>& flow, double dt) const {
+        Gradient<M> moved = stretch_;
+        for (int d = 0; d < M::dim; ++d) moved.col(d) += dt * flow_over<M>(flow, stretch_.col(d));
+        return moved;
+    }
+
     /// Sums over all grains.
     struct Extent {
         typename M::Vec minus_low = M::Vec::Constant(-(std::numeric_limits<double>::max)()),
@@ -93,7 +124,13 @@ class BroadPhase {
         double speed = 0;                  ///< largest [m/s]
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(minus_low, high, speed); }
-        Box<M> box() const { return {-minus_low, high}; }
+        Box<M> box(const Cell<M>& cell) const {
+            Box<M> all{-minus_low, high};
+            for (int d = 0; d < M::dim; ++d)
+                if (cell.periodic[static_cast<std::size_t>(d)])
+                    all.low[d] = cell.low[d], all.high[d] = cell.low[d] + cell.size[d];
+            return all;
+        }
     };
     static Extent find_extent(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
         return reduce<Extent>(comm, [&parts](std::size_t k) {
@@ -127,6 +164,8 @@ class BroadPhase {
     std::optional<Partition<M>> partition_;
     double imbalance_when_made_ = 1, skin_ = 0;
     std::vector<double> offsets_;
+    Cell<M> cell_{};
+    Gradient<M> stretch_ = Gradient<M>::Identity();
     int steps_since_ = 0;
 };
 

@@ -17,6 +17,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
     StepEnergy total = reduce<StepEnergy>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
         StepEnergy e;
+        const bool flows = part.cell.flows();
+        mean.flow = part.problem.flow;
         mean.bodies = part.problem.bodies;
         mean.walls = part.problem.walls;
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
@@ -29,9 +31,15 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             e.before += grain.kinetic_energy();
             e.kinetic += after.kinetic_energy();
             e.external += h * (grain.load.dot(body.v) + grain.mass * gravity.dot(body.linear()));
+            if (flows)
+                e.walls -= h * grain.mass *
+                           body.linear().dot(flow_over<M>(part.cell.gradient, grain.velocity.template head<M::dim>()));
         }
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (walls[w].driven) mean.walls[w].speed = 0.5 * (walls[w].speed + mean.walls[w].speed);
+        mean.each_side([&](WallBody<M>& side, int d, double size) {
+            side.speed = 0.5 * (side.speed + part.cell.gradient(d, d) * size);
+        });
         const auto add = [&](const Contact<M>& c, auto kind) {
             const typename M::Impulse v = relative_velocity(mean, c, kind);
             if constexpr (M::friction) {
@@ -42,7 +50,12 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
                 e.normal += c.r[0] * v[0];
             }
         };
-        for (const auto& c : part.problem.contacts) add(c, BetweenGrains{});
+        for (const auto& c : part.problem.contacts) {
+            add(c, BetweenGrains{});
+            if constexpr (M::friction)
+                if (flows)
+                    e.walls -= (c.lever_i + c.lever_j) * c.r.dot(flow_over<M>(part.problem.flow->gradient, c.normal));
+        }
         for (const auto& c : part.problem.wall_contacts) {
             add(c, WithWall{});
             e.walls += impulse_vector<M>(c.r, c.normal).dot(walls[static_cast<std::size_t>(c.j)].velocity);
@@ -56,6 +69,16 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
         total.kinetic += 0.5 * walls[w].mass * after * after;
         total.walls += h * walls[w].force * 0.5 * (walls[w].speed + after);
     }
+    ContactProblem<M> sides;
+    sides.flow = parts[0].problem.flow;
+    sides.walls = parts[0].problem.walls;
+    const Cell<M>& cell = parts[0].cell;
+    sides.each_side([&](const WallBody<M>& side, int d, double size) {
+        const double before = cell.gradient(d, d) * size;
+        total.before += 0.5 * cell.mass * before * before;
+        total.kinetic += 0.5 * cell.mass * side.speed * side.speed;
+        total.walls -= h * cell.force(d) * 0.5 * (before + side.speed);
+    });
     return total;
 }
 

@@ -83,7 +83,9 @@ BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
             .skin = broad.skin(),
             .steps_since = broad.steps_since(),
             .positions = {},
-            .offsets = broad.offsets()};
+            .offsets = broad.offsets(),
+            .cell = broad.cell(),
+            .stretch = broad.stretch()};
 }
 
 /// The last broad phase. Positions come by ascending id on the process that hosts rank 0, none elsewhere.
@@ -113,7 +115,7 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
             detail::Serialise<M>::put(branch, out[k][0]);
         };
         for (const auto& c : parts[k].problem.contacts) {
-            const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
+            const typename M::Vec branch = parts[k].cell.apart(grain(c.i).position, grain(c.j).position);
             put(c, grain(c.j).id, branch.norm() - grain(c.i).radius - grain(c.j).radius, branch);
         }
         for (const auto& c : parts[k].problem.wall_contacts) {

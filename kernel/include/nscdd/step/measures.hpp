@@ -64,7 +64,7 @@ Measures<M> measure(const Simulation<M>& simulation) {
         std::vector<int> carried(part.grains.size(), 0);
         const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
         for (const auto& c : part.problem.contacts) {
-            const typename M::Vec branch = grain(c.i).position - grain(c.j).position;
+            const typename M::Vec branch = part.cell.apart(grain(c.i).position, grain(c.j).position);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
             if (carries_impulse<M>(c))
                 ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];

@@ -15,8 +15,8 @@ struct StepEnergy {
     double before = 0;    ///< kinetic energy of grains and driven walls before the step [J]
     double kinetic = 0;   ///< kinetic energy of grains and driven walls after the step [J]
     double external = 0;  ///< work of gravity and of the grains' loads [J]
-    double walls = 0;     ///< work of the walls: prescribed motion, and forces on driven walls [J]
-    double normal = 0;    ///< work of the contacts along their normals [J]
+    double walls = 0;   ///< work of the walls: prescribed motion, forces on driven walls; and of a cell that flows [J]
+    double normal = 0;  ///< work of the contacts along their normals [J]
     double friction = 0;  ///< work of the contacts along their tangents [J]
 
     double contacts() const { return normal + friction; }  ///< not above zero where no energy is made [J]

@@ -22,9 +22,9 @@ struct Radii {
 
 /// Before the first broad phase, when each grain is on one rank alone.
 struct GrainCount {
-    double grains = 0;
+    double grains = 0, mass = 0;  ///< number of grains, mass of all [kg]
     double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  ///< radii [m]
-    auto summed() { return std::tie(grains); }
+    auto summed() { return std::tie(grains, mass); }
     auto largest() { return std::tie(minus_least, most); }
     Radii radii() const { return {-minus_least, most}; }
 };
@@ -38,6 +38,7 @@ GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& co
         for (const auto& g : parts[k].grains) {
             mine.minus_least = (std::max)(mine.minus_least, -g.radius);
             mine.most = (std::max)(mine.most, g.radius);
+            mine.mass += g.mass;
         }
         return mine;
     });
@@ -63,16 +64,23 @@ struct Motion {
 };
 
 /// Where all is after `lookahead` [s] at these velocities. offsets: of the walls, when the candidates were found [m].
-/// Collective.
+/// stretch: by the flow of the cell since then, which moves grains without taking them nearer. Collective.
 template <class M>
 Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, const std::vector<Wall<M>>& walls,
-                   const std::vector<double>& offsets, Velocities which, double lookahead) {
+                   const std::vector<double>& offsets, const Gradient<M>& stretch, Velocities which, double lookahead) {
     Motion all = reduce<Motion>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
         Motion mine;
+        const bool flows = part.cell.flows();
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             typename M::Vec v = part.grains[g].velocity.template head<M::dim>();
             if (which == Velocities::solved) v = part.problem.bodies[g].linear();
+            if (flows) {
+                const typename M::Vec now = part.grains[g].position - part.cell.low;
+                const typename M::Vec then = flow_over<M>(stretch, part.broad_phase_position[g] - part.cell.low);
+                mine.note((now - then + lookahead * part.cell.with_flow(v, now - then)).norm(), v.norm());
+                continue;
+            }
             mine.note((part.grains[g].position + lookahead * v - part.broad_phase_position[g]).norm(), v.norm());
         }
         return mine;
@@ -110,6 +118,8 @@ FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& 
     });
     for (std::size_t w = 0; w < walls.size(); ++w)
         all.energy += walls[w].mass * std::pow(parts[0].problem.walls[w].speed, 2);
+    for (std::size_t side = walls.size(); side < walls.size() + parts[0].cell.sides(); ++side)
+        all.energy += parts[0].cell.mass * std::pow(parts[0].problem.walls[side].speed, 2);
     return all;
 }
 

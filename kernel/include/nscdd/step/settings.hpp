@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "nscdd/core/cell.hpp"
 #include "nscdd/core/grain.hpp"
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
@@ -21,6 +22,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// All data of a scene beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
+    Cell<M> cell{};                            ///< along which axes the scene repeats; along none unless it is set
     std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
     MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
     typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
@@ -43,6 +45,9 @@ struct BroadPhaseState {
     int steps_since = 0;                     ///< steps made since
     std::vector<typename M::Vec> positions;  ///< of the grains that the process has, at the detection [m]
     std::vector<double> offsets;             ///< of the walls, at the detection [m]
+    Cell<M> cell{};                          ///< at the detection
+    /// Of places by the flow of the cell since the detection (BroadPhase::stretch()).
+    Gradient<M> stretch = Gradient<M>::Identity();
 };
 
 /// Throws std::invalid_argument for a grain that no scene can have, and names its id. `materials` is their number.

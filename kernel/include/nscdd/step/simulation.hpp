@@ -45,7 +45,7 @@ class Simulation {
     /// - no step h, or no grain;
     /// - two grains of one id, or a radius or mass that is not positive and finite;
     /// - an impulse that is not finite;
-    /// - a driven wall without mass;
+    /// - a driven wall without mass, or a cell that check_cell() refuses;
     /// - a partition that does not know whose a grain is (repartition()).
     ///
     /// Throws std::logic_error as Communicator::turn() says.
@@ -83,7 +83,7 @@ class Simulation {
         check_there();
         return parts_;
     }
-    const SimulationSettings<M>& settings() const { return settings_; }  ///< with the walls as they are now
+    const SimulationSettings<M>& settings() const { return settings_; }  ///< with walls and cell as they are now
     std::span<Wall<M>> walls() { return settings_.walls; }  ///< to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }  ///< as they are now
     const PhaseSeconds& seconds() const { return seconds_; }  ///< time of this process so far, by phases [s]
@@ -103,16 +103,45 @@ class Simulation {
         if (parts_.empty()) throw std::logic_error("Simulation: nothing is left of one that was moved");
     }
 
-    void drift(double dt) {
+    /// All moves for `dt` [s] by the velocities that it got `since` [s] ago. In a cell that flows these are what they
+    /// were then, also of images: so a gap that the law keeps open at the detection is open at the next one.
+    void drift(double dt, double since) {
+        Cell<M>& cell = settings_.cell;
+        const bool flows = cell.flows();
+        const Gradient<M> flow = cell.gradient_after(since);
         for (auto& part : parts_)
-            for (auto& g : part.grains) g.position += dt * g.velocity.template head<M::dim>();
+            for (auto& g : part.grains) {
+                typename M::Vec v = g.velocity.template head<M::dim>();
+                if (flows) v += flow_over<M>(flow, g.position - cell.low - since * v);
+                g.position += dt * v;
+            }
         for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
+        if (!flows) return;
+        broad_.flow(flow, dt);
+        cell.move_images(flow, dt);
+        for (auto& part : parts_) part.cell = cell;
+    }
+
+    /// Sides that a stress drives keep their speed from one detection to the next, while they get longer or shorter.
+    void keep_speeds_of_sides() {
+        for (int d = 0; d < M::dim; ++d) {
+            if (!settings_.cell.driven[static_cast<std::size_t>(d)]) continue;
+            double& rate = settings_.cell.gradient(d, d);
+            rate /= 1 + settings_.h * rate;
+            for (auto& part : parts_) part.cell.gradient(d, d) = rate;
+        }
     }
 
     /// Motion of the scene. Throws std::runtime_error when it is not finite.
     detail::Motion motion(Velocities which, double lookahead = 0) {
-        detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), which, lookahead);
+        detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), broad_.stretch(),
+                                                    which, lookahead);
         all.speed += settings_.h * settings_.gravity.norm();
+        if (settings_.cell.flows()) {
+            all.moved += 0.5 * broad_.strained(settings_.cell.gradient, lookahead, radii_.largest);
+            all.speed +=
+                M::dim * settings_.cell.gradient.cwiseAbs().maxCoeff() * (radii_.largest + 0.5 * broad_.skin());
+        }
         if (!std::isfinite(all.moved + all.speed))
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": positions or velocities are no longer finite");
@@ -123,6 +152,7 @@ class Simulation {
         const detail::GrainCount all = detail::count_grains(parts_, comm_);
         grains_ = static_cast<std::size_t>(all.grains);
         radii_ = all.radii();
+        mass_ = all.mass;
         for (auto& part : parts_) {
             part.problem.h = settings_.h;
             part.problem.least_radius = radii_.least;
@@ -283,6 +313,10 @@ class Simulation {
         }
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
             settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
+        if (!settings_.cell.any_driven()) return;
+        parts_[0].problem.each_side(
+            [this](const WallBody<M>& side, int d, double size) { settings_.cell.gradient(d, d) = side.speed / size; });
+        for (auto& part : parts_) part.cell.gradient = settings_.cell.gradient;
     }
 
     Communicator& comm_;
@@ -290,6 +324,7 @@ class Simulation {
     std::vector<Subdomain<M>> parts_;
     BroadPhase<M> broad_;
     detail::Radii radii_;
+    double mass_ = 0;  ///< of all grains [kg]
     std::size_t grains_ = 0;
     int steps_ = 0;
     PhaseSeconds seconds_;
@@ -309,7 +344,11 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
         check_impulses<M>(impulses);
         if (last) check_rough(*last, grains.size(), settings_.walls.size());
     });
-    for (int rank : comm_.ranks()) parts_.emplace_back().rank = rank;
+    for (int rank : comm_.ranks()) {
+        Subdomain<M>& part = parts_.emplace_back();
+        part.rank = rank;
+        part.cell = settings_.cell;
+    }
     for (const auto& grain : grains) {
         parts_[0].grains.push_back(grain);
         parts_[0].replicas.push_back(parts_[0].rank);
@@ -317,6 +356,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     }
     detail::check_ids(parts_, comm_);
     count_grains();
+    check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
     Stopwatch watch(comm_);
     if (last)
         broad_.repeat(parts_, comm_, settings_, radii_, *last);
@@ -338,7 +378,8 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     StepReport report;
     if (steps_ == 0) check_first_drift();
     watch.lap(seconds_.detect);
-    drift((1 - settings_.theta) * settings_.h);
+    drift((1 - settings_.theta) * settings_.h, settings_.theta * settings_.h);
+    keep_speeds_of_sides();
     watch.lap(seconds_.advance);
     const detail::Motion before = motion(Velocities::known);
     if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
@@ -361,7 +402,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     report.solve.iterations = iterations;
     report.energy = detail::step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
     commit();
-    drift(settings_.theta * settings_.h);
+    drift(settings_.theta * settings_.h, 0);
     ++steps_;
     watch.lap(seconds_.advance);
     return report;

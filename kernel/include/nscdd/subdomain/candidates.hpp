@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "nscdd/core/cell.hpp"
 #include "nscdd/core/grain.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
@@ -26,6 +27,7 @@ struct Candidate {
 /// them.
 template <class M>
 struct Candidates {
+    Cell<M> cell{};                                     ///< of the scene, the same on every rank
     std::vector<Grain<M>> grains;                       ///< those with a copy on this rank, in spatial order
     std::vector<typename M::Vec> broad_phase_position;  ///< of the grains, when the candidates were found [m]
     std::vector<Candidate<M>> pairs;                    ///< between grains, by ascending lower place

@@ -32,6 +32,11 @@ struct BatchLayout {
     static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0);
 };
 
+template <class M, class Other>
+struct Batch;
+template <class M>
+struct FlowingRows;
+
 /// All contacts of one kind.
 template <class M>
 struct BatchGroup {
@@ -41,10 +46,11 @@ struct BatchGroup {
     std::vector<char> open;    ///< of each batch: 1 if it is open, see find_open()
     std::vector<typename M::Law::Coefficients> coefficients;  ///< of each batch: its contacts have the same
     AlignedDoubles data;                                      ///< of each batch: the fields
-    AlignedDoubles past;    ///< of each batch: Anderson's metric, and of each of its slots iterate and change
-    std::size_t count = 0;  ///< batches
-    std::size_t first = 0;  ///< of them with the contacts that are swept first
-    bool driven = false;    ///< true for contacts with walls when any wall of the problem is driven
+    AlignedDoubles distance;  ///< of each batch, of centres, where the cell flows [m]; else empty
+    AlignedDoubles past;      ///< of each batch: Anderson's metric, and of each of its slots iterate and change
+    std::size_t count = 0;    ///< batches
+    std::size_t first = 0;    ///< of them with the contacts that are swept first
+    bool driven = false;      ///< true for contacts with walls when any wall of the problem is driven
 
     static constexpr std::size_t lanes = batch_size;
     double* fields(std::size_t batch) { return data.data() + batch * BatchLayout<M>::fields * lanes; }
@@ -83,17 +89,25 @@ struct BatchGroup {
     /// True if v_n + bias >= 0 at every contact of an open batch: a sweep would leave its impulses 0. A quarter of the
     /// cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in
     /// some programs.
-    [[gnu::always_inline]] bool stays_open(std::size_t batch, const AlignedDoubles& rows) const {
+    template <bool flowing>
+    [[gnu::always_inline]] bool stays_open(const Gradient<M>& gradient, std::size_t batch,
+                                           const AlignedDoubles& rows) const {
         static_assert(BatchLayout<M>::row % 4 == 0);
         for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
             Rows<4> a, b;  // the first four components, with the velocity
             a.load(rows.data(), body(batch) + lane);
             b.load(rows.data(), other(batch) + lane);
             const double* from = fields(batch) + lane;
-            Packet opening = Packet::load(from + BatchLayout<M>::bias_at * lanes);
-            for (std::size_t d = 0; d < M::dim; ++d)
-                opening = madd(a[static_cast<int>(d)] - b[static_cast<int>(d)],
-                               Packet::load(from + (BatchLayout<M>::normal_at + d) * lanes), opening);
+            Packet opening = Packet::load(from + BatchLayout<M>::bias_at * lanes), n[M::dim];
+            for (int d = 0; d < M::dim; ++d) {
+                n[d] = Packet::load(from + static_cast<std::size_t>(BatchLayout<M>::normal_at + d) * lanes);
+                opening = madd(a[d] - b[d], n[d], opening);
+            }
+            if constexpr (flowing) {
+                const Packet apart = Packet::load(distance.data() + batch * lanes + lane);
+                for (int d = 0; d < M::dim; ++d)
+                    opening = madd(apart * n[d], Batch<M, FlowingRows<M>>::along_flow(gradient, n, d), opening);
+            }
             if (!none_negative(opening)) return false;
         }
         return true;
@@ -133,14 +147,22 @@ struct BatchWalls {
     }
 };
 
-/// Other: Rows of grains, or BatchWalls.
+/// Rows of grains in a cell that flows (ContactProblem::flow).
+template <class M>
+struct FlowingRows : Rows<BatchLayout<M>::row> {
+    Packet distance;      ///< of centres [m]
+    Packet push[M::dim];  ///< of the impulse that was applied, times the way of the grains [N s m]
+};
+
+/// Other: Rows of grains, FlowingRows, or BatchWalls.
 template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
     using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
     using Law = typename M::Law;
     using Coefficients = typename Law::Coefficients;
-    static constexpr bool wall = !std::is_same_v<Other, Rows<Layout::row>>;
+    static constexpr bool wall = !std::is_base_of_v<Rows<Layout::row>, Other>;
+    static constexpr bool flowing = std::is_same_v<Other, FlowingRows<M>>;
 
     Rows<Layout::row> a;
     Other b;
@@ -164,8 +186,18 @@ struct Batch : BatchLayout<M> {
             out[0] = x[0] * y[1] - x[1] * y[0];
     }
 
+    /// Component d of flow * n.
+    EIGEN_ALWAYS_INLINE static Packet along_flow(const auto& flow, const Packet* n, int d) {
+        Packet total = Packet(flow(d, 0)) * n[0];
+        for (int e = 1; e < dim; ++e) total = madd(Packet(flow(d, e)), n[e], total);
+        return total;
+    }
+
+    /// gradient: of the flow, with the speeds of sides as they are (ContactProblem::flow_gradient()); only for rows
+    /// that flow.
     EIGEN_ALWAYS_INLINE void load(const ContactProblem<M>& problem, const AlignedDoubles& rows,
-                                  const BatchGroup<M>& group, std::size_t batch, std::size_t lane) {
+                                  const BatchGroup<M>& group, std::size_t batch, std::size_t lane,
+                                  const Gradient<M>& gradient = {}) {
         const auto field = [from = group.fields(batch) + lane](int f) { return Packet::load(from + f * batch_size); };
         a.load(rows.data(), group.body(batch) + lane);
         if constexpr (wall)
@@ -183,6 +215,10 @@ struct Batch : BatchLayout<M> {
         } else {
             mass_j = b[Layout::mass_at];
             for (int d = 0; d < dim; ++d) relative[d] = a[d] - b[d];
+        }
+        if constexpr (flowing) {
+            b.distance = Packet::load(group.distance.data() + batch * batch_size + lane);
+            for (int d = 0; d < dim; ++d) relative[d] = madd(b.distance, along_flow(gradient, n, d), relative[d]);
         }
         if constexpr (M::friction) {
             const Packet lever = field(Layout::lever_at);
@@ -263,6 +299,8 @@ struct Batch : BatchLayout<M> {
             for (int d = 0; d < dim; ++d) impulse[d] = M::friction ? dr[d % components] : dr[0] * n[d];
         }
         for (int d = 0; d < dim; ++d) a[d] = madd(mass_i, impulse[d], a[d]);
+        if constexpr (flowing)
+            for (int d = 0; d < dim; ++d) b.push[d] = impulse[d] * n[d] * b.distance;
         if constexpr (wall) {
             b.speed = b.speed - mass_j * (framed ? dr[0] : dot(impulse, n));
         } else {

@@ -40,7 +40,7 @@ class BatchSweeper {
         rows_.data = free_rows_;
         const auto all = [](const auto& batch, int d) { return batch.r[d]; };
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(problem, walls_, all); });
-        apply<GrainRows>(problem, grains_, all);
+        with_grains(problem, [&](auto rows) { apply<typename decltype(rows)::type>(problem, grains_, all); });
     }
 
     void begin(ContactProblem<M>& problem, const Anderson* anderson) {
@@ -60,7 +60,7 @@ class BatchSweeper {
     ResidualParts residual(const ContactProblem<M>& problem) const {
         ResidualParts parts;
         parts.contacts = static_cast<double>(problem.contact_count());
-        add_group<GrainRows>(problem, grains_, parts);
+        with_grains(problem, [&](auto rows) { add_group<typename decltype(rows)::type>(problem, grains_, parts); });
         with_walls([&](auto walls) { add_group<typename decltype(walls)::type>(problem, walls_, parts); });
         auto change = parts.velocity_change;  // a copy stays in registers
         for (std::size_t at = 0; at < rows_.data.size(); at += Layout::row) {
@@ -137,6 +137,13 @@ class BatchSweeper {
             f(std::type_identity<BatchWalls<M, false>>{});
     }
 
+    /// Calls f with the type of rows of grains in this problem.
+    static void with_grains(const ContactProblem<M>& problem, auto&& f) {
+        if constexpr (M::friction)
+            if (problem.flow) return f(std::type_identity<FlowingRows<M>>{});
+        f(std::type_identity<GrainRows>{});
+    }
+
     void make_room(const ContactProblem<M>& problem, const std::vector<Contact<M>>& contacts, Group& group, auto kind) {
         group.past.assign(group.count * group.past_size(window_), 0.0);
         const std::vector<int>& order = group.batches.contact;
@@ -150,10 +157,11 @@ class BatchSweeper {
     void note_free(const ContactProblem<M>& problem) {
         ContactProblem<M> free;  // batches use and change its walls alone
         free.walls = problem.walls;
+        free.flow = problem.flow;
         free_rows_ = rows_.data;
         const auto none = [](const auto& batch, int d) { return Packet(0) - batch.r[d]; };
         with_walls([&](auto walls) { apply<typename decltype(walls)::type>(free, walls_, none); });
-        apply<GrainRows>(free, grains_, none);
+        with_grains(free, [&](auto rows) { apply<typename decltype(rows)::type>(free, grains_, none); });
         free_rows_.swap(rows_.data);
         free_walls_.clear();
         for (const WallBody<M>& wall : free.walls) free_walls_.push_back(wall.speed);
@@ -162,24 +170,55 @@ class BatchSweeper {
     /// V += M^-1 H dr, component d of dr being change(batch, d).
     template <class Other>
     void apply(ContactProblem<M>& problem, const Group& group, auto&& change) {
+        SidePush<Other> sides(problem);
         for (std::size_t k = 0; k < group.count; ++k) {
             for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
                 Batch<M, Other> batch;
-                batch.load(problem, rows_.data, group, k, lane);
+                batch.load(problem, rows_.data, group, k, lane, sides.gradient);
                 Packet dr[Layout::components];
                 for (int d = 0; d < Layout::components; ++d) dr[d] = change(batch, d);
                 batch.apply(dr);
+                sides.add(batch, lane);
                 store_batch(problem, group, k, lane, batch);
             }
         }
+        sides.apply(problem);
     }
+
+    /// What the contacts of a group do to the sides of a cell that flows: added up, as sides are far heavier than
+    /// grains, and applied when all contacts are swept.
+    template <class Other>
+    struct SidePush {
+        Gradient<M> gradient;  ///< of the flow, while the group is swept
+        std::array<Batchful, M::dim> push{};
+
+        explicit SidePush(const ContactProblem<M>& problem) {
+            if constexpr (Batch<M, Other>::flowing) gradient = problem.flow_gradient();
+        }
+        void add(const Batch<M, Other>& batch, std::size_t lane) {
+            if constexpr (Batch<M, Other>::flowing)
+                for (std::size_t d = 0; d < M::dim; ++d) {
+                    Packet& sum = push[d][lane / Packet::width];
+                    sum = sum + batch.b.push[d];
+                }
+        }
+        void apply(ContactProblem<M>& problem) const {
+            if constexpr (Batch<M, Other>::flowing)
+                problem.each_side([this](WallBody<M>& side, int d, double size) {
+                    side.speed += side.inv_mass * sum(push[static_cast<std::size_t>(d)]) / size;
+                });
+        }
+    };
 
     void sweep_groups(ContactProblem<M>& problem, SweepPass pass, SweepPiece piece, auto&& acceleration) {
         if (pass != SweepPass::rest_grains)
             with_walls([&](auto walls) {
                 sweep_group<typename decltype(walls)::type>(problem, walls_, pass, {}, acceleration);
             });
-        if (pass != SweepPass::rest_walls) sweep_group<GrainRows>(problem, grains_, pass, piece, acceleration);
+        if (pass != SweepPass::rest_walls)
+            with_grains(problem, [&](auto rows) {
+                sweep_group<typename decltype(rows)::type>(problem, grains_, pass, piece, acceleration);
+            });
     }
 
     template <class Other>
@@ -191,18 +230,20 @@ class BatchSweeper {
                                 : front                ? group.first
                                                        : group.first + piece.end(rest);
         const std::size_t fetched = group.streams() ? end : 0;
+        SidePush<Other> sides(problem);
         for (std::size_t k = begin; k < end; ++k) {
             if (k + ahead < fetched) {
                 group.prefetch(k + ahead);
                 acceleration.prefetch(group, k + ahead);
             }
             if constexpr (!Batch<M, Other>::wall) {
-                if (group.open[k] && group.stays_open(k, rows_.data)) continue;
+                if (group.open[k] && group.template stays_open<Batch<M, Other>::flowing>(sides.gradient, k, rows_.data))
+                    continue;
                 group.open[k] = 0;
             }
             for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {
                 Batch<M, Other> batch;
-                batch.load(problem, rows_.data, group, k, lane);
+                batch.load(problem, rows_.data, group, k, lane, sides.gradient);
                 acceleration.before(batch, group, k, lane);
                 Packet wn, wt, next[Layout::components], dr[Layout::components];
                 batch.delassus(Packet(1), Packet(1), wn, wt);
@@ -216,9 +257,11 @@ class BatchSweeper {
                 }
                 acceleration.after(batch, group, k, lane, dr);
                 batch.apply(dr);
+                sides.add(batch, lane);
                 store_batch(problem, group, k, lane, batch);
             }
         }
+        sides.apply(problem);
     }
 
     template <class Other>
@@ -233,12 +276,13 @@ class BatchSweeper {
 
     template <class Other>
     void add_group(const ContactProblem<M>& problem, const Group& group, ResidualParts& parts) const {
+        const SidePush<Other> sides(problem);
         Batchful change{}, energy{}, next_energy{}, round_off{}, work{}, made{}, closing{}, miss{};
         for (std::size_t k = 0; k < group.count; ++k) {
             Packet share_i(1), share_j(1);
             for (std::size_t lane = 0, p = 0; lane < lanes; lane += Packet::width, ++p) {
                 Batch<M, Other> batch;
-                batch.load(problem, rows_.data, group, k, lane);
+                batch.load(problem, rows_.data, group, k, lane, sides.gradient);
                 Packet wn, wt, next[Layout::components], dr[Layout::components];
                 if (group.shared[k]) load_shares<Other>(group, k, lane, share_i, share_j);
                 batch.delassus(share_i, share_j, wn, wt);

@@ -60,6 +60,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     group.shared.assign(group.count, 0);
     group.coefficients.assign(group.count, {});
     group.data.assign(order.size() * Layout::fields, 0.0);
+    group.distance.assign(!wall && problem.flow ? order.size() : 0, 0.0);
     bool fits = rows.fits();
     for (std::size_t k = 0; k < order.size(); ++k) {
         const auto field = [&](int f) -> double& {
@@ -87,6 +88,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         field(Layout::bias_at) = c.bias;
         group.coefficients[k / lanes] = c;
         if constexpr (M::friction) {
+            if (!group.distance.empty()) group.distance[k] = c.lever_i + c.lever_j;
             if constexpr (Layout::half_gap) {
                 const double half = c.lever_i - 1 / rows.inverse_rho(i);
                 field(Layout::lever_at) = half;
