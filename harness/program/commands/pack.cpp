@@ -30,6 +30,7 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     spec.spread = table.number("spread", {0, 0.9}, 0.0);
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
     if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
+    if (table.has("periodic")) spec.periodic = table.axes("periodic", spec.dimension);
     spec.loose_fraction = spec.dimension == 3 ? 0.3 : 0.45;  // random placing gets slow above
     spec.solid_fraction = table.number("solid_fraction", any_number, spec.solid_fraction);
     if (table.has("solid_fraction") && !(spec.solid_fraction > 0.3 && spec.solid_fraction < 0.9))
@@ -59,10 +60,10 @@ CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
         "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
     command
         ->add_option("specification", arguments.specification,
-                     "TOML: dimension, grains, radius, spread, aspect, seed, solid_fraction, generator")
+                     "TOML: dimension, grains, radius, spread, aspect, periodic, seed, solid_fraction, generator")
         ->required()
         ->check(file_name());
-    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box)")
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box, periodic)")
         ->required()
         ->check(file_name());
     command

@@ -41,11 +41,12 @@ class WorkFolder {
 
 // Lengths of LAMMPS are ours times `unit`. Its box leaves room around the walls, in which a grain may overlap them.
 template <class M>
-std::string grains_data(const std::vector<Grain<M>>& grains, const typename M::Vec& box, double unit) {
+std::string grains_data(const std::vector<Grain<M>>& grains, const Cell<M>& cell, double unit) {
     std::string text = fmt::format("grains\n\n{} atoms\n1 atom types\n", grains.size());
     const char* const axes = "xyz";
     for (int d = 0; d < 3; ++d) {
-        const double low = d < M::dim ? -1 : -0.5, high = d < M::dim ? box[d] * unit + 1 : 0.5;
+        const bool walls = d < M::dim && !cell.periodic[static_cast<std::size_t>(d)];
+        const double low = walls ? -1 : d < M::dim ? 0 : -0.5, high = d < M::dim ? cell.size[d] * unit + walls : 0.5;
         text += fmt::format("{} {} {}lo {}hi\n", low, high, axes[d], axes[d]);
     }
     text += "\nAtoms # sphere\n\n";
@@ -83,21 +84,25 @@ std::string version(const std::string& log) {
 
 template <class M>
 Generated pack_model(const PackSpecification& spec, const std::string& output) {
-    typename M::Vec box;
-    const std::vector<Grain<M>> grains = throw_grains<M>(spec, box);
-    const double begin = total_mass(grains) / box.prod();
+    Cell<M> cell;
+    const std::vector<Grain<M>> grains = throw_grains<M>(spec, cell);
+    const double begin = total_mass(grains) / cell.size.prod();
     const double end = spec.solid_fraction > 0 ? spec.solid_fraction : M::dim == 3 ? 0.64 : 0.84;
     const double unit = std::pow(begin / end, 1.0 / M::dim) / (2 * spec.radius);  // mean diameter 1 at the end
 
     const WorkFolder folder(output);
     replace_file(folder.file("pack.lmp"), lammps_input);
-    replace_file(folder.file("grains.data"), grains_data<M>(grains, box, unit));
+    replace_file(folder.file("grains.data"), grains_data<M>(grains, cell, unit));
     std::vector<std::string> words{"lmp", "-in", "pack.lmp", "-log", "none"};
-    const typename M::Vec edges = box * unit;
+    const typename M::Vec edges = cell.size * unit;
     const auto set = [&](const char* name, double value) {
         words.insert(words.end(), {"-var", name, fmt::format("{}", value)});
     };
     words.insert(words.end(), {"-var", "dim", std::to_string(M::dim)});
+    for (int d = 0; d < 3; ++d) {
+        const bool walls = d < M::dim && !cell.periodic[static_cast<std::size_t>(d)];
+        words.insert(words.end(), {"-var", std::string("b") + "xyz"[d], walls ? "f" : "p"});
+    }
     set("lx", edges[0]);
     set("ly", edges[1]);
     set("lz", M::dim == 3 ? edges[M::dim - 1] : 1.0);
@@ -119,6 +124,7 @@ Generated pack_model(const PackSpecification& spec, const std::string& output) {
     for (double& x : packing.x) x *= drawn / grown;
     for (const auto& grain : grains) packing.radius[static_cast<std::size_t>(grain.id)] = grain.radius;
     for (int d = 0; d < M::dim; ++d) packing.box.push_back(edges[d] * drawn / grown);
+    note_periodic(cell, packing);
     return {std::move(packing), version(log)};
 }
 

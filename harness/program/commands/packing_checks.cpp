@@ -54,17 +54,28 @@ void add_grain_pairs(const Packing& packing, double gap, std::vector<Near>& pair
                                        Eigen::Map<const typename M::Vec>(packing.x.data() + i * dim)));
     const double widest = 2 * *std::ranges::max_element(packing.radius) + gap;
     const auto all = [](const auto&, const auto&) { return true; };
+    Cell<M> cell;
+    for (std::size_t d = 0; d < packing.periodic.size(); ++d) {
+        cell.periodic[d] = packing.periodic[d] != 0;
+        cell.size[static_cast<int>(d)] = packing.box[d];
+    }
     const auto add = [&](std::size_t i, std::size_t j) {
+        const typename M::Vec apart = cell.apart(grains[i].position, grains[j].position);
         double square = 0;  // in this order: checksums of packings hang on the last bit
-        for (int d = 0; d < dim; ++d) square += std::pow(grains[i].position[d] - grains[j].position[d], 2);
+        for (int d = 0; d < dim; ++d) square += std::pow(apart[d], 2);
         pairs.push_back({i, j, std::sqrt(square)});
     };
     try {
-        for (const GrainPair& pair : close_pairs<M>(grains, Cells<M>(grains, widest), gap, all))
+        for (const GrainPair& pair : cell.repeats() ? close_pairs<M>(grains, cell, widest, gap, all)
+                                                    : close_pairs<M>(grains, Cells<M>(grains, widest), gap, all))
             add(static_cast<std::size_t>(pair.i), static_cast<std::size_t>(pair.j));
     } catch (const TooManyPairs& refused) {  // the deepest of a heap of grains says enough
         add(static_cast<std::size_t>(refused.i), static_cast<std::size_t>(refused.j));
     }
+}
+
+bool repeats(const Packing& packing, std::size_t axis) {
+    return axis < packing.periodic.size() && packing.periodic[axis] != 0;
 }
 
 // All pairs of grains, and of grains and walls, whose gap is less than `gap`.
@@ -75,7 +86,9 @@ std::vector<Near> near_pairs(const Packing& packing, double gap) {
     packing.dim == 3 ? add_grain_pairs<3>(packing, gap, pairs) : add_grain_pairs<2>(packing, gap, pairs);
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t d = 0; d < dim; ++d)
-            for (const double distance : {packing.x[i * dim + d], packing.box[d] - packing.x[i * dim + d]})
+            for (const double distance :
+                 repeats(packing, d) ? std::vector<double>{}
+                                     : std::vector{packing.x[i * dim + d], packing.box[d] - packing.x[i * dim + d]})
                 if (distance - packing.radius[i] < gap) pairs.push_back({i, n, distance});
     return pairs;
 }
@@ -110,15 +123,21 @@ std::vector<char> held_grains(const Packing& packing, const std::vector<Near>& c
 void measure_core(const Packing& packing, const std::vector<Near>& contacts, double diameter, PackingMeasures& m) {
     const auto dim = static_cast<std::size_t>(packing.dim);
     const std::size_t n = packing.size();
-    const double narrowest = *std::min_element(packing.box.begin(), packing.box.end());
+    double narrowest = std::numeric_limits<double>::infinity();  // between walls
+    for (std::size_t d = 0; d < dim; ++d)
+        if (!repeats(packing, d)) narrowest = std::min(narrowest, packing.box[d]);
     const double margin = std::min(m.margin * diameter, narrowest / 4);
-    const double width = (narrowest - 2 * margin) / diameter;
-    double room = 1, solid = 0, all = 0;
-    for (const double edge : packing.box) room *= edge - 2 * margin;
+    double room = 1, solid = 0, all = 0, width = std::numeric_limits<double>::infinity();
+    for (std::size_t d = 0; d < dim; ++d) {
+        const double edge = packing.box[d] - (repeats(packing, d) ? 0 : 2 * margin);
+        room *= edge;
+        width = std::min(width, edge / diameter);
+    }
     std::vector<char> core(n + 1, true);
     for (std::size_t i = 0; i < n; ++i) {
         double share = 1;  // exact but for grains at edges of the core
         for (std::size_t d = 0; d < dim; ++d) {
+            if (repeats(packing, d)) continue;
             const double x = packing.x[i * dim + d];
             core[i] = core[i] && x > margin && x < packing.box[d] - margin;
             share *= cut_share((x - margin) / packing.radius[i], packing.dim) *

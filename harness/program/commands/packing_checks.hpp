@@ -15,7 +15,7 @@ struct PackingMeasures {
     double rattlers = 0;        // share of the grains with too few contacts to be held
 
     // The core: farther than `margin` mean diameters from every wall, or than a quarter of the box where it is narrower
-    // than four margins.
+    // than four margins. Of a box that repeats along all axes, all of it.
     static constexpr double margin = 2;
     int core_grains = 0;
     double counted = 0;  // core grains, at most those of a cube with the core's shortest edge; sets how wide bounds are

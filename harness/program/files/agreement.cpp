@@ -36,13 +36,27 @@ double velocity_distance(const Run& a, const Run& b) {
     return std::sqrt(sum);
 }
 
+// One run may have brought a grain back into the cell, and the other not yet.
+void to_nearest_image(const State::Cell& cell, std::vector<double>& way) {
+    const std::size_t dim = way.size();
+    for (std::size_t d = cell.periodic.size(); d-- > 0;) {
+        if (cell.periodic[d] == 0) continue;
+        const double sides = std::round(way[d] / cell.size[d]);
+        way[d] -= sides * cell.size[d];
+        for (std::size_t e = 0; e < d; ++e) way[e] -= sides * cell.tilt[e * dim + d];
+    }
+}
+
 double farthest(const Run& a, const Run& b) {
     const std::size_t dim = static_cast<std::size_t>(a.state.packing.dim);
     double worst = 0;
     for (std::size_t g = 0; g < a.state.packing.size(); ++g) {
-        double square = 0;
+        std::vector<double> way;
         for (std::size_t k = g * dim; k < (g + 1) * dim; ++k)
-            square += std::pow(a.state.packing.x[k] - b.state.packing.x[k], 2);
+            way.push_back(a.state.packing.x[k] - b.state.packing.x[k]);
+        to_nearest_image(a.state.cell, way);
+        double square = 0;
+        for (const double x : way) square += std::pow(x, 2);
         worst = std::max(worst, square);
     }
     const auto& radius = a.state.packing.radius;

@@ -58,6 +58,7 @@ Packing read_packing(const std::string& path, const Share& share) {
     const hdf5::Rows rows = share.of(n);
     if (file.has("velocity")) packing.velocity = file.read<double>("velocity", {n, dim}, rows);
     if (file.has("spin")) packing.spin = file.read<double>("spin", {n, hsize_t{dim == 3 ? 3u : 1u}}, rows);
+    if (file.has("periodic")) packing.periodic = file.read<int>("periodic", {dim});
     if (!file.has("material")) return packing;
     packing.material = file.read<int>("material", {n}, rows);
     if (file.has("materials/name")) {
@@ -71,6 +72,7 @@ void write_packing(const std::string& path, const Packing& packing,
                    const std::map<std::string, std::string>& attributes) {
     hdf5::Writer file(path);
     write_packing(file, packing);
+    if (!packing.periodic.empty()) file.write("periodic", packing.periodic, {packing.periodic.size()});
     for (const auto& [name, value] : attributes) file.attribute(name, value);
     file.save();
 }

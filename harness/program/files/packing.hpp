@@ -27,6 +27,7 @@ struct Packing {
     // What a file may have besides; empty where it does not.
     std::vector<double> velocity{};  // (n, dim) [m/s]
     std::vector<double> spin{};      // (n, 1) in 2D, (n, 3) in 3D [rad/s]
+    std::vector<int> periodic{};     // (dim) 1 of axes along which the box repeats
     std::vector<int> material{};     // (n) row of `materials`, or of the scene's materials where those are not named
     std::vector<std::string> materials{};  // names
 
@@ -36,7 +37,8 @@ struct Packing {
     std::size_t total() const { return before + size() + after; }
 };
 
-// Reads datasets x, radius and box of an HDF5 file and, where it has them, velocity, spin, material and materials/name.
+// Reads datasets x, radius and box of an HDF5 file and, where it has them, velocity, spin, periodic, material and
+// materials/name.
 // A state has these too. Throws InputError naming file and dataset: missing, damaged, wrong type or shape, not finite,
 // not positive, empty.
 Packing read_packing(const std::string& path, const Share& share = {});

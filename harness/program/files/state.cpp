@@ -67,6 +67,16 @@ State read_state(const std::string& path, const Share& share) {
                    .velocity = file.read<double>("walls/velocity", {w, dim}),
                    .normal_speed = file.read<double>("walls/normal_speed", {w})};
 
+    if (file.has("cell/periodic"))
+        state.cell = {.periodic = file.read<int>("cell/periodic", {dim}),
+                      .mass = file.read<double>("cell/mass", {1})[0],
+                      .gradient = file.read<double>("cell/gradient", {dim, dim}),
+                      .size = file.read<double>("cell/size", {dim}),
+                      .tilt = file.read<double>("cell/tilt", {dim, dim}),
+                      .rough_size = file.read<double>("rough/cell_size", {dim}),
+                      .rough_tilt = file.read<double>("rough/cell_tilt", {dim, dim}),
+                      .stretch = file.read<double>("rough/stretch", {dim, dim})};
+
     const hdf5::Shape materials = file.shape("materials/density");
     const hsize_t m = materials.empty() ? 0 : materials[0];
     state.materials = {.name = file.texts("materials/name", m), .density = file.read<double>("materials/density", {m})};
@@ -137,6 +147,17 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     file_.write("walls/normal_speed", head.walls.normal_speed, {w});
     file_.texts("materials/name", head.materials.name);
     file_.write("materials/density", head.materials.density, {head.materials.density.size()});
+
+    if (!head.cell.periodic.empty()) {
+        file_.write("cell/periodic", head.cell.periodic, {dim});
+        file_.write("cell/size", head.cell.size, {dim});
+        file_.write("cell/tilt", head.cell.tilt, {dim, dim});
+        file_.write("cell/mass", std::vector{head.cell.mass}, {1});
+        file_.write("cell/gradient", head.cell.gradient, {dim, dim});
+        file_.write("rough/cell_size", head.cell.rough_size, {dim});
+        file_.write("rough/cell_tilt", head.cell.rough_tilt, {dim, dim});
+        file_.write("rough/stretch", head.cell.stretch, {dim, dim});
+    }
 
     for (const char* dataset : {"contacts/i", "contacts/j", "contacts/subdomain"}) file_.declare<int>(dataset, {c});
     for (const char* dataset : {"contacts/impulse", "contacts/normal"}) file_.declare<double>(dataset, {c, dim});

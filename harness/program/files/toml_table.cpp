@@ -185,10 +185,40 @@ Eigen::VectorXd TomlTable::vector(std::string_view key, int size, const Eigen::V
     return vector(key, size);
 }
 
-std::vector<std::string> TomlTable::texts(std::string_view key, int size) {
+std::vector<int> TomlTable::axes(std::string_view key, int dimension) {
+    std::vector<int> axes;
+    for (const std::string& name : texts(key, 1, dimension)) {
+        const int axis = name.size() == 1 ? name[0] - 'x' : -1;
+        if (axis < 0 || axis >= dimension)
+            fail(key, fmt::format("must name axes from x to {}, found '{}'", "xyz"[dimension - 1], name));
+        if (std::ranges::count(axes, axis) > 0) fail(key, fmt::format("names axis {} twice", name));
+        axes.push_back(axis);
+    }
+    return axes;
+}
+
+std::vector<Eigen::VectorXd> TomlTable::rows(std::string_view key, int count, int size) {
     const toml::array* array = require(key).as_array();
-    const bool fits = array && array->size() == static_cast<std::size_t>(size) && array->is_homogeneous<std::string>();
-    if (!fits) fail(key, fmt::format("must be {} strings", size));
+    const auto row = [size](const toml::node& node) {
+        return node.is_array() && node.as_array()->size() == static_cast<std::size_t>(size);
+    };
+    if (!array || array->size() != static_cast<std::size_t>(count) || !std::all_of(array->begin(), array->end(), row))
+        fail(key, fmt::format("must be {} lists of {} numbers", count, size));
+    std::vector<Eigen::VectorXd> rows;
+    for (const toml::node& node : *array) {
+        Eigen::VectorXd& values = rows.emplace_back(size);
+        for (int d = 0; d < size; ++d)
+            values[d] = number((*node.as_array())[static_cast<std::size_t>(d)], key, any_number);
+    }
+    return rows;
+}
+
+std::vector<std::string> TomlTable::texts(std::string_view key, int least, int most) {
+    const toml::array* array = require(key).as_array();
+    const int size = array && array->is_homogeneous<std::string>() ? static_cast<int>(array->size()) : -1;
+    if (size < least || size > most)
+        fail(key, least == most ? fmt::format("must be {} strings", least)
+                                : fmt::format("must be a list of {} to {} strings", least, most));
     std::vector<std::string> values;
     for (const toml::node& node : *array) values.push_back(node.as_string()->get());
     return values;

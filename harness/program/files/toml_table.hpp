@@ -36,7 +36,9 @@ class TomlTable {
     int choice(std::string_view key, const std::vector<std::string>& names);  // index into names
     Eigen::VectorXd vector(std::string_view key, int size);                   // size 1: a bare number too
     Eigen::VectorXd vector(std::string_view key, int size, const Eigen::VectorXd& fallback);
-    std::vector<std::string> texts(std::string_view key, int size);
+    std::vector<Eigen::VectorXd> rows(std::string_view key, int count, int size);
+    std::vector<int> axes(std::string_view key, int dimension);  // some of "x" to "z", from 0 on
+    std::vector<std::string> texts(std::string_view key, int least, int most);
 
     // [key], called by its key; nothing if it is absent.
     std::optional<TomlTable> table(std::string_view key);

@@ -101,7 +101,38 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
     settings.partition = choose_partition<M>(request.partition);
     settings.multiplicity = request.multiplicity;
+    for (std::size_t k = 0; k < scene.cell.axes.size(); ++k) {
+        const int axis = scene.cell.axes[k];
+        settings.cell.periodic[static_cast<std::size_t>(axis)] = true;
+        settings.cell.size[axis] = cell_side(scene, k, request.box);
+    }
+    for (std::size_t row = 0; row < scene.cell.gradient.size(); ++row)
+        settings.cell.gradient.row(static_cast<Eigen::Index>(row)) = scene.cell.gradient[row].transpose();
+    for (const auto& [axis, stress] : scene.cell.stress) {
+        settings.cell.driven[static_cast<std::size_t>(axis)] = true;
+        settings.cell.stress[axis] = stress;
+    }
+    if (settings.cell.any_driven()) {
+        double own = 0;
+        for (const Grain<M>& grain : built.grains) own = std::max(own, grain.radius);
+        const double largest = reduce(comm, 0, [own](std::size_t) { return Buffer{own}; })[0];
+        const double stored = request.from.cell.mass;  // that of the cell as it was at first
+        settings.cell.mass =
+            scene.cell.mass.value_or(stored > 0 ? stored : 2 * settings.cell.least_mass(largest, mass));
+    }
     const State& from = request.from;
+    const auto vector = [](const std::vector<double>& stored) {
+        return Eigen::Map<const typename M::Vec>(stored.data());
+    };
+    const auto matrix = [](const std::vector<double>& stored) {
+        return Gradient<M>(Eigen::Map<const Gradient<M>>(stored.data()).transpose());  // from C order
+    };
+    if (!from.cell.size.empty()) {
+        settings.cell.size = vector(from.cell.size);
+        settings.cell.tilt = matrix(from.cell.tilt);
+        const Gradient<M> gradient = matrix(from.cell.gradient);
+        for (const auto& [axis, stress] : scene.cell.stress) settings.cell.gradient(axis, axis) = gradient(axis, axis);
+    }
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];
         Wall<M>& wall = settings.walls.emplace_back();
@@ -139,6 +170,12 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         for (std::size_t g = 0; g < from.packing.size(); ++g)
             rough.positions.emplace_back(Eigen::Map<const typename M::Vec>(from.rough.x.data() + g * M::dim));
         rough.offsets = from.rough.offset;
+        rough.cell = settings.cell;
+        if (!from.cell.size.empty()) {
+            rough.cell.size = vector(from.cell.rough_size);
+            rough.cell.tilt = matrix(from.cell.rough_tilt);
+            rough.stretch = matrix(from.cell.stretch);
+        }
     }
     return built;
 }
@@ -160,14 +197,17 @@ std::array<OppositeWalls, M::dim> opposite_walls(std::span<const Wall<M>> walls)
     return pairs;
 }
 
-// Distance between the two walls of each axis; 0 where there are not two.
+// Side of the cell along each axis that repeats, else the distance between the two walls; 0 where there are not two.
 template <class M>
-typename M::Vec box_edges(std::span<const Wall<M>> walls) {
+typename M::Vec box_edges(const SimulationSettings<M>& settings) {
+    const std::vector<Wall<M>>& walls = settings.walls;
     const auto pairs = opposite_walls<M>(walls);
     typename M::Vec edges = M::Vec::Zero();
     for (int d = 0; d < M::dim; ++d) {
         const OppositeWalls& pair = pairs[static_cast<std::size_t>(d)];
-        if (pair.both())
+        if (settings.cell.periodic[static_cast<std::size_t>(d)])
+            edges[d] = settings.cell.size[d];
+        else if (pair.both())
             edges[d] =
                 -walls[static_cast<std::size_t>(pair.high)].offset - walls[static_cast<std::size_t>(pair.low)].offset;
     }
@@ -176,8 +216,9 @@ typename M::Vec box_edges(std::span<const Wall<M>> walls) {
 
 // Forces of the walls under pressure for the box as it is now.
 template <class M>
-void push_walls(const Scene& scene, std::span<Wall<M>> walls) {
-    const typename M::Vec edges = box_edges<M>(walls);
+void push_walls(const Scene& scene, Simulation<M>& simulation) {
+    const typename M::Vec edges = box_edges<M>(simulation.settings());
+    const std::span<Wall<M>> walls = simulation.walls();
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (scene.walls[w].motion != WallMotion::Pressure) continue;
         double area = 1;

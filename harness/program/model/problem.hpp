@@ -71,6 +71,17 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
     std::string bytes = fmt::format("{} {:x}", M::Law::name, sum);
     for (const double value : {settings.h, settings.theta}) add(bytes, value);
     add(bytes, settings.gravity);
+    for (int d = 0; d < M::dim; ++d)
+        if (settings.cell.periodic[static_cast<std::size_t>(d)])
+            for (const double value : {double(d), settings.cell.size[d]}) add(bytes, value);
+    if (settings.cell.flows())
+        for (const Gradient<M>& matrix : {settings.cell.gradient, settings.cell.tilt})
+            add(bytes, std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
+    if (settings.cell.any_driven()) {
+        add(bytes, settings.cell.stress);
+        add(bytes, std::vector<double>(settings.cell.driven.begin(), settings.cell.driven.end()));
+        add(bytes, settings.cell.mass);
+    }
     for (std::size_t w = 0; w < settings.walls.size(); ++w) {
         const Wall<M>& wall = settings.walls[w];
         for (const double value : {double(wall.material), wall.offset, wall.mass, wall.force, wall.speed,

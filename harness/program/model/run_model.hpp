@@ -39,7 +39,7 @@ FinalMeasures final_measures(const Simulation<M>& simulation, const StepReport& 
     final.overlap = std::max(0.0, m.largest_overlap) / simulation.least_radius();
     final.momentum.assign(m.momentum.data(), m.momentum.data() + M::dim);
     final.angular_momentum.assign(m.angular_momentum.data(), m.angular_momentum.data() + m.rotations);
-    final.volume = box_edges<M>(simulation.walls()).prod();
+    final.volume = box_edges<M>(simulation.settings()).prod();
     final.grains_volume = m.grains_volume;
     for (int i = 0; i < M::dim; ++i) {
         std::vector<double>& row = final.stress.emplace_back();
@@ -155,7 +155,7 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRe
     std::optional<Simulation<M>> before;  // the step under way
     for (int step = 1; step <= scene.step.count && !result.stopped; ++step) {
         if (!request.outputs.state.empty()) before.emplace(simulation);
-        push_walls<M>(scene, simulation.walls());
+        push_walls(scene, simulation);
         try {
             result.steps.push_back(simulation.step(std::ref(solver)));
         } catch (const StepRefused& refused) {
@@ -212,7 +212,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     result.grains = simulation.grain_count();
     result.ranks = comm.size();
     if (!steps) {
-        push_walls<M>(scene, simulation.walls());
+        push_walls(scene, simulation);
         const auto solver = [&](const SolveOptions& o) {
             return choose_solver<M>(request.scheme, request.interface, o).solve;
         };

@@ -74,6 +74,15 @@ void require_fitting_state(const State& state, const std::string& state_file, co
     const auto refuse = [&](const std::string& has, const std::string& wants) {
         throw InputError(fmt::format("{}: {}, {} {}", state_file, has, scene.file, wants));
     };
+    const auto axes = [](std::vector<int> periodic) {
+        std::string names;
+        for (std::size_t axis = 0; axis < periodic.size(); ++axis)
+            if (periodic[axis]) names += "xyz"[axis];
+        return names.empty() ? "no periodic axis" : "the periodic axes " + names;
+    };
+    std::vector<int> periodic(3);
+    for (const int axis : scene.cell.axes) periodic[static_cast<std::size_t>(axis)] = 1;
+    if (axes(state.cell.periodic) != axes(periodic)) refuse(axes(state.cell.periodic), "has " + axes(periodic));
     const std::size_t n = state.packing.total(), w = state.walls.offset.size(), m = scene.materials.size();
     if (state.packing.dim != scene.dimension)
         refuse(fmt::format("{} dimensions", state.packing.dim), fmt::format("has {}", scene.dimension));

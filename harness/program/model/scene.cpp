@@ -34,8 +34,8 @@ class SceneReader {
 
     Scene read() {
         // Unknown ones first: [[materials]] is a slip, not a scene without a material.
-        for (const char* key :
-             {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "wall", "step", "solver"})
+        for (const char* key : {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "cell",
+                                "wall", "step", "solver"})
             top_.has(key);
         top_.finish();
         scene_.name = top_.text("name");
@@ -56,6 +56,7 @@ class SceneReader {
         for (TomlTable& table : top_.tables("pair")) read_pair(table);
         if (auto table = top_.table("packing")) read_packing_source(*table);
         for (TomlTable& table : top_.tables("grain")) read_grain(table);
+        if (auto table = top_.table("cell")) read_cell(*table);
         std::vector<TomlTable> walls = top_.tables("wall");
         for (TomlTable& table : walls) read_wall(table);
         for (std::size_t w = 0; w < walls.size(); ++w)
@@ -80,6 +81,7 @@ class SceneReader {
         for (const ScenePair& pair : scene_.pairs)
             for (const auto& [key, value] : pair.coefficients)
                 if (value > 0) return true;
+        if (!scene_.cell.gradient.empty() || !scene_.cell.stress.empty()) return true;
         // A grain with a spin or a torque needs the model with spins.
         for (const SceneGrain& grain : scene_.grains)
             if (!grain.spin.isZero(0) || !grain.torque.isZero(0)) return true;
@@ -107,7 +109,7 @@ class SceneReader {
     }
 
     void read_pair(TomlTable& table) {
-        const std::vector<std::string> names = table.texts("materials", 2);
+        const std::vector<std::string> names = table.texts("materials", 2, 2);
         table.name_thing(fmt::format("pair '{}'-'{}'", names[0], names[1]));
         const auto [a, b] =
             std::minmax({material(table, "materials", names[0]), material(table, "materials", names[1])});
@@ -141,10 +143,37 @@ class SceneReader {
         table.finish();
     }
 
+    void read_cell(TomlTable& table) {
+        scene_.cell.axes = table.axes("periodic", dim_);
+        if (table.has("size")) {
+            scene_.cell.size = table.vector("size", static_cast<int>(scene_.cell.axes.size()));
+            if (scene_.cell.size.minCoeff() <= 0) table.fail("size", "must be positive");
+        }
+        if (table.has("gradient")) scene_.cell.gradient = table.rows("gradient", dim_, dim_);
+        if (auto stress = table.table("stress")) read_stress(*stress);
+        if (table.has("mass")) scene_.cell.mass = table.number("mass", positive);
+        table.finish();
+    }
+
+    void read_stress(TomlTable& table) {
+        for (int axis = 0; axis < dim_; ++axis) {
+            const std::string name(1, "xyz"[axis]);
+            if (!table.has(name)) continue;
+            scene_.cell.stress[axis] = table.number(name, any_number);
+            const auto& gradient = scene_.cell.gradient;
+            if (!gradient.empty() && gradient[static_cast<std::size_t>(axis)][axis] != 0)
+                table.fail(name, "is driven by a stress and by the gradient");
+        }
+        table.finish();
+    }
+
     void read_wall(TomlTable& table) {
         SceneWall wall;
         wall.name = table.text("name");
         read_plane(table, wall);
+        for (const int axis : scene_.cell.axes)
+            if (wall.normal[axis] != 0)
+                table.fail("", fmt::format("crosses the cell, which is periodic along {}", "xyz"[axis]));
         wall.material = material(table);
         read_motion(table, wall);
         table.finish();
@@ -193,6 +222,7 @@ class SceneReader {
     void require_closed_box(const TomlTable& table) const {
         for (const std::string& name : side_names(dim_)) {
             const auto& all = scene_.walls;
+            if (std::ranges::count(scene_.cell.axes, name[0] - 'x') > 0) continue;
             if (std::none_of(all.begin(), all.end(),
                              [&](const auto& w) { return w.side && side_name(*w.side) == name; }))
                 table.fail("", fmt::format("pressure needs a wall on every side of the box, found none on '{}'", name));
@@ -232,6 +262,14 @@ Eigen::VectorXd wall_point(const Scene& scene, const SceneWall& wall, const std:
     Eigen::VectorXd point = Eigen::VectorXd::Zero(scene.dimension);
     if (wall.side->upper) point[wall.side->axis] = box[static_cast<std::size_t>(wall.side->axis)];
     return point;
+}
+
+double cell_side(const Scene& scene, std::size_t k, const std::vector<double>& box) {
+    if (scene.cell.size.size() > 0) return scene.cell.size[static_cast<Eigen::Index>(k)];
+    if (box.size() != static_cast<std::size_t>(scene.dimension))
+        throw InputError(
+            fmt::format("{}: cell: needs size, or a {}D packing whose box it takes", scene.file, scene.dimension));
+    return box[static_cast<std::size_t>(scene.cell.axes[k])];
 }
 
 }  // namespace nscdd

@@ -35,6 +35,14 @@ struct SceneGrain {
     int material = 0;          // index into Scene::materials
 };
 
+struct SceneCell {                          // the scene repeats; along no axis unless it is given
+    std::vector<int> axes;                  // those that are periodic
+    Eigen::VectorXd size;                   // sides along these axes [m], > 0; empty: of the packing's box
+    std::vector<Eigen::VectorXd> gradient;  // of the flow, rows [1/s]; empty: none is prescribed
+    std::map<int, double> stress;           // by axis, drives its side; positive in compression [Pa]
+    std::optional<double> mass;  // [kg] of each side that a stress drives; default: twice the least that converges
+};
+
 enum class WallMotion { Fixed, Velocity, Force, Pressure };
 
 struct WallSide {  // a face of the packing's box
@@ -85,6 +93,7 @@ struct Scene {
     std::vector<ScenePair> pairs;
     std::vector<SceneGrain> grains;  // may be empty: then a packing must come from elsewhere
     std::vector<SceneWall> walls;
+    SceneCell cell;
     StepSettings step;
     SolveSettings solver;
 };
@@ -96,5 +105,9 @@ Scene read_scene(const std::string& path);
 // A point of the wall's plane, the packing filling [0, box]. Throws InputError for a face of a box that is empty (no
 // packing) or of another dimension.
 Eigen::VectorXd wall_point(const Scene& scene, const SceneWall& wall, const std::vector<double>& box);
+
+// Side of the cell along scene.cell.axes[k], the packing filling [0, box] [m]. Throws InputError where neither the cell
+// nor a packing of the scene's dimension says it.
+double cell_side(const Scene& scene, std::size_t k, const std::vector<double>& box);
 
 }  // namespace nscdd

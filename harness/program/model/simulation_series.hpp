@@ -37,7 +37,7 @@ class SeriesRows {
         SeriesRow row;
         add(row, "step", "1", "steps made since the start of the scene", static_cast<double>(step));
         add(row, "time", "s", "at the end of the step", time);
-        add(row, "box", "m", "distance of the two walls of each axis", box);
+        add(row, "box", "m", "side of the cell along each axis, or distance of its two walls", box);
         add(row, "strain", "1", "ln(edge at the start of this run / edge now), positive in compression", strain);
         add(row, "stress_contacts", pressure,
             "sum of force (x) branch vector over the contacts, over the volume of the box, positive in compression",
@@ -53,10 +53,15 @@ class SeriesRows {
         add(row, "rattlers", "1", "share of grains without a contact that carries", seen.rattlers());
         add(row, "fabric", "1", "mean of normal (x) normal over contacts that carry", seen.fabric);
         add(row, "kinetic_energy", "J", "of the grains", m.kinetic_energy);
-        add(row, "kinetic_energy_walls", "J", "of the walls that a force drives", energy_of_walls(simulation));
-        const double mean_stress = stress.trace() / dim, fastest = rate.cwiseAbs().maxCoeff();
+        add(row, "kinetic_energy_walls", "J",
+            "of the walls that a force drives, and of the sides of the cell that a stress drives",
+            energy_of_walls(simulation));
+        const Cell<M>& cell = simulation.settings().cell;
+        const double mean_stress = stress.trace() / dim,
+                     fastest = std::max(rate.cwiseAbs().maxCoeff(), cell.gradient.cwiseAbs().maxCoeff());
         add(row, "inertial_number", "1",
-            "largest strain rate of an axis times mean diameter times sqrt(density of the grains / mean stress)",
+            "largest strain rate, or entry of the cell's velocity gradient, times mean diameter times sqrt(density of "
+            "the grains / mean stress)",
             mean_stress > 0 ? fastest * 2 * seen.mean_radius * std::sqrt(seen.density() / mean_stress) : NAN);
         add_energy(row, report.energy);
         add(row, "contacts", "1", "detected in the step, open ones included", report.contacts);
@@ -72,9 +77,9 @@ class SeriesRows {
 
     static std::vector<double> list(const Vec& v) { return {v.data(), v.data() + dim}; }
 
-    // NaN where there are no two walls.
+    // NaN where nothing repeats and there are no two walls.
     static Vec edges(const Simulation<M>& simulation) {
-        const Vec box = box_edges<M>(simulation.walls());
+        const Vec box = box_edges<M>(simulation.settings());
         return (box.array() > 0).select(box, NAN);
     }
 
@@ -105,6 +110,10 @@ class SeriesRows {
         double energy = 0;
         for (const auto& wall : simulation.walls())
             if (wall.driven) energy += 0.5 * wall.mass * wall.speed * wall.speed;
+        const Cell<M>& cell = simulation.settings().cell;
+        for (int d = 0; d < dim; ++d)
+            if (cell.driven[static_cast<std::size_t>(d)])
+                energy += 0.5 * cell.mass * std::pow(cell.gradient(d, d) * cell.size[d], 2);
         return energy;
     }
     static std::vector<double> normal_forces(const Simulation<M>& simulation, const std::vector<Vec>& force) {
@@ -134,7 +143,7 @@ class SeriesRows {
         if (steps_++ == 0) initial_ = e.before;
         const std::pair<const char*, const char*> names[] = {
             {"work_external", "work of gravity and of the grains' loads"},
-            {"work_walls", "work of the walls on grains, and of the forces on driven walls"},
+            {"work_walls", "work of the walls on grains, of the forces on driven walls, and of the flow of the cell"},
             {"dissipated_impact", "energy that the contacts take along their normals"},
             {"dissipated_friction", "energy that they take along their tangents"}};
         const double terms[] = {e.external, e.walls, -e.normal, -e.friction};

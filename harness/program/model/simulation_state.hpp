@@ -22,11 +22,12 @@ double time_now(const Simulation<M>& simulation, const RunRequest& request) {
 template <class M>
 State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     State head;
-    const auto append = [](std::vector<double>& to, const auto& vector) {
+    const auto append = [](auto& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
     };
+    const auto rows_of = [](const Gradient<M>& matrix) { return Gradient<M>(matrix.transpose()); };  // in C order
     head.packing.dim = M::dim;
-    const typename M::Vec edges = box_edges<M>(simulation.walls());
+    const typename M::Vec edges = box_edges<M>(simulation.settings());
     for (int d = 0; d < M::dim; ++d)
         head.packing.box.push_back(edges[d] > 0          ? edges[d]
                                    : request.box.empty() ? 1.0
@@ -43,6 +44,16 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         head.materials.density.push_back(material.density);
     }
     const BroadPhaseState<M> rough = last_rough(simulation);
+    if (const Cell<M>& cell = simulation.settings().cell; cell.repeats()) {
+        append(head.cell.periodic, cell.periodic);
+        head.cell.mass = cell.mass;
+        append(head.cell.size, cell.size);
+        append(head.cell.tilt, rows_of(cell.tilt));
+        append(head.cell.gradient, rows_of(cell.gradient));
+        append(head.cell.rough_size, rough.cell.size);
+        append(head.cell.rough_tilt, rows_of(rough.cell.tilt));
+        append(head.cell.stretch, rows_of(rough.stretch));
+    }
     head.rough.kind = rough.kind;
     head.rough.partition = rough.partition;
     head.rough.imbalance = rough.imbalance;
