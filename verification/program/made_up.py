@@ -167,3 +167,21 @@ def fabricate(folder, scene, state):
                 stem = f"{scene}-{scheme}-{transport}-{n}"
                 put(f"{stem}.json", run(scene, scheme, n, transport, f"{stem}.h5" if (folder / f"{stem}.h5").exists() else None))
                 put(f"{stem}.compare.json", compare(scene, scheme, n, transport))
+
+
+def rheology(**changed):
+    """The JSON of homogeneous shear: two rates of disks, one also by DCS, and one of spheres."""
+    usual = {
+        "grains": 9,
+        "steps": STEPS,
+        "normal_stress": 1.0,
+        "mu": 0.3,
+        "mu_error": 0.01,
+        "mu_published": 0.31,
+        "solid_fraction": 0.8,
+        "fraction_error": 0.01,
+    }
+    usual |= {"fraction_published": None, "iterations_a_step": 10.0, "unconverged_steps": 0, "command": "nscdd run FABRICATED"}
+    points = (("disks", "nlgs", 1e-3), ("disks", "nlgs", 0.1), ("disks", "dcs", 1e-3), ("spheres", "nlgs", 1e-3))
+    rows = [{"scene": scene, "solver": solver, "inertial_number": inertial, **usual} for scene, solver, inertial in points]
+    return made_up("rheology", rows=rows, sources={}) | changed

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import harness  # noqa: F401  (sets the path of nscdd_suite)
 import numpy as np
-from made_up import acceleration, accuracy, bits, compare, fabricate, hard, velocity_error, wild
+from made_up import acceleration, accuracy, bits, compare, fabricate, hard, rheology, velocity_error, wild
 from nscdd_suite import cli
 from nscdd_suite.page import packings, tables
 from nscdd_suite.page.load import load
@@ -84,6 +84,7 @@ class Case(unittest.TestCase):
 class Page(Case):
     scenes = ("network", "biaxial", "isotropic", "triaxial")
     records = {"hard": hard, "accuracy": accuracy, "acceleration": acceleration, "velocity_error": velocity_error, "wild": wild, "bits": bits}
+    records |= {"rheology": rheology}
 
     def test_good_results_pass_with_all_captions_in_one_file(self):
         self.assertEqual(self.report(), (0, ""))
@@ -98,6 +99,8 @@ class Page(Case):
             "Iterations of each step",
             "Agreement with the reference",
             "All runs",
+            "Shear in a cell under stress",
+            "Homogeneous shear",
             "Hard cases by family",
             "Iterations of columns",
             "Error against step size",

@@ -1,0 +1,97 @@
+"""How grains flow: stress ratio and solid fraction against the inertial number, in a cell that is sheared under a stress.
+
+Disks and spheres start from packings that repeat (cases/packings/rheology-*.toml), and are sheared at rates that span three decades, each to a
+strain of SHEARED; means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
+One rate is also run by NSCDD (DCS) on 8 subdomains. Nothing is timed.
+"""
+import csv
+import math
+import statistics
+import tomllib
+from pathlib import Path
+
+from ... import record
+from ...program import NSCDD, ROOT
+from ...study import Study
+
+INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
+SHEARED, A_STEP, BLOCKS = 4.0, 1e-3, 8  # strain in all, strain a step, blocks of the second half
+SCENES = {"disks": (2, "yy", "xy", 15), "spheres": (3, "zz", "xz", 40)}  # dimension, normal and shear stress, seconds a run
+DECOMPOSED, QUICK_GRAINS, QUICK_STEPS = 1e-2, 120, 60  # rate that DCS runs too; what a quick job has
+
+
+def rate(scene, inertial):
+    """Shear rate at unit stress, density and mean diameter, by the inertial number of the source."""
+    return inertial / (math.sqrt(math.pi / 4) if scene == "disks" else 1.0)
+
+
+def law(scene, inertial):
+    """(stress ratio, solid fraction) as published; None where the source has no number."""
+    if scene == "disks":
+        return 0.25 + 1.1 * inertial, 0.81 - 0.3 * inertial
+    return 0.357 + 0.37 / ((0.32 / inertial) ** 1.5 + 1), 0.596 if inertial <= 1e-3 else None
+
+
+def published():
+    return tomllib.loads(Path(ROOT, "cases/rheology/published.toml").read_text())
+
+
+class Rheology(Study):
+    name, title, about = "rheology", "Homogeneous shear", "stress ratio and solid fraction of sheared grains beside published laws"
+    kinds = ("counted",)
+
+    def jobs(self, plan):
+        for scene, inertial, solver in points():
+            dimension, _, _, cost = SCENES[scene]
+            packing = plan.pack(f"cases/packings/rheology-{scene}.toml", **({"grains": QUICK_GRAINS} if plan.quick else {}))
+            stem = self.stem(plan, scene, inertial, solver)
+            text = Path(ROOT, f"cases/rheology/{scene}.toml").read_text()
+            strain = rate(scene, inertial)
+            text = text.replace("0.01]" if dimension == 2 else "0.01],", f"{strain!r}]" if dimension == 2 else f"{strain!r}],", 1)
+            text = text.replace("h = 0.1", f"h = {A_STEP / strain!r}")
+            file = Path(f"{stem}.toml")
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text)
+            how = ["--scheme", "dcs", "-n", 8] if solver == "dcs" else ["--scheme", "nlgs"]
+            steps = QUICK_STEPS if plan.quick else round(SHEARED / A_STEP)
+            command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", "--series", f"{stem}.csv", "--json", f"{stem}.json"]
+            plan.add(stem.name, [f"{stem}.csv", f"{stem}.json"], [command], needs=[packing], cost=cost)
+
+    def stem(self, plan, scene, inertial, solver):
+        return plan.folder / f"{scene}-{inertial:g}{'-dcs' if solver == 'dcs' else ''}"
+
+    def rows(self, plan):
+        made = [(point, self.stem(plan, *point)) for point in points()]
+        rows = [row(*point, stem, plan.quick) for point, stem in made if Path(f"{stem}.json").exists()]
+        return {"rows": rows, "sources": {scene: told["source"] for scene, told in published().items()}} if rows else {}
+
+
+def points():
+    for scene in SCENES:
+        yield from ((scene, inertial, "nlgs") for inertial in INERTIAL)
+        yield scene, DECOMPOSED, "dcs"
+
+
+def mean(values):
+    """Mean, and twice the standard error by blocks."""
+    size = max(1, len(values) // BLOCKS)
+    blocks = [statistics.fmean(values[k : k + size]) for k in range(0, size * BLOCKS, size) if values[k : k + size]]
+    return statistics.fmean(values), 2 * statistics.stdev(blocks) / math.sqrt(len(blocks)) if len(blocks) > 1 else math.nan
+
+
+def row(scene, inertial, solver, stem, quick):
+    run = record.load(f"{stem}.json")
+    _, normal, shear, _ = SCENES[scene]
+    with open(f"{stem}.csv") as file:
+        series = [{key: float(value) for key, value in line.items()} for line in csv.DictReader(file)]
+    half = series[len(series) // 2 :]
+    stress = statistics.fmean(line[f"stress_contacts_{normal}"] for line in half)
+    mu, mu_error = mean([-line[f"stress_contacts_{shear}"] / stress for line in half])
+    fraction, fraction_error = mean([line["solid_fraction"] for line in half])
+    by_law, fraction_by_law = law(scene, inertial)
+    return {
+        **{"scene": scene, "solver": solver, "grains": run["grains"], "steps": run["steps"], "inertial_number": inertial / math.sqrt(stress)},
+        **{"normal_stress": stress, "mu": mu, "mu_error": mu_error, "mu_published": by_law},
+        **{"solid_fraction": fraction, "fraction_error": fraction_error, "fraction_published": fraction_by_law},
+        **{"iterations_a_step": sum(run["iterations"]) / run["steps"], "unconverged_steps": run["unconverged_steps"], "command": run["command"]},
+    }
