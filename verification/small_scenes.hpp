@@ -146,7 +146,7 @@ Scene<M> pressed_cell(double ratio = 1.3) {
         mass += grain.mass;
         grain.load.setZero();
     }
-    cell.mass = 2 * cell.least_mass(0.5, mass);
+    cell.mass = 6 * mass;
     return scene;
 }
 

@@ -32,7 +32,7 @@ SimulationSettings<M> pressed(const PackSpecification& spec, const Cell<M>& cell
     if (M::friction) {  // the model of cells that flow; no coefficient is set
         settings.cell.driven.fill(true);
         settings.cell.stress.setOnes();
-        settings.cell.mass = 2 * cell.least_mass(spec.radius * (1 + spec.spread), mass);
+        settings.cell.mass = 6 * mass;
         return settings;
     }
     for (int d = 0; d < M::dim; ++d)
@@ -51,7 +51,11 @@ template <class M>
 Generated pack_model(const PackSpecification& spec, bool quiet) {
     Cell<M> cell;
     const std::vector<Grain<M>> grains = throw_grains<M>(stretched(spec), cell);
-    const double mass = total_mass(grains);
+    const double mass = total_mass(grains), largest = 2 * spec.radius * (1 + spec.spread);
+    const double dense = std::pow(mass / cell.size.prod() / (M::dim == 3 ? 0.7 : 0.9), 1.0 / M::dim);  // of each side
+    for (const int axis : spec.periodic)
+        if (dense * cell.size[axis] < 2 * largest)
+            throw InputError(spec.path + ": too few grains for a box of this aspect that repeats");
     SimulationSettings<M> settings = pressed(spec, cell, mass);
     InProcess comm(1);
     const double h = settings.h;

@@ -59,6 +59,10 @@ Packing read_packing(const std::string& path, const Share& share) {
     if (file.has("velocity")) packing.velocity = file.read<double>("velocity", {n, dim}, rows);
     if (file.has("spin")) packing.spin = file.read<double>("spin", {n, hsize_t{dim == 3 ? 3u : 1u}}, rows);
     if (file.has("periodic")) packing.periodic = file.read<int>("periodic", {dim});
+    if (file.has("cell/periodic")) {
+        packing.periodic = file.read<int>("cell/periodic", {dim});
+        packing.tilt = file.read<double>("cell/tilt", {dim, dim});
+    }
     if (!file.has("material")) return packing;
     packing.material = file.read<int>("material", {n}, rows);
     if (file.has("materials/name")) {

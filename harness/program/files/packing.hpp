@@ -28,6 +28,7 @@ struct Packing {
     std::vector<double> velocity{};  // (n, dim) [m/s]
     std::vector<double> spin{};      // (n, 1) in 2D, (n, 3) in 3D [rad/s]
     std::vector<int> periodic{};     // (dim) 1 of axes along which the box repeats
+    std::vector<double> tilt{};      // (dim, dim) [m] of that box, nscdd::Cell; a state has it
     std::vector<int> material{};     // (n) row of `materials`, or of the scene's materials where those are not named
     std::vector<std::string> materials{};  // names
 

@@ -69,7 +69,6 @@ State read_state(const std::string& path, const Share& share) {
 
     if (file.has("cell/periodic"))
         state.cell = {.periodic = file.read<int>("cell/periodic", {dim}),
-                      .mass = file.read<double>("cell/mass", {1})[0],
                       .gradient = file.read<double>("cell/gradient", {dim, dim}),
                       .size = file.read<double>("cell/size", {dim}),
                       .tilt = file.read<double>("cell/tilt", {dim, dim}),
@@ -152,7 +151,6 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
         file_.write("cell/periodic", head.cell.periodic, {dim});
         file_.write("cell/size", head.cell.size, {dim});
         file_.write("cell/tilt", head.cell.tilt, {dim, dim});
-        file_.write("cell/mass", std::vector{head.cell.mass}, {1});
         file_.write("cell/gradient", head.cell.gradient, {dim, dim});
         file_.write("rough/cell_size", head.cell.rough_size, {dim});
         file_.write("rough/cell_tilt", head.cell.rough_tilt, {dim, dim});

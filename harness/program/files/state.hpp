@@ -45,7 +45,6 @@ struct State {
     // Where the scene repeats; all empty where it does not.
     struct Cell {
         std::vector<int> periodic;                   // (dim) 1 of axes along which it repeats
-        double mass = 0;                             // of each side that a stress drives [kg]
         std::vector<double> gradient;                // (dim, dim) of the flow [1/s]
         std::vector<double> size, tilt;              // (dim) [m], (dim, dim) [m]: nscdd::Cell
         std::vector<double> rough_size, rough_tilt;  // as they were at the last broad phase

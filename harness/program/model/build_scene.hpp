@@ -112,14 +112,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         settings.cell.driven[static_cast<std::size_t>(axis)] = true;
         settings.cell.stress[axis] = stress;
     }
-    if (settings.cell.any_driven()) {
-        double own = 0;
-        for (const Grain<M>& grain : built.grains) own = std::max(own, grain.radius);
-        const double largest = reduce(comm, 0, [own](std::size_t) { return Buffer{own}; })[0];
-        const double stored = request.from.cell.mass;  // that of the cell as it was at first
-        settings.cell.mass =
-            scene.cell.mass.value_or(stored > 0 ? stored : 2 * settings.cell.least_mass(largest, mass));
-    }
+    if (settings.cell.any_driven()) settings.cell.mass = scene.cell.mass.value_or(6 * mass);
     const State& from = request.from;
     const auto vector = [](const std::vector<double>& stored) {
         return Eigen::Map<const typename M::Vec>(stored.data());
@@ -127,6 +120,8 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const auto matrix = [](const std::vector<double>& stored) {
         return Gradient<M>(Eigen::Map<const Gradient<M>>(stored.data()).transpose());  // from C order
     };
+    if (!request.packing.tilt.empty() && static_cast<int>(scene.cell.axes.size()) == M::dim)
+        settings.cell.tilt = matrix(request.packing.tilt);
     if (!from.cell.size.empty()) {
         settings.cell.size = vector(from.cell.size);
         settings.cell.tilt = matrix(from.cell.tilt);

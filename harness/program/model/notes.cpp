@@ -44,6 +44,11 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(
             fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));
+    for (std::size_t axis = 0; axis < request.packing.periodic.size(); ++axis)
+        if (request.packing.periodic[axis] && std::ranges::count(scene.cell.axes, static_cast<int>(axis)) == 0)
+            lines.push_back(
+                fmt::format("{}: the packing repeats along {}, and no [cell] does: its sides are free there",
+                            scene.file, "xyz"[axis]));
     if (request.undivided)
         lines.push_back(fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", request.scheme));
     if (!Packet::fuses)

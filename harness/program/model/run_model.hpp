@@ -193,7 +193,9 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     if (request.export_options && !SolvedOnCone<typename M::Law>)
         throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
     BuiltScene<M> built = build_scene<M>(request, comm);
+    std::vector<int> periodic = std::move(request.packing.periodic);
     request.packing = {};
+    request.packing.periodic = std::move(periodic);  // of which a note may tell
     request.from = {};
     const bool steps = !request.window && !request.calibration;
     RunResult result;

@@ -149,21 +149,42 @@ class SceneReader {
             scene_.cell.size = table.vector("size", static_cast<int>(scene_.cell.axes.size()));
             if (scene_.cell.size.minCoeff() <= 0) table.fail("size", "must be positive");
         }
-        if (table.has("gradient")) scene_.cell.gradient = table.rows("gradient", dim_, dim_);
+        if (table.has("gradient")) read_gradient(table);
         if (auto stress = table.table("stress")) read_stress(*stress);
-        if (table.has("mass")) scene_.cell.mass = table.number("mass", positive);
+        if (table.has("mass")) {
+            if (scene_.cell.stress.empty()) table.fail("mass", "is that of sides that a stress drives: give stress");
+            scene_.cell.mass = table.number("mass", positive);
+        }
+        if (!law_has_friction(scene_.law) && (!scene_.cell.gradient.empty() || !scene_.cell.stress.empty()))
+            table.fail("", "a gradient or a stress needs law = \"coulomb\", with friction 0 if there is none");
         table.finish();
+    }
+
+    bool periodic(int axis) const { return std::ranges::count(scene_.cell.axes, axis) > 0; }
+
+    void read_gradient(TomlTable& table) {
+        scene_.cell.gradient = table.rows("gradient", dim_, dim_);
+        for (int row = 0; row < dim_; ++row)
+            for (int axis = 0; axis < dim_; ++axis) {
+                if (scene_.cell.gradient[static_cast<std::size_t>(row)][axis] == 0) continue;
+                if (row > axis) table.fail("gradient", "must be 0 below the diagonal");
+                if (!periodic(row) || !periodic(axis))
+                    table.fail("gradient", "must be 0 for axes that are not periodic");
+            }
     }
 
     void read_stress(TomlTable& table) {
         for (int axis = 0; axis < dim_; ++axis) {
             const std::string name(1, "xyz"[axis]);
             if (!table.has(name)) continue;
-            scene_.cell.stress[axis] = table.number(name, any_number);
+            scene_.cell.stress[axis] = table.number(name, positive);
             const auto& gradient = scene_.cell.gradient;
             if (!gradient.empty() && gradient[static_cast<std::size_t>(axis)][axis] != 0)
                 table.fail(name, "is driven by a stress and by the gradient");
         }
+        if (scene_.cell.stress.empty()) table.fail("", "names no axis");
+        if (static_cast<int>(scene_.cell.axes.size()) < dim_)
+            table.fail("", "needs a cell that is periodic along all axes");
         table.finish();
     }
 

@@ -40,7 +40,7 @@ struct SceneCell {                          // the scene repeats; along no axis 
     Eigen::VectorXd size;                   // sides along these axes [m], > 0; empty: of the packing's box
     std::vector<Eigen::VectorXd> gradient;  // of the flow, rows [1/s]; empty: none is prescribed
     std::map<int, double> stress;           // by axis, drives its side; positive in compression [Pa]
-    std::optional<double> mass;  // [kg] of each side that a stress drives; default: twice the least that converges
+    std::optional<double> mass;  // [kg] of each side that a stress drives; default: 6 times the mass of the grains
 };
 
 enum class WallMotion { Fixed, Velocity, Force, Pressure };

@@ -39,6 +39,13 @@ class SeriesRows {
         add(row, "time", "s", "at the end of the step", time);
         add(row, "box", "m", "side of the cell along each axis, or distance of its two walls", box);
         add(row, "strain", "1", "ln(edge at the start of this run / edge now), positive in compression", strain);
+        if (simulation.settings().cell.flows()) {
+            sheared_ += h * simulation.settings().cell.gradient;
+            add(row, "cell_gradient", "1/s", "of the flow of the cell; row: what moves, column: along what",
+                Tensor(simulation.settings().cell.gradient));
+            add(row, "cell_strain", "1", "the gradients of this run times the step, added up: shear off the diagonal",
+                Tensor(sheared_));
+        }
         add(row, "stress_contacts", pressure,
             "sum of force (x) branch vector over the contacts, over the volume of the box, positive in compression",
             stress);
@@ -113,7 +120,7 @@ class SeriesRows {
         const Cell<M>& cell = simulation.settings().cell;
         for (int d = 0; d < dim; ++d)
             if (cell.driven[static_cast<std::size_t>(d)])
-                energy += 0.5 * cell.mass * std::pow(cell.gradient(d, d) * cell.size[d], 2);
+                energy += 0.5 * cell.mass * std::pow(cell.gradient(d, d) * cell.length, 2);
         return energy;
     }
     static std::vector<double> normal_forces(const Simulation<M>& simulation, const std::vector<Vec>& force) {
@@ -163,7 +170,8 @@ class SeriesRows {
             scale > 0 ? std::abs(open) / scale : 0);
     }
 
-    Vec start_, last_;  // edges of the box before the run and before the step [m]
+    Gradient<M> sheared_ = Gradient<M>::Zero();  // since the start of this run
+    Vec start_, last_;                           // edges of the box before the run and before the step [m]
     std::vector<std::string> walls_;
     double total_[4] = {0, 0, 0, 0};  // of the four terms of the balance [J]
     double initial_ = 0, scale_ = 0;  // [J]

@@ -46,7 +46,6 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     const BroadPhaseState<M> rough = last_rough(simulation);
     if (const Cell<M>& cell = simulation.settings().cell; cell.repeats()) {
         append(head.cell.periodic, cell.periodic);
-        head.cell.mass = cell.mass;
         append(head.cell.size, cell.size);
         append(head.cell.tilt, rows_of(cell.tilt));
         append(head.cell.gradient, rows_of(cell.gradient));

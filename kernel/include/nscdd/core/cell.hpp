@@ -30,8 +30,15 @@ struct Cell {
     Gradient<M> tilt = Gradient<M>::Zero();  ///< (e, d): the next image along d is this far along e < d [m]
     std::array<bool, M::dim> driven{};       ///< whether a stress drives the side, of each axis
     Vec stress = Vec::Zero();                ///< of driven sides, positive in compression [Pa], [N/m] in 2D
-    double mass = 0;                         ///< of each driven side [kg]: its inertia against changes of its speed
+    /// Inertia of each driven side against changes of its rate, as a mass that moves by `length` times the rate [kg].
+    /// At least three times the mass of all grains.
+    double mass = 0;
+    double length = 0;  ///< of that motion [m]; Simulation sets it to the diameter of the largest grain
     Gradient<M> gradient = Gradient<M>::Zero();  ///< of the flow's velocity [1/s]: upper triangle, of periodic axes
+
+    static constexpr const char* shortest = "shorter than two diameters of the largest grain";  ///< said of too_short()
+    /// Whether a grain could touch its own image, or two images of another one.
+    bool too_short(int d, double largest_radius) const { return along(d) && size[d] < 4 * largest_radius; }
 
     /// Whether any axis is periodic.
     bool repeats() const {
@@ -51,21 +58,10 @@ struct Cell {
     bool any_driven() const {
         return std::any_of(driven.begin(), driven.end(), [](bool side) { return side; });
     }
-    /// Least mass of a side [kg]: lighter ones give way by more than contacts ask for in a sweep (METHOD.md,
-    /// section 2.6).
-    double least_mass(double largest_radius, double mass_of_grains) const {
-        const double share = 2 * largest_radius / least_size();
-        return 3 * mass_of_grains * share * share;
-    }
     /// Number of driven sides: of bodies that stand behind the walls of a problem, in the order of axes.
     std::size_t sides() const { return static_cast<std::size_t>(std::count(driven.begin(), driven.end(), true)); }
-    /// Force of its stress on a driven side [N].
-    double force(int d) const {
-        double area = 1;
-        for (int e = 0; e < M::dim; ++e)
-            if (e != d) area *= size[e];
-        return stress[d] * area;
-    }
+    /// Force of its stress on a driven side, on the motion by `length` times the rate [N].
+    double force(int d) const { return stress[d] * size.prod() / length; }
     /// A velocity relative to a place that is `apart` away [m/s], with what the flow adds.
     Vec with_flow(const Vec& velocity, const Vec& apart) const {
         return flows() ? Vec(velocity + flow_over<M>(gradient, apart)) : velocity;
@@ -158,9 +154,9 @@ void check_cell(const Cell<M>& cell, std::span<const Wall<M>> walls, double larg
                 throw std::invalid_argument("cell: a stress drives sides where all axes are periodic, and is finite");
         if (!(cell.mass > 0) || !std::isfinite(cell.mass))
             throw std::invalid_argument("cell: sides that a stress drives need a positive mass");
-        if (const double least = cell.least_mass(largest_radius, mass); cell.mass < least)
-            throw std::invalid_argument("cell: the mass of sides must be at least " +
-                                        detail::two_digits(least, std::ceil) + " kg, for sweeps to converge");
+        if (cell.mass < 3 * mass)
+            throw std::invalid_argument("cell: the mass of sides must be at least three times that of all grains, " +
+                                        detail::two_digits(3 * mass, std::ceil) + " kg, for sweeps to converge");
     }
     if (cell.flows() && !M::friction)
         throw std::invalid_argument("cell: one that flows needs a model with friction, of which 0 will do");
@@ -171,11 +167,10 @@ void check_cell(const Cell<M>& cell, std::span<const Wall<M>> walls, double larg
         name += "xyz"[d];
         if (!std::isfinite(cell.size[d]) || !(cell.size[d] > 0) || !std::isfinite(cell.low[d]))
             throw std::invalid_argument(name + " must be positive and finite");
-        if (cell.size[d] < 4 * largest_radius)
-            throw std::invalid_argument(name + " is shorter than two diameters of the largest grain");
+        if (cell.too_short(d, largest_radius)) throw std::invalid_argument((name += " is ") += cell.shortest);
         for (const Wall<M>& wall : walls)
             if (wall.normal[d] != 0)
-                throw std::invalid_argument(name + " crosses wall " + std::to_string(&wall - walls.data()));
+                throw std::invalid_argument((name += " crosses wall ") += std::to_string(&wall - walls.data()));
     }
 }
 

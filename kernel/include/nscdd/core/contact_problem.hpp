@@ -70,10 +70,10 @@ struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
 template <class M>
 struct Flow {
     Gradient<M> gradient = Gradient<M>::Zero();  ///< as prescribed [1/s]
-    /// For each axis, the number in ContactProblem::walls of the side that a stress drives, whose speed is the rate at
-    /// which it gets longer; -1 if there is none.
+    /// For each axis, the number in ContactProblem::walls of the side that a stress drives, whose speed is `length`
+    /// times its rate; -1 if there is none.
     std::array<int, M::dim> side;
-    typename M::Vec size = M::Vec::Zero();  ///< lengths of the sides [m]
+    double length = 0;  ///< Cell::length [m]
 
     /// Whether a stress drives any side.
     bool driven() const {
@@ -113,14 +113,14 @@ struct ContactProblem {
         Gradient<M> gradient = flow->gradient;
         for (int d = 0; d < M::dim; ++d)
             if (const int side = flow->side[static_cast<std::size_t>(d)]; side >= 0)
-                gradient(d, d) = walls[static_cast<std::size_t>(side)].speed / flow->size[d];
+                gradient(d, d) = walls[static_cast<std::size_t>(side)].speed / flow->length;
         return gradient;
     }
-    /// Calls visit(wall, d, size) for each wall that is a side of the cell along axis d, `size` [m] long.
+    /// Calls visit(wall, d) for each wall that is a side of the cell along axis d.
     void each_side(auto&& visit) {
         for (int d = 0; flow && d < M::dim; ++d)
             if (const int side = flow->side[static_cast<std::size_t>(d)]; side >= 0)
-                visit(walls[static_cast<std::size_t>(side)], d, flow->size[d]);
+                visit(walls[static_cast<std::size_t>(side)], d);
     }
 
     /// Number of contacts, between grains and with walls.

@@ -135,14 +135,14 @@ void set_flow(Subdomain<M>& part, double h) {
     const Cell<M>& cell = part.cell;
     Flow<M>& flow = problem.flow.emplace();
     flow.gradient = cell.gradient;
-    flow.size = cell.size;
+    flow.length = cell.length;
     for (int d = 0; d < M::dim; ++d) {
         flow.side[static_cast<std::size_t>(d)] = -1;
         if (!cell.driven[static_cast<std::size_t>(d)]) continue;
         const std::size_t at = problem.walls.size();
         flow.gradient(d, d) = 0;
         flow.side[static_cast<std::size_t>(d)] = static_cast<int>(at);
-        problem.walls.push_back({.speed = cell.gradient(d, d) * cell.size[d] - h * cell.force(d) / cell.mass,
+        problem.walls.push_back({.speed = cell.gradient(d, d) * cell.length - h * cell.force(d) / cell.mass,
                                  .inv_mass = problem.wall_multiplicity[at] / cell.mass});
     }
 }

@@ -74,8 +74,8 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
         const typename M::Spin turn = arm_cross<M>(c.normal, impulse);
         a.spin() -= (c.lever_i * a.inv_inertia) * turn;
         b.spin() -= (c.lever_j * b.inv_inertia) * turn;
-        problem.each_side([&](WallBody<M>& side, int d, double size) {
-            side.speed += side.inv_mass * impulse[d] * (c.lever_i + c.lever_j) * c.normal[d] / size;
+        problem.each_side([&](WallBody<M>& side, int d) {
+            side.speed += side.inv_mass * impulse[d] * (c.lever_i + c.lever_j) * c.normal[d] / problem.flow->length;
         });
     }
 }

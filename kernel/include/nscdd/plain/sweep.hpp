@@ -137,9 +137,9 @@ void sweep(ContactProblem<M>& problem) {
         const Eigen::VectorXd next = contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         b.v -= inverse_mass(b) * hb.transpose() * (next - r);
-        problem.each_side([&](WallBody<M>& side, int d, double size) {
+        problem.each_side([&](WallBody<M>& side, int d) {
             const Eigen::VectorXd impulse = axes.transpose() * (next - r);
-            side.speed += side.inv_mass * impulse[d] * (lever_i + lever_j) * c.normal[d] / size;
+            side.speed += side.inv_mass * impulse[d] * (lever_i + lever_j) * c.normal[d] / problem.flow->length;
         });
         store(axes, next, c);
     }

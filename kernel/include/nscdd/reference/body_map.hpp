@@ -10,7 +10,8 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 template <class M>
 void refuse_driven_cell(const ContactProblem<M>& problem) {
     if (problem.flow && problem.flow->driven())
-        throw std::invalid_argument("a cell that a stress drives is for solvers that sweep: nlgs, ccs, dcs");
+        throw std::invalid_argument(
+            "a cell that a stress drives has no local form: Newton's method and exchange files do not know it");
 }
 
 /// From the velocity of grain i (sign 1) or j (-1) of a contact to its part of the relative velocity. `axes`: rows of

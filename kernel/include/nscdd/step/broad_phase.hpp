@@ -46,8 +46,6 @@ class BroadPhase {
         for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
         speed += M::dim * settings.cell.gradient.cwiseAbs().maxCoeff() * 1.25 * radii.largest;
         const double step_reach = settings.h * speed;
-        if (4.4 * step_reach > 0.5 * settings.cell.least_size())
-            throw std::runtime_error("grains move by a ninth of the cell in a step: take a smaller step");
         const double wanted =
             std::clamp(2.2 * settings.broad_phase_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
         skin_ = (std::max)({wanted, 4.4 * step_reach, needed});

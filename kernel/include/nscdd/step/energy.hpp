@@ -37,8 +37,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
         }
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (walls[w].driven) mean.walls[w].speed = 0.5 * (walls[w].speed + mean.walls[w].speed);
-        mean.each_side([&](WallBody<M>& side, int d, double size) {
-            side.speed = 0.5 * (side.speed + part.cell.gradient(d, d) * size);
+        mean.each_side([&](WallBody<M>& side, int d) {
+            side.speed = 0.5 * (side.speed + part.cell.gradient(d, d) * part.cell.length);
         });
         const auto add = [&](const Contact<M>& c, auto kind) {
             const typename M::Impulse v = relative_velocity(mean, c, kind);
@@ -73,8 +73,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
     sides.flow = parts[0].problem.flow;
     sides.walls = parts[0].problem.walls;
     const Cell<M>& cell = parts[0].cell;
-    sides.each_side([&](const WallBody<M>& side, int d, double size) {
-        const double before = cell.gradient(d, d) * size;
+    sides.each_side([&](const WallBody<M>& side, int d) {
+        const double before = cell.gradient(d, d) * cell.length;
         total.before += 0.5 * cell.mass * before * before;
         total.kinetic += 0.5 * cell.mass * side.speed * side.speed;
         total.walls -= h * cell.force(d) * 0.5 * (before + side.speed);

@@ -15,7 +15,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The worst of all pairs that make a step impossible.
+/// Why a step is impossible: the worst of all pairs, or a reason that is no pair.
 struct Refusal {
     int step = 0;        ///< counted from 1, as the simulation has made them
     int i = -1;          ///< id
@@ -23,12 +23,15 @@ struct Refusal {
     double overlap = 0;  ///< when detected, over the smaller radius [1]; 0: they pass into or through each other unseen
     double allowed = 0;  ///< the largest overlap that is allowed, over the smaller radius [1]
     double h = 0;        ///< a step that would do for all pairs of the scene as they move now [s]; 0: none is known
+    std::string reason{};  ///< that is no pair; empty where a pair is the reason
 };
 
 /// The reason in one line, such as "step 12: grain 3 and wall 'floor' overlap by 12 % of a radius (at most 10 %)".
 /// `walls` are their names, empty for their numbers.
 inline std::string describe(const Refusal& refusal, std::span<const std::string> walls = {}) {
-    std::string text = "step " + std::to_string(refusal.step) + ": grain " + std::to_string(refusal.i) + " and ";
+    const std::string step = "step " + std::to_string(refusal.step) + ": ";
+    if (!refusal.reason.empty()) return step + refusal.reason;
+    std::string text = step + "grain " + std::to_string(refusal.i) + " and ";
     const auto wall = static_cast<std::size_t>(-1 - refusal.j);
     if (refusal.j >= 0)
         text += "grain " + std::to_string(refusal.j);

@@ -122,13 +122,19 @@ class Simulation {
         for (auto& part : parts_) part.cell = cell;
     }
 
-    /// Sides that a stress drives keep their speed from one detection to the next, while they get longer or shorter.
-    void keep_speeds_of_sides() {
+    /// Throws StepRefused for a reason that is the same on every rank.
+    [[noreturn]] void refuse(std::string reason) const {
+        throw StepRefused({.step = steps_ + 1, .reason = std::move(reason)});
+    }
+    /// Refuses a cell that has become too small.
+    void check_sides() const {
         for (int d = 0; d < M::dim; ++d) {
-            if (!settings_.cell.driven[static_cast<std::size_t>(d)]) continue;
-            double& rate = settings_.cell.gradient(d, d);
-            rate /= 1 + settings_.h * rate;
-            for (auto& part : parts_) part.cell.gradient(d, d) = rate;
+            if (!settings_.cell.too_short(d, radii_.largest)) continue;
+            std::string reason = "the side of the cell along ";
+            reason += "xyz"[d];
+            reason += " is ";
+            reason += Cell<M>::shortest;
+            refuse(std::move(reason));
         }
     }
 
@@ -145,6 +151,9 @@ class Simulation {
         if (!std::isfinite(all.moved + all.speed))
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": positions or velocities are no longer finite");
+        if (const double most = 0.2 * settings_.cell.least_size(); settings_.h * all.speed > most)
+            refuse("grains move by more than a fifth of the cell within the step: take h <= " +
+                   detail::two_digits(0.999 * most / all.speed, std::floor) + " s");
         return all;
     }
 
@@ -177,7 +186,8 @@ class Simulation {
             return Detected{double(parts_[k].problem.contact_count()), worst[k].ratio};
         });
         report.contacts = all.contacts;
-        if (all.worst_overlap > settings_.largest_overlap) refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
+        if (all.worst_overlap > settings_.largest_overlap)
+            nscdd::refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
         detail::agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
@@ -301,7 +311,7 @@ class Simulation {
             within.push_back(detail::step_that_sees_all<M>(part, settings_.walls, settings_.materials,
                                                            settings_.largest_overlap, velocity, speed));
         }
-        refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
+        nscdd::refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
 
     /// Writes velocities of the step into grains and walls.
@@ -314,8 +324,9 @@ class Simulation {
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
             settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
         if (!settings_.cell.any_driven()) return;
-        parts_[0].problem.each_side(
-            [this](const WallBody<M>& side, int d, double size) { settings_.cell.gradient(d, d) = side.speed / size; });
+        parts_[0].problem.each_side([this](const WallBody<M>& side, int d) {
+            settings_.cell.gradient(d, d) = side.speed / settings_.cell.length;
+        });
         for (auto& part : parts_) part.cell.gradient = settings_.cell.gradient;
     }
 
@@ -347,7 +358,6 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     for (int rank : comm_.ranks()) {
         Subdomain<M>& part = parts_.emplace_back();
         part.rank = rank;
-        part.cell = settings_.cell;
     }
     for (const auto& grain : grains) {
         parts_[0].grains.push_back(grain);
@@ -356,7 +366,9 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     }
     detail::check_ids(parts_, comm_);
     count_grains();
+    settings_.cell.length = 2 * radii_.largest;
     check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
+    for (auto& part : parts_) part.cell = settings_.cell;
     Stopwatch watch(comm_);
     if (last)
         broad_.repeat(parts_, comm_, settings_, radii_, *last);
@@ -379,7 +391,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     if (steps_ == 0) check_first_drift();
     watch.lap(seconds_.detect);
     drift((1 - settings_.theta) * settings_.h, settings_.theta * settings_.h);
-    keep_speeds_of_sides();
+    check_sides();
     watch.lap(seconds_.advance);
     const detail::Motion before = motion(Velocities::known);
     if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);

@@ -204,8 +204,8 @@ class BatchSweeper {
         }
         void apply(ContactProblem<M>& problem) const {
             if constexpr (Batch<M, Other>::flowing)
-                problem.each_side([this](WallBody<M>& side, int d, double size) {
-                    side.speed += side.inv_mass * sum(push[static_cast<std::size_t>(d)]) / size;
+                problem.each_side([this, length = problem.flow->length](WallBody<M>& side, int d) {
+                    side.speed += side.inv_mass * sum(push[static_cast<std::size_t>(d)]) / length;
                 });
         }
     };
