@@ -93,8 +93,9 @@ struct Cell {
     }
 
     /// From b to the nearest image of a [m], where that is nearer than half of the cell.
-    Vec apart(const Vec& a, const Vec& b) const {
-        Vec way = a - b;
+    Vec apart(const Vec& a, const Vec& b) const { return nearest(a - b); }
+    /// The same of the way from b to any image of a [m].
+    Vec nearest(Vec way) const {
         for (int d = M::dim - 1; d >= 0; --d)
             if (along(d)) way -= std::round(way[d] / size[d]) * side(d);
         return way;

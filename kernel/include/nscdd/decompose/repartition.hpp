@@ -241,17 +241,20 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         const Cells<M> cells(part.grains, 2 * largest_radius + skin);
         sort_in_space(part.grains, cells);
 
+        const bool repeats = part.cell.repeats();
         const auto mine = [&](const Grain<M>& a, const Grain<M>& b) {
             const Grain<M>&low = a.id < b.id ? a : b, &high = a.id < b.id ? b : a;  // the same sum as above
-            return partition.owner(part.cell.middle(low.position, high.position)) == part.rank;
+            const typename M::Vec midpoint = repeats ? part.cell.middle(low.position, high.position)
+                                                     : typename M::Vec(0.5 * (low.position + high.position));
+            return partition.owner(midpoint) == part.rank;
         };
         part.pairs.clear();
         part.wall_pairs.clear();
         uses[k].assign(part.grains.size(), Use::none);
         std::vector<GrainPair> close;
         try {
-            close = part.cell.repeats() ? close_pairs<M>(part.grains, part.cell, 2 * largest_radius + skin, skin, mine)
-                                        : close_pairs<M>(part.grains, cells, skin, mine);
+            close = repeats ? close_pairs<M>(part.grains, part.cell, 2 * largest_radius + skin, skin, mine)
+                            : close_pairs<M>(part.grains, cells, skin, mine);
         } catch (const TooManyPairs& pairs) {
             refused[k] = {pairs.overlap, double(pairs.i), double(pairs.j), double(pairs.most)};
             return;

@@ -81,7 +81,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     };
     ContactProblem<M>& problem = part.problem;
     const Cell<M> cell = part.cell;
-    const bool flows = cell.flows();
+    const bool repeats = cell.repeats(), flows = cell.flows();  // asked once: there are many candidates
     // Each candidate is written to contacts[count]; count grows only if it acts. Avoids a mispredicted branch.
     std::size_t count = 0;
     problem.contacts.resize(part.pairs.size());
@@ -90,7 +90,8 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         Candidate<M>& candidate = part.pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
-        typename M::Vec normal = cell.apart(a.position, b.position);
+        typename M::Vec normal = a.position - b.position;
+        if (repeats) normal = cell.nearest(normal);
         const double distance = normal.norm(), gap = distance - a.radius - b.radius;
         note(gap, (std::min)(a.radius, b.radius), a.id, b.id);
         if (!(distance > 0)) continue;  // coincident centres have no normal; their overlap is noted
