@@ -24,6 +24,7 @@ PAGES = [
     "7-mpi.md",
     "8-judge.md",
     "13-cells.md",
+    "14-obstacles.md",
 ]
 OWN_CODE = "9-own-code.md"  # needs none of the others
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?%?")

@@ -53,6 +53,15 @@ void load(Grain<M>& grain, const SceneGrain& single) {
     if constexpr (M::friction) grain.load.template tail<M::spins>() = single.torque;
 }
 
+template <class M>
+Path<M> path_of(const ScenePath& path) {
+    if (path.kind == ScenePath::Kind::Oscillating)
+        return oscillation<M>(typename M::Vec(path.amplitude), path.frequency, path.phase);
+    if (path.kind == ScenePath::Kind::Table)
+        return along_table<M>(path.times, {path.places.begin(), path.places.end()});
+    return {};
+}
+
 // Adds the scene's own grains behind those of the packing. A state has these grains already, but for their loads.
 template <class M>
 void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
@@ -93,6 +102,11 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
 
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
+    // if the run goes on with the same h, the times of the uninterrupted run to the last bit
+    if (request.start_time == double(request.start_step) * settings.h)
+        settings.steps_before = request.start_step;
+    else
+        settings.start_time = request.start_time;
     settings.theta = scene.step.theta;
     settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
@@ -135,6 +149,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         wall.normal = source.normal;
         wall.driven = source.driven();
         wall.velocity = source.velocity;
+        wall.path = build_detail::path_of<M>(source.path);
         if (wall.driven) {
             wall.velocity -= wall.velocity.dot(wall.normal) * wall.normal;
             wall.mass = source.mass.value_or(mass);

@@ -30,6 +30,13 @@ void add(std::string& bytes, const auto& values)
     for (const double value : values) add(bytes, value);
 }
 
+inline void add_path(std::string& bytes, const ScenePath& path) {
+    for (const double value : {path.frequency, path.phase}) add(bytes, value);
+    add(bytes, path.amplitude);
+    add(bytes, path.times);
+    for (const Eigen::VectorXd& place : path.places) add(bytes, place);
+}
+
 // Adds up the checksums of items, modulo 2^64, so that their order does not count. Sums of 16 bits are exact.
 constexpr std::size_t pieces = 4;
 inline void add_item(std::span<double> sums, std::string_view bytes) {
@@ -47,7 +54,7 @@ inline std::uint64_t total(std::span<const double> sums) {
 // Collective; each process passes its share of the grains.
 template <class M>
 Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator& comm) {
-    using problem_detail::add, problem_detail::pieces;
+    using problem_detail::add, problem_detail::add_path, problem_detail::pieces;
     const std::size_t materials = scene.materials.size();
     Buffer mine(materials + pieces);
     for (const Grain<M>& grain : built.grains) {
@@ -88,7 +95,11 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
                                    scene.walls[w].pressure, double(scene.walls[w].motion)})
             add(bytes, value);
         add(bytes, wall.normal);
-        add(bytes, wall.velocity);
+        const ScenePath& path = scene.walls[w].path;
+        if (path.kind == ScenePath::Kind::None)
+            add(bytes, wall.velocity);
+        else
+            add_path(bytes, path);
     }
     for (const ScenePair& pair : scene.pairs) {
         if (pair.restitution == 0 &&

@@ -222,11 +222,20 @@ class SceneReader {
     }
 
     void read_motion(TomlTable& table, SceneWall& wall) {
-        wall.motion = static_cast<WallMotion>(table.choice("motion", {"fixed", "velocity", "force", "pressure"}));
+        wall.motion = static_cast<WallMotion>(
+            table.choice("motion", {"fixed", "velocity", "force", "pressure", "oscillating", "table"}));
         wall.velocity = zero();
         if (wall.motion == WallMotion::Fixed) return;
         if (wall.motion == WallMotion::Velocity) {
             wall.velocity = table.vector("velocity", dim_);
+            return;
+        }
+        if (wall.motion == WallMotion::Oscillating) {
+            wall.path = read_oscillation(table, dim_, wall.normal);
+            return;
+        }
+        if (wall.motion == WallMotion::Table) {
+            wall.path = read_path_table(table, dim_, scene_.file);
             return;
         }
         if (wall.motion == WallMotion::Force)

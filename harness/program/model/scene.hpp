@@ -10,6 +10,7 @@
 
 #include "files/error.hpp"
 #include "files/ranges.hpp"
+#include "model/scene_motion.hpp"
 #include "model/solve_settings.hpp"
 
 namespace nscdd {
@@ -43,7 +44,7 @@ struct SceneCell {                          // the scene repeats; along no axis 
     std::optional<double> mass;  // [kg] of each side that a stress drives; default: 6 times the mass of the grains
 };
 
-enum class WallMotion { Fixed, Velocity, Force, Pressure };
+enum class WallMotion { Fixed, Velocity, Force, Pressure, Oscillating, Table };
 
 struct WallSide {  // a face of the packing's box
     int axis = 0;
@@ -57,6 +58,7 @@ struct SceneWall {
     Eigen::VectorXd through;       // (dim) [m] a point of the plane; empty where `side` is given
     int material = 0;              // index into Scene::materials
     WallMotion motion = WallMotion::Fixed;
+    ScenePath path;              // for Oscillating and Table
     Eigen::VectorXd velocity;    // (dim) [m/s] prescribed; its tangential part alone for Force and Pressure
     double force = 0;            // [N] for Force: along the normal, positive pushes into the sample
     double pressure = 0;         // [Pa] for Pressure: times the current area of the face

@@ -122,7 +122,8 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         note(gap, a.radius, a.id, -1 - candidate.j);
         const auto& pairing = materials(a.material, wall.material);
         if (!acts(candidate, pairing, gap, alert, false)) continue;
-        const double approach = a.velocity.template head<M::dim>().dot(wall.normal) - wall.normal_speed();
+        const double approach =
+            a.velocity.template head<M::dim>().dot(wall.normal) - (wall.normal_speed() - wall.change.dot(wall.normal));
         fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius, 0.0);
         part.wall_source.push_back(static_cast<int>(k));
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -27,6 +28,8 @@ struct SimulationSettings {
     MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
     typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
     double h = 0;                              ///< time step [s], has to be set
+    double start_time = 0;                     ///< time of the scene when `steps_before` is 0 [s]
+    std::int64_t steps_before = 0;             ///< steps of h made since then, before the simulation begins
     double theta = 0.5;                        ///< of the Moreau-Jean scheme, 0.5 to 1 in use
     int broad_phase_every = 10;                ///< steps between broad phases; sooner when grains have moved too far
     Partitioner<M> partition = by_grid<M>();   ///< deals space to subdomains; a regular grid as in the paper
@@ -78,6 +81,7 @@ void check_walls(std::span<const Wall<M>> walls, int materials) {
             throw std::invalid_argument(name + "material is not valid");
         if (wall.driven && !(wall.mass > 0))
             throw std::invalid_argument(name + "it is driven and needs a positive mass");
+        if (wall.driven && wall.path) throw std::invalid_argument(name + "a force drives it, so it has no path");
         if (!(std::abs(wall.normal.norm() - 1) < 1e-9))
             throw std::invalid_argument(name + "the normal must be a unit vector");
     }
@@ -91,6 +95,8 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!(settings.h > 0 && std::isfinite(settings.h)) || !(settings.theta >= 0 && settings.theta <= 1))
         throw std::invalid_argument("the step h must be positive and finite, and theta within [0, 1]");
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
+    if (!std::isfinite(settings.start_time) || settings.steps_before < 0)
+        throw std::invalid_argument("the time of the start must be finite, and the steps before it none or more");
     check_walls<M>(settings.walls, settings.materials.count());
     if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");
 }

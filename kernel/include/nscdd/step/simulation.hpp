@@ -90,6 +90,7 @@ class Simulation {
     std::size_t grain_count() const { return grains_; }       ///< of the whole scene
     double least_radius() const { return radii_.least; }      ///< of the whole scene [m]
     int steps() const { return steps_; }                      ///< number of steps made by step()
+    double time() const { return time(0); }                   ///< of the scene now [s]
     /// The last broad phase. Throws std::logic_error for a simulation that was moved.
     const BroadPhase<M>& broad_phase() const {
         check_there();
@@ -105,7 +106,8 @@ class Simulation {
 
     /// All moves for `dt` [s] by the velocities that it got `since` [s] ago. In a cell that flows these are what they
     /// were then, also of images: so a gap that the law keeps open at the detection is open at the next one.
-    void drift(double dt, double since) {
+    /// Walls with a path are where it is at the end: it begins and ends after these shares of the step.
+    void drift(double dt, double since, double begin, double end) {
         Cell<M>& cell = settings_.cell;
         const bool flows = cell.flows();
         const Gradient<M> flow = cell.gradient_after(since);
@@ -115,11 +117,29 @@ class Simulation {
                 if (flows) v += flow_over<M>(flow, g.position - cell.low - since * v);
                 g.position += dt * v;
             }
-        for (auto& wall : settings_.walls) wall.offset += dt * wall.normal_speed();
+        for (auto& wall : settings_.walls)
+            wall.offset +=
+                wall.path ? wall.normal.dot(wall.path(time(end)) - wall.path(time(begin))) : dt * wall.normal_speed();
         if (!flows) return;
         broad_.flow(flow, dt);
         cell.move_images(flow, dt);
         for (auto& part : parts_) part.cell = cell;
+    }
+
+    /// Time of the scene after a share of the next step [s]. Of a simulation that goes on, the same to the last bit.
+    double time(double share) const {
+        return settings_.start_time + (double(settings_.steps_before + steps_) + share) * settings_.h;
+    }
+    /// Sets the velocities of walls with a path for the next step.
+    void follow_paths() {
+        const double detection = 1 - settings_.theta, h = settings_.h;
+        for (auto& wall : settings_.walls) {
+            if (!wall.path) continue;
+            const typename M::Vec before = wall.path(time(detection - 1)), now = wall.path(time(detection)),
+                                  next = wall.path(time(detection + 1));
+            wall.velocity = (next - now) / h;
+            wall.change = wall.velocity - (now - before) / h;
+        }
     }
 
     /// Throws StepRefused for a reason that is the same on every rank.
@@ -367,6 +387,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     detail::check_ids(parts_, comm_);
     count_grains();
     settings_.cell.length = 2 * radii_.largest;
+    follow_paths();
     check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
     for (auto& part : parts_) part.cell = settings_.cell;
     Stopwatch watch(comm_);
@@ -388,9 +409,11 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     check_walls<M>(settings_.walls, settings_.materials.count());
     Stopwatch watch(comm_);
     StepReport report;
+    follow_paths();
     if (steps_ == 0) check_first_drift();
     watch.lap(seconds_.detect);
-    drift((1 - settings_.theta) * settings_.h, settings_.theta * settings_.h);
+    const double detection = 1 - settings_.theta;
+    drift(detection * settings_.h, settings_.theta * settings_.h, 0, detection);
     check_sides();
     watch.lap(seconds_.advance);
     const detail::Motion before = motion(Velocities::known);
@@ -414,7 +437,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     report.solve.iterations = iterations;
     report.energy = detail::step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
     commit();
-    drift(settings_.theta * settings_.h, 0);
+    drift(settings_.theta * settings_.h, 0, detection, 1);
     ++steps_;
     watch.lap(seconds_.advance);
     return report;
