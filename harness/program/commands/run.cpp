@@ -144,6 +144,7 @@ int run(const RunArguments& arguments, const Provenance& provenance, const Sessi
     FileSet files;  // rank 0 writes
     if (!session.together([&] {
             request = prepare_run(arguments, provenance, {session.rank(), session.size()}, over_mpi);
+            request.undivided = request.undivided && !launched();
             if (simulated && !request.outputs.json.empty())
                 throw InputError(
                     "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");

@@ -7,8 +7,7 @@
 #include "files/load.hpp"
 #include "files/replace_file.hpp"
 #include "files/say.hpp"
-#include "model/local_form.hpp"
-#include "registry/local_solvers.hpp"
+#include "model/solve_local.hpp"
 #include "registry/registry.hpp"
 
 namespace nscdd {
@@ -29,42 +28,9 @@ nlohmann::json to_json(const ErrorMeasures& e) {
             {"worst", e.worst}};
 }
 
-std::span<const LocalSolverInfo> offered_solvers() {
-    static const std::vector<LocalSolverInfo> infos = infos_of<LocalSolverInfo>(local_solvers);
-    return infos;
-}
-
 // Of a name that the command line has let pass.
 const LocalSolverInfo& offered_solver(const std::string& name) {
-    return *std::ranges::find(offered_solvers(), name, &LocalSolverInfo::name);
-}
-
-struct Solved {
-    FclibSolution solution;
-    SolveReport report;
-    ErrorMeasures measures;
-    std::size_t blocks;
-    double cpu;  // [s]
-    nlohmann::json load;
-};
-
-template <int dim>
-Solved solve(const LocalProblem& local, const SolveFclibArguments& arguments) {
-    const DelassusProblem<dim> problem = to_blocks<dim>(local);
-    LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
-    Solved solved;
-    if (arguments.solver == "none") r = by_contact<dim>(read_fclib_impulses(arguments.file, local.q.size()));
-    const LocalTask<DelassusProblem<dim>> task{
-        problem, r, {arguments.tolerance, arguments.check_every, arguments.max_sweeps}};
-    const LoadMeter load;
-    const double began = cpu_seconds();
-    solved.report = make_offered<DelassusProblem<dim>, SolveReport>(local_solvers, arguments.solver, task);
-    solved.cpu = cpu_seconds() - began;
-    solved.load = load_json(load.row(), 1);
-    solved.measures = error_measures(problem, r);
-    solved.solution = to_solution(problem, r, solved.measures, arguments.solver);
-    solved.blocks = problem.blocks.size();
-    return solved;
+    return *std::ranges::find(offered_local_solvers(), name, &LocalSolverInfo::name);
 }
 
 }  // namespace
@@ -73,8 +39,8 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     CLI::App* command = app.add_subcommand("solve-fclib", "Solve an FCLIB problem, local or global, of any code");
     command->add_option("file", arguments.file, "FCLIB problem (HDF5)")->required()->check(file_name());
     const auto all = [](const LocalSolverInfo&) { return true; };
-    command->add_option("--solver", arguments.solver, help_of(offered_solvers(), all))
-        ->check(CLI::IsMember(names_of(offered_solvers(), all)))
+    command->add_option("--solver", arguments.solver, help_of(offered_local_solvers(), all))
+        ->check(CLI::IsMember(names_of(offered_local_solvers(), all)))
         ->capture_default_str();
     command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
         ->check(positive_number())
@@ -108,11 +74,14 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                   {{"the problem", arguments.file}});
     const auto problem = read_fclib(arguments.file);
     const auto* global = std::get_if<GlobalProblem>(&problem);
-    Solved solved;
+    SolvedLocal solved;
     LocalProblem local;
     try {
         local = global ? condense(*global) : std::get<LocalProblem>(problem);
-        solved = local.dim == 2 ? solve<2>(local, arguments) : solve<3>(local, arguments);
+        Eigen::VectorXd start;
+        if (arguments.solver == "none") start = read_fclib_impulses(arguments.file, local.q.size());
+        solved = solve_local(local, arguments.solver,
+                             {arguments.tolerance, arguments.check_every, arguments.max_sweeps}, start);
         if (global) solved.solution.v = body_velocities(*global, solved.solution.r);
     } catch (const std::runtime_error& error) {
         throw InputError(fmt::format("{}: {}", arguments.file, error.what()));
@@ -134,7 +103,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"tolerance", arguments.tolerance},
                      {"iterations", solved.report.iterations},
                      {"solver_cpu", solved.cpu},
-                     {"load", solved.load},
+                     {"load", load_json(solved.load, 1)},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});
         write_json(files, arguments.json, json);

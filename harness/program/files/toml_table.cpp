@@ -91,7 +91,8 @@ toml::table parse_toml(const std::string& path) {
 }
 
 void TomlTable::fail_at(const toml::source_region& where, std::string_view key, const std::string& problem) const {
-    std::string line = fmt::format("{}:{}: ", file_, where.begin.line);
+    // a table that was made in memory has no lines
+    std::string line = where.begin.line > 0 ? fmt::format("{}:{}: ", file_, where.begin.line) : file_ + ": ";
     if (!thing_.empty()) line += thing_ + ": ";
     line += key.empty() ? problem : fmt::format("{} {}", key, problem);
     throw InputError(line);

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <set>
 
-#include "files/toml_table.hpp"
+#include "model/scene_table.hpp"
 #include "registry/laws.hpp"
 
 namespace nscdd {
@@ -28,8 +28,8 @@ std::string side_name(const WallSide& side) {
 
 class SceneReader {
   public:
-    explicit SceneReader(const std::string& path) : root_(parse_toml(path)), top_(root_, path, "") {
-        scene_.file = path;
+    SceneReader(toml::table root, const std::string& file) : root_(std::move(root)), top_(root_, file, "") {
+        scene_.file = file;
     }
 
     Scene read() {
@@ -281,7 +281,8 @@ class SceneReader {
 
 }  // namespace
 
-Scene read_scene(const std::string& path) { return SceneReader(path).read(); }
+Scene read_scene(const std::string& path) { return SceneReader(parse_toml(path), path).read(); }
+Scene scene_of(toml::table table, const std::string& name) { return SceneReader(std::move(table), name).read(); }
 
 Eigen::VectorXd wall_point(const Scene& scene, const SceneWall& wall, const std::vector<double>& box) {
     if (!wall.side) return wall.through;

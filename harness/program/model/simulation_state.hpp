@@ -62,10 +62,9 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     return head;
 }
 
-// Rows of the grains with these ids, and of the contacts whose first grain is one of them; on the process that hosts
-// rank 0, nothing elsewhere. Collective.
+// Rows of the grains with these ids; on the process that hosts rank 0, nothing elsewhere. Collective.
 template <class M>
-State gather_rows(const Simulation<M>& simulation, Ids ids) {
+State gather_grain_rows(const Simulation<M>& simulation, Ids ids = {}) {
     State rows;
     const auto append = [](std::vector<double>& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
@@ -83,15 +82,33 @@ State gather_rows(const Simulation<M>& simulation, Ids ids) {
         rows.multiplicity.push_back(g.multiplicity);
         append(rows.rough.x, g.broad_phase_position);
     }
+    return rows;
+}
+
+// Rows of the contacts whose first grain has one of these ids; as above.
+template <class M>
+State::Contacts gather_contact_rows(const Simulation<M>& simulation, Ids ids = {}) {
+    State::Contacts rows;
+    const auto append = [](std::vector<double>& to, const typename M::Vec& vector) {
+        to.insert(to.end(), vector.data(), vector.data() + M::dim);
+    };
     for (const auto& c : gather_contacts(simulation, ids)) {
-        rows.contacts.i.push_back(c.i);
-        rows.contacts.j.push_back(c.j);
-        rows.contacts.subdomain.push_back(c.subdomain);
-        rows.contacts.gap.push_back(c.gap);
-        rows.contacts.normal_impulse.push_back(c.normal_impulse);
-        append(rows.contacts.normal, c.normal);
-        append(rows.contacts.impulse, c.impulse);
+        rows.i.push_back(c.i);
+        rows.j.push_back(c.j);
+        rows.subdomain.push_back(c.subdomain);
+        rows.gap.push_back(c.gap);
+        rows.normal_impulse.push_back(c.normal_impulse);
+        append(rows.normal, c.normal);
+        append(rows.impulse, c.impulse);
     }
+    return rows;
+}
+
+// Both.
+template <class M>
+State gather_rows(const Simulation<M>& simulation, Ids ids) {
+    State rows = gather_grain_rows(simulation, ids);
+    rows.contacts = gather_contact_rows(simulation, ids);
     return rows;
 }
 

@@ -1,10 +1,10 @@
+#include "model/prepare_run.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "commands/launch.hpp"
-#include "commands/run.hpp"
 #include "files/series.hpp"
 #include "model/same_scene.hpp"
 #include "registry/registry.hpp"
@@ -38,7 +38,7 @@ void check_scheme(const RunArguments& arguments) {
 // Sets subdomains and threads.
 void deal_subdomains(RunRequest& request) {
     const int processes = request.share.parts;
-    request.undivided = !sequential(request.scheme) && !request.subdomains && processes == 1 && !launched();
+    request.undivided = !sequential(request.scheme) && !request.subdomains && processes == 1;
     const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : 1);
     const int threads = request.threads.value_or(1);
     request.subdomains = subdomains;
@@ -99,9 +99,8 @@ void read_start(RunRequest& request) {
     request.start_time = request.from.time;
 }
 
-}  // namespace
-
-RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi) {
+// All that does not depend on scene and packing.
+RunRequest begin_request(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi) {
     RunRequest request;
     static_cast<RunArguments&>(request) = arguments;
     request.share = share;
@@ -111,17 +110,42 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     deal_subdomains(request);
     check_scheme(arguments);
     check_partition(request);
-    request.scene = read_scene(arguments.start.scene);
-    if (arguments.steps) request.scene.step.count = *arguments.steps;
-    request.scene.solver.override_by(arguments.solver);
-    if (request.scene.solver.method == Method::paper && arguments.solver.given.contains("max_newton_contacts"))
+    return request;
+}
+
+// Lets the arguments change the scene.
+void set_scene(RunRequest& request, Scene scene) {
+    request.scene = std::move(scene);
+    if (request.steps) request.scene.step.count = *request.steps;
+    request.scene.solver.override_by(request.solver);
+    if (request.scene.solver.method == Method::paper && request.solver.given.contains("max_newton_contacts"))
         throw InputError("--max-newton-contacts is not of the method paper, which hands nothing over");
+}
+
+}  // namespace
+
+RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi) {
+    RunRequest request = begin_request(arguments, provenance, share, over_mpi);
+    set_scene(request, read_scene(arguments.start.scene));
     read_start(request);
     const std::int64_t last_step = request.start_step + request.scene.step.count;
     const int every = request.frame_every();
     if (!request.outputs.frames.empty() && last_step / every == request.start_step / every)
         throw InputError(fmt::format("--frame-every {}: the run makes steps {} to {}, of which none is a multiple",
                                      every, request.start_step + 1, last_step));
+    return request;
+}
+
+RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packing) {
+    RunRequest request = begin_request(arguments, {}, {}, false);
+    set_scene(request, std::move(scene));
+    if (request.goes_on()) {
+        read_start(request);
+        return request;
+    }
+    if (packing.size() > 0) fit_packing(packing, request.scene.file, request.scene);
+    request.box = packing.box;
+    request.packing = std::move(packing);
     return request;
 }
 

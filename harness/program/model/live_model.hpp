@@ -1,0 +1,223 @@
+// A run of one model whose caller makes the steps. Included by the generated run_model_*.cpp only.
+#pragma once
+
+#include <cstddef>
+
+#include "model/live.hpp"
+#include "model/recorder.hpp"
+#include "nscdd/step/observables.hpp"
+#include "registry/schemes.hpp"
+
+namespace nscdd {
+
+template <class M>
+class LiveModel final : public Live {
+  public:
+    LiveModel(RunRequest request, std::unique_ptr<Communicator> comm)
+        : comm_(std::move(comm)), request_(std::move(request)), kept_(std::make_shared<Grains>()) {
+        BuiltScene<M> built = build_scene<M>(request_, *comm_);
+        request_.packing = {};
+        request_.from = {};
+        const SolveOptions options = request_.scene.solver.options(sweeps(request_.scheme));
+        solve_ = choose_solver<M>(request_.scheme, request_.interface, options).solve;
+        simulation_.emplace(*comm_, std::move(built.settings), built.grains, built.impulses,
+                            built.rough ? &*built.rough : nullptr);
+    }
+    ~LiveModel() override { detach(false); }
+
+    StepReport step() override {
+        if (refused_) throw RefusedStep(*refused_);
+        detach(true);
+        push_walls(request_.scene, *simulation_);
+        StepReport report;
+        try {
+            report = simulation_->step(solve_);
+        } catch (const StepRefused& refused) {
+            Refusal why = refused.refusal;
+            why.step += static_cast<int>(request_.start_step);
+            refused_.emplace(describe(why, wall_names()), why);
+            throw RefusedStep(*refused_);
+        }
+        if (recorder_) recorder_->after(report);
+        return report;
+    }
+
+    void record(std::vector<std::string> series, std::string frames, int frame_every) override {
+        if (recorder_) throw InputError("the simulation is being recorded: end that first");
+        for (const std::string& path : series) SeriesWriter::check_name(path);
+        request_.outputs.series = std::move(series);
+        request_.outputs.frames = std::move(frames);
+        request_.outputs.frame_every = frame_every;
+        files_.emplace();
+        recorder_.emplace(*simulation_, request_, *files_);
+    }
+    void stop() override {
+        if (!recorder_) return;
+        recorder_->save();
+        write_on_first(*comm_, [this] { files_->commit(); });
+        recorder_.reset();
+        files_.reset();
+    }
+    void save(const std::string& path) const override {
+        if (refused_) throw InputError("no state after a step that was refused: save before it");
+        FileSet files;
+        const State head = state_head(*simulation_, request_);
+        write_state(*simulation_, head, files, path);
+        write_on_first(*comm_, [&] {
+            write_xdmf(files, path, head, simulation_->grain_count());
+            files.commit();
+        });
+    }
+
+    const RunRequest& request() const override { return request_; }
+    Communicator& comm() const override { return *comm_; }
+    std::size_t grain_count() const override { return simulation_->grain_count(); }
+    std::int64_t steps() const override { return request_.start_step + simulation_->steps(); }
+    double time() const override { return time_now(*simulation_, request_); }
+
+    State grains() const override { return gather_grain_rows(*simulation_); }
+    std::vector<double> masses() const override {
+        std::vector<double> masses;
+        for (const auto& gathered : gather_grains(*simulation_)) masses.push_back(gathered.grain.mass);
+        return masses;
+    }
+    State::Contacts contacts() const override { return gather_contact_rows(*simulation_); }
+
+    GrainsInPlace grains_in_place() override {
+        if (comm_->size() > 1) throw InputError("grains of several subdomains are not in one place: take copies by id");
+        const Grains& grains = simulation_->parts()[0].grains;
+        const auto* record = grains.data();
+        const auto at = [record](const auto& member) {
+            return static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&member) -
+                                            reinterpret_cast<const std::byte*>(record));
+        };
+        GrainsInPlace place{record, grains.size(), sizeof(Grain<M>), {}, kept_};
+        place.fields = {{"id", at(record->id), 0},
+                        {"material", at(record->material), 0},
+                        {"radius", at(record->radius), 1},
+                        {"mass", at(record->mass), 1},
+                        {"inertia", at(record->inertia), 1},
+                        {"position", at(record->position), M::dim},
+                        {"velocity", at(record->velocity), M::dim}};
+        if constexpr (M::friction) place.fields.push_back({"spin", at(record->velocity[M::dim]), M::spins});
+        return place;
+    }
+
+    SeriesRow measures() const override {
+        const Observables<M> seen = observe(*simulation_);
+        const Measures<M>& m = seen.measures;
+        const typename M::Vec box = box_edges<M>(simulation_->settings());
+        const double volume = box.prod() > 0 ? box.prod() : NAN;
+        SeriesRow row;
+        const auto add = [&row](const char* name, hdf5::Shape shape, std::vector<double> values) {
+            row.push_back({name, "", "", std::move(shape), {}, std::move(values)});
+        };
+        const auto list = [](const auto& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
+        const typename Measures<M>::Tensor stress = m.virial.transpose() / volume,  // to C order
+            fabric = seen.fabric.transpose();
+        std::vector<double> forces;
+        for (const auto& force : seen.wall_force) forces.insert(forces.end(), force.data(), force.data() + M::dim);
+        add("kinetic_energy", {}, {m.kinetic_energy});
+        add("momentum", {M::dim}, list(m.momentum));
+        add("angular_momentum", {m.rotations}, list(m.angular_momentum));
+        add("box", {M::dim}, list(box));
+        add("stress", {M::dim, M::dim}, list(stress));
+        add("solid_fraction", {}, {m.grains_volume / volume});
+        add("wall_force", {seen.wall_force.size(), M::dim}, std::move(forces));
+        add("fabric", {M::dim, M::dim}, list(fabric));
+        add("contacts_carrying", {}, {m.contacts});
+        add("coordination", {}, {m.coordination()});
+        add("rattlers", {}, {seen.rattlers()});
+        add("largest_overlap", {}, {std::max(0.0, m.largest_overlap)});
+        return row;
+    }
+
+    LiveCell cell() const override {
+        const Cell<M>& cell = simulation_->settings().cell;
+        const auto rows = [](const Gradient<M>& matrix) {
+            const Gradient<M> turned = matrix.transpose();  // to C order
+            return std::vector<double>(turned.data(), turned.data() + turned.size());
+        };
+        return {{cell.periodic.begin(), cell.periodic.end()},
+                {cell.size.data(), cell.size.data() + M::dim},
+                rows(cell.tilt),
+                rows(cell.gradient)};
+    }
+    std::size_t wall_count() const override { return simulation_->settings().walls.size(); }
+    LiveWall wall(std::size_t w) const override {
+        const Wall<M>& wall = simulation_->settings().walls.at(w);
+        const typename M::Vec velocity = wall.velocity + wall.speed * wall.normal;
+        return {request_.scene.walls[w].name,
+                {wall.normal.data(), wall.normal.data() + M::dim},
+                {velocity.data(), velocity.data() + M::dim},
+                wall.offset,
+                wall.driven ? wall.force : 0,
+                wall.driven ? wall.mass : 0,
+                wall.driven};
+    }
+    void set_wall_velocity(std::size_t w, const std::vector<double>& velocity) override {
+        Wall<M>& wall = writable(w);
+        if (velocity.size() != M::dim) fail(w, "velocity needs " + std::to_string(M::dim) + " numbers");
+        const Eigen::Map<const typename M::Vec> v(velocity.data());
+        if (!v.allFinite()) fail(w, "velocity must be finite");
+        const double along = v.dot(wall.normal);
+        if (wall.driven && std::abs(along) > 1e-9 * v.norm())
+            fail(w, "velocity must be tangential: along the normal the wall is pushed");
+        wall.velocity = v;
+        if (wall.driven) wall.velocity -= along * wall.normal;
+    }
+    void set_wall_force(std::size_t w, double force) override {
+        require_motion(w, WallMotion::Force, "force");
+        if (!std::isfinite(force)) fail(w, "force must be finite");
+        request_.scene.walls[w].force = writable(w).force = force;
+    }
+    void set_wall_pressure(std::size_t w, double pressure) override {
+        require_motion(w, WallMotion::Pressure, "pressure");
+        if (!std::isfinite(pressure)) fail(w, "pressure must be finite");
+        request_.scene.walls[w].pressure = pressure;
+    }
+
+  private:
+    using Grains = std::vector<Grain<M>>;
+
+    std::vector<std::string> wall_names() const {
+        std::vector<std::string> names;
+        for (const auto& wall : request_.scene.walls) names.push_back(wall.name);
+        return names;
+    }
+    Wall<M>& writable(std::size_t w) { return simulation_->walls()[w]; }
+    [[noreturn]] void fail(std::size_t w, const std::string& problem) const {
+        throw InputError("wall '" + request_.scene.walls[w].name + "': " + problem);
+    }
+    void require_motion(std::size_t w, WallMotion motion, const char* what) const {
+        if (request_.scene.walls.at(w).motion != motion)
+            fail(w, std::string("no ") + what + " drives it, give one when it is made");
+    }
+
+    // Lets those who look at the grains keep the memory that they look at; the run goes on in a copy.
+    void detach(bool goes_on) {
+        if (kept_.use_count() == 1 || !simulation_) return;
+        // The simulation is ours and not const. It keeps no pointer into this list between two steps.
+        Grains& grains = const_cast<Grains&>(simulation_->parts()[0].grains);
+        Grains copy = goes_on ? grains : Grains();
+        kept_->swap(grains);
+        grains.swap(copy);
+        kept_ = std::make_shared<Grains>();
+    }
+
+    std::unique_ptr<Communicator> comm_;
+    RunRequest request_;
+    AnyStepSolver<M> solve_;
+    std::optional<Simulation<M>> simulation_;
+    std::shared_ptr<Grains> kept_;  // empty; who shares it looks at the grains of the simulation
+    std::optional<FileSet> files_;
+    std::optional<Recorder<M>> recorder_;
+    std::optional<RefusedStep> refused_;
+};
+
+template <class M>
+std::unique_ptr<Live> make_live_model(RunRequest request, std::unique_ptr<Communicator> comm) {
+    return std::make_unique<LiveModel<M>>(std::move(request), std::move(comm));
+}
+
+}  // namespace nscdd
