@@ -115,9 +115,9 @@ set_tests_properties(consumer "consumer of the compiled kernel" "what the compil
 set_tests_properties("consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
 
 if(NSCDD_PROGRAM)
-    find_program(NSCDD_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
+    find_program(NSCDD_TEST_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)  # Debian's, which has h5py
     function(nscdd_program_test name label module)
-        add_test(NAME "program: ${name}" COMMAND ${NSCDD_PYTHON} -m unittest ${module} ${ARGN}
+        add_test(NAME "program: ${name}" COMMAND ${NSCDD_TEST_PYTHON} -m unittest ${module} ${ARGN}
                  WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/program)
         set_tests_properties("program: ${name}" PROPERTIES LABELS "${label}" TIMEOUT 900
             ENVIRONMENT "${mpi_environment};NSCDD=$<TARGET_FILE:nscdd>;NSCDD_MPIRUN=${MPIEXEC_EXECUTABLE};PYTHONDONTWRITEBYTECODE=1")
@@ -159,10 +159,13 @@ if(NSCDD_PROGRAM)
     set_tests_properties("program: site of manual and reference" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     nscdd_program_test("commands of the manual" program test_manual.Tutorial test_manual.Agreement test_manual.Index)
     nscdd_program_test("a program of one's own, as the manual builds it" program test_manual.OwnCode)
+    if(TARGET nscdd_python)
+        nscdd_program_test("Python module" program test_python test_python_solve test_manual.Python)
+    endif()
     nscdd_program_test("the paper at its smallest" program test_paper)
     nscdd_program_test("granular physics" program test_physics)
     # counts of the reduced scenes against those that were accepted: a minute on two cores
-    add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_PYTHON} -m nscdd_suite regression
+    add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_TEST_PYTHON} -m nscdd_suite regression
              --results ${CMAKE_CURRENT_BINARY_DIR}/regression)
     set_tests_properties("regression of counts and simulated speed-ups" PROPERTIES LABELS program TIMEOUT 600 PROCESSORS 2
         ENVIRONMENT "NSCDD=$<TARGET_FILE:nscdd>;PYTHONPATH=${PROJECT_SOURCE_DIR}/harness/suite;PYTHONDONTWRITEBYTECODE=1")

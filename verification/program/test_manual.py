@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import unittest
+import unittest.mock
 
 from harness import NSCDD, ProgramTest
 
@@ -27,6 +28,7 @@ PAGES = [
     "14-obstacles.md",
 ]
 OWN_CODE = "9-own-code.md"  # needs none of the others
+PYTHON = "17-python.md"  # neither does this
 NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?%?")
 TIME = re.compile(r"\d[\d.]*(?:e[-+]?\d+)? s\b|\b\d+:\d\d\b")
 FUSED = "no fused products" not in subprocess.run([NSCDD, "--version"], capture_output=True, text=True).stdout
@@ -93,7 +95,9 @@ class Page(ProgramTest):
                 self.assertTrue(agrees(printed, done.stdout), f"{page} says\n{printed}\nbut the commands print\n{done.stdout}")
 
 
-class Tutorial(Page):
+class Checkout(Page):
+    """A folder like that of the repository, with what has been built."""
+
     def setUp(self):
         super().setUp()
         for name in ("cases", "scripts"):  # copies, for scripts go to the root of their repository
@@ -106,9 +110,23 @@ class Tutorial(Page):
             if program.exists():
                 (self.folder / "build/bin" / name).symlink_to(program)
 
+
+class Tutorial(Checkout):
     def test_commands_do_what_the_pages_say(self):
         for page in ("../README.md", *PAGES):
             self.follow(page)
+
+
+MODULE = pathlib.Path(NSCDD).resolve().parents[1] / "python"
+
+
+class Python(Checkout):
+    @unittest.skipUnless(MODULE.exists(), "page 17 is not run: the Python module is not built")
+    def test_commands_do_what_the_page_says(self):
+        (self.folder / "build/python").symlink_to(MODULE)
+        (self.folder / "kernel").symlink_to(ROOT / "kernel")
+        with unittest.mock.patch.dict(os.environ, PYTHONPATH="build/python"):  # which the page exports once
+            self.follow(PYTHON)
 
 
 NEEDED = [program for program in ("g++", "cmake", "make") if not shutil.which(program)]
@@ -145,7 +163,7 @@ class Index(unittest.TestCase):
     def test_the_index_has_every_page(self):
         index = (ROOT / "manual/README.md").read_text()
         pages = list((ROOT / "manual").glob("[0-9]*.md"))
-        self.assertEqual({path.name for path in pages if steps(path.read_text())}, {*PAGES, OWN_CODE}, "each page with commands to paste is run")
+        self.assertEqual({path.name for path in pages if steps(path.read_text())}, {*PAGES, OWN_CODE, PYTHON}, "each page with commands to paste is run")
         for path in pages:
             self.assertIn(f"({path.name})", index)
             self.assertLessEqual(len(path.read_text().splitlines()), 130, f"{path.name} is a page, not a chapter")

@@ -157,6 +157,7 @@ class LiveModel final : public Live {
     }
     void set_wall_velocity(std::size_t w, const std::vector<double>& velocity) override {
         Wall<M>& wall = writable(w);
+        if (wall.path) fail(w, "its motion is a function of time");
         if (velocity.size() != M::dim) fail(w, "velocity needs " + std::to_string(M::dim) + " numbers");
         const Eigen::Map<const typename M::Vec> v(velocity.data());
         if (!v.allFinite()) fail(w, "velocity must be finite");

@@ -1,0 +1,48 @@
+"""Nonsmooth contact dynamics of disks and spheres, by NLGS and by domain decomposition (NSCDD).
+
+    import nscdd
+    sim = nscdd.Simulation(positions, radii, density=2500, friction=0.3, h=1e-4, gravity=(0, 0, -9.81),
+                           walls=[nscdd.Wall(normal=(0, 0, 1), through=(0, 0, 0))])
+    for k in range(1000):
+        report = sim.step()
+
+Simulation      a scene of arrays, walls and materials; step(), run(), save(), arrays of positions, contacts
+read            the same of a scene file of the program `nscdd`
+Wall, Cell      planes that bound the sample; a cell that repeats
+solve           a contact problem with matrices: u = W r + q, or M v = H r + f and u = H^T v + w
+solve_contacts  a contact problem of your own detection: grains, and contacts between them
+load            a state that Simulation.save() or the program wrote, as arrays
+read_packing, write_packing, read_series, read_problem
+                files of the program: packings, time series, and problems in FCLIB's format
+
+Units are yours, if they are coherent: SI is written here. Arrays are float64, (n, 2) of disks and (n, 3) of spheres.
+A scene has the same numbers as in the program, to the last bit. What is wrong in what you give is a ValueError of one
+line, a step that cannot be made is StepRefused (a RuntimeError), a file that cannot be written an OSError.
+"""
+from ._core import SolveReport, StepEnergy, StepRefused, StepReport
+from .files import Packing, State, load, read_packing, read_problem, read_series, write_packing
+from .scene import Cell, Wall
+from .simulation import LiveWall, Simulation, read
+from .solve import Answer, solve, solve_contacts
+
+__all__ = [
+    "Answer",
+    "Cell",
+    "LiveWall",
+    "Packing",
+    "Simulation",
+    "SolveReport",
+    "State",
+    "StepEnergy",
+    "StepRefused",
+    "StepReport",
+    "Wall",
+    "load",
+    "read",
+    "read_packing",
+    "read_problem",
+    "read_series",
+    "solve",
+    "solve_contacts",
+    "write_packing",
+]

@@ -1,0 +1,96 @@
+"""Files of the program: packings, states, time series, contact problems."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _core
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+@dataclass(frozen=True)
+class Packing:
+    """Grains in a box; what the file does not have is None.
+
+    positions (n, dim) [m], radii (n) [m], box (dim) [m], velocities (n, dim) [m/s], spins (n) in 2D, (n, 3) in 3D [rad/s],
+    material (n) rows of `materials`, names; periodic: axes along which the box repeats, such as "xy".
+    """
+
+    positions: np.ndarray
+    radii: np.ndarray
+    box: np.ndarray
+    velocities: Optional[np.ndarray] = None
+    spins: Optional[np.ndarray] = None
+    material: Optional[np.ndarray] = None
+    materials: Sequence[str] = ()
+    periodic: str = ""
+
+
+@dataclass(frozen=True)
+class State(Packing):
+    """The state of a simulation at the end of a step: a Packing with its motion, and more.
+
+    contacts (structured as Simulation.contacts), walls {name: {"offset", "normal", "velocity"}}, densities of the materials,
+    step, time [s], and the name of the scene.
+    """
+
+    contacts: Optional[np.ndarray] = None
+    walls: Optional[dict] = None
+    densities: Optional[np.ndarray] = None
+    step: int = 0
+    time: float = 0.0
+    scene: str = ""
+
+
+def read_packing(path: Path) -> Packing:
+    """Reads a packing, as `nscdd pack` writes it, or the packing in a state. Raises ValueError naming file and dataset."""
+    return Packing(**_core.read_packing(os.fspath(path)))
+
+
+def write_packing(path: Path, positions: Any, radii: Any, box: Any, *, periodic: str = "") -> None:
+    """Writes a packing of positions (n, dim), radii (n), and box (dim) that it fills from 0 on [m]."""
+    x = np.ascontiguousarray(positions, dtype=np.float64)
+    r = np.ascontiguousarray(radii, dtype=np.float64)
+    edges = np.ascontiguousarray(box, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] not in (2, 3) or r.shape != (len(x),) or edges.shape != (x.shape[1],):
+        raise ValueError(f"write_packing: shapes {x.shape}, {r.shape} and {edges.shape} must be (n, dim), (n,) and (dim,)")
+    _core.write_packing(os.fspath(path), x, r, edges, [int(axis in periodic) for axis in "xyz"[: x.shape[1]]] if periodic else [])
+
+
+def load(path: Path) -> State:
+    """Reads a state that Simulation.save() or `nscdd run --state` wrote. Raises ValueError naming file and dataset."""
+    found = _core.read_state(os.fspath(path))
+    rows = found.pop("contacts")
+    contacts = np.empty(len(rows["i"]), dtype=[(key, rows[key].dtype, rows[key].shape[1:]) for key in rows])
+    for key in rows:
+        contacts[key] = rows[key]
+    found.pop("dimension")
+    return State(contacts=contacts, **found)
+
+
+def read_series(path: Path) -> dict:
+    """Reads a time series, .csv or HDF5: {column: (steps, ...)}. reports/series.md has the columns and their units."""
+    name = os.fspath(path)
+    if name.endswith(".csv"):
+        table = np.genfromtxt(name, delimiter=",", names=True, deletechars="", ndmin=1)
+        return {column: table[column] for column in table.dtype.names}
+    import h5py
+
+    with h5py.File(name, "r") as file:
+        return {key: file[key][()] for key in file if key != "box_at_start"}
+
+
+def read_problem(path: Path) -> dict:
+    """Reads a contact problem in FCLIB's format: W, q, mu or M, H, f, w, mu, matrices as scipy.sparse.csc_matrix."""
+    import scipy.sparse
+
+    found = _core.read_problem(os.fspath(path))
+    for key in ("W", "M", "H"):
+        if key in found:
+            parts = found[key]
+            found[key] = scipy.sparse.csc_matrix((parts["data"], parts["indices"], parts["indptr"]), shape=parts["shape"])
+    return found

@@ -1,0 +1,115 @@
+"""What a scene is made of beside its grains: walls, a cell, materials. Each becomes a table as scene files have it."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+Vector = Sequence[float]
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A plane that bounds the sample, with one side that grains do not enter.
+
+    normal    (dim) unit vector into the sample
+    through   (dim) a point of the plane [m]; or offset, normal . (any point of it) [m]
+    side      "x-" to "z+" in their place: a face of the box that Simulation is given
+    velocity  (dim) prescribed [m/s]; of a wall that is pushed the part within its plane alone
+    force     pushes the wall along its normal, positive into the sample [N]
+    pressure  the same per area that the face has at the moment [Pa]; needs walls with `side` on all faces of the box
+    mass      of a wall that is pushed [kg]; that of all grains unless given
+    material  its name; the first material unless given
+    motion    other keys of a [[wall]], such as {"motion": "oscillating", "amplitude": 0.01, "frequency": 20}
+    name      for messages and `sim.walls[name]`; "wall 0" and so on unless given
+
+    A wall without velocity, force and pressure is at rest.
+    """
+
+    normal: Optional[Vector] = None
+    through: Optional[Vector] = None
+    side: Optional[str] = None
+    offset: Optional[float] = None
+    velocity: Optional[Vector] = None
+    force: Optional[float] = None
+    pressure: Optional[float] = None
+    mass: Optional[float] = None
+    material: Optional[str] = None
+    name: Optional[str] = None
+    motion: Optional[Mapping[str, Any]] = None
+
+    def table(self, number: int, material: str) -> dict:
+        """The wall as a table [[wall]] of a scene file."""
+        name = self.name if self.name is not None else f"wall {number}"
+        through = self.through
+        if self.offset is not None:
+            if through is not None or self.normal is None:
+                raise ValueError(f"wall '{name}': offset needs normal, and stands in the place of through")
+            through = np.multiply(float(self.offset), self.normal)
+        if self.force is not None and self.pressure is not None:
+            raise ValueError(f"wall '{name}': a force or a pressure pushes it, not both")
+        pushed = "force" if self.force is not None else "pressure" if self.pressure is not None else None
+        return {
+            "name": name,
+            "normal": self.normal,
+            "through": through,
+            "side": self.side,
+            "material": self.material if self.material is not None else material,
+            "motion": pushed or ("velocity" if self.velocity is not None else "fixed"),
+            "velocity": self.velocity,
+            "force": self.force,
+            "pressure": self.pressure,
+            "mass": self.mass,
+            **(self.motion or {}),
+        }
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A box that repeats along some axes; it begins at 0.
+
+    size      sides along these axes [m]
+    periodic  the axes, such as "xy"; all of them unless given
+    gradient  (dim, dim) velocity gradient of a flow [1/s]; row: what moves, column: along what
+    stress    {"x": value, ...} drives the side along an axis, positive in compression [Pa]
+    mass      of each side that a stress drives [kg]; 6 times that of all grains unless given
+    """
+
+    size: Optional[Vector] = None
+    periodic: Optional[str] = None
+    gradient: Optional[Sequence[Vector]] = None
+    stress: Optional[Mapping[str, float]] = None
+    mass: Optional[float] = None
+
+    def table(self, dimension: int) -> dict:
+        """The cell as the table [cell] of a scene file."""
+        axes = self.periodic if self.periodic is not None else "xyz"[:dimension]
+        stress = dict(self.stress) if self.stress is not None else None
+        return {"periodic": list(axes), "size": self.size, "gradient": self.gradient, "stress": stress, "mass": self.mass}
+
+
+Pairs = Mapping[tuple, Mapping[str, float]]
+
+
+def material_tables(density: Union[None, float], materials: Optional[Mapping[str, float]]) -> list:
+    """[[material]] of a scene file."""
+    if (density is None) == (materials is None):
+        raise ValueError("Simulation: give density, or materials as {name: density}")
+    return [{"name": name, "density": value} for name, value in (materials or {"grains": density}).items()]
+
+
+def pair_tables(names: Sequence[str], friction: float, restitution: float, pairs: Optional[Pairs]) -> list:
+    """[[pair]] of a scene file: those given, and all others with the same friction and restitution."""
+    tables, given = [], set()
+    for pair, values in (pairs or {}).items():
+        if isinstance(pair, str) or len(pair) != 2:
+            raise ValueError(f"Simulation: pairs has the key {pair!r}, it needs two names of materials")
+        given.add(frozenset(pair))
+        tables.append({"materials": list(pair), **values})
+    others = {"friction": friction, "restitution": restitution}
+    for k, a in enumerate(names):
+        for b in names[k:]:
+            if frozenset((a, b)) not in given:
+                tables.append({"materials": [a, b], **others})
+    return tables

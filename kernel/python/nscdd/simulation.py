@@ -1,0 +1,456 @@
+"""A simulation whose steps the caller makes."""
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Sequence as AbstractSequence
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _core
+from .scene import Cell, Pairs, Vector, Wall, material_tables, pair_tables
+
+Path = Union[str, "os.PathLike[str]"]
+Callback = Callable[["Simulation", _core.StepReport], Any]
+
+
+class LiveWall:
+    """A wall of a simulation as it is now. Velocity, force and pressure may be set between two steps."""
+
+    def __init__(self, live: _core.Live, number: int):
+        self._live, self._number = live, number
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._live.wall(self._number)["name"]
+
+    @property
+    def normal(self) -> np.ndarray:
+        """(dim) unit vector into the sample."""
+        return self._live.wall(self._number)["normal"]
+
+    @property
+    def offset(self) -> float:
+        """normal . (any point of the plane), now [m]."""
+        return self._live.wall(self._number)["offset"]
+
+    @property
+    def mass(self) -> float:
+        """Of a wall that is pushed [kg], else 0."""
+        return self._live.wall(self._number)["mass"]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """(dim) velocity now [m/s]. Set it to prescribe another; of a wall that is pushed, one within its plane."""
+        return self._live.wall(self._number)["velocity"]
+
+    @velocity.setter
+    def velocity(self, value: Vector) -> None:
+        self._live.set_wall_velocity(self._number, np.asarray(value, dtype=float).ravel())
+
+    @property
+    def force(self) -> float:
+        """Along the normal, positive into the sample [N]; 0 of a wall that is not pushed."""
+        return self._live.wall(self._number)["force"]
+
+    @force.setter
+    def force(self, value: float) -> None:
+        self._live.set_wall_force(self._number, value)
+
+    def push(self, pressure: float) -> None:
+        """Another pressure of a wall that was made with one [Pa]."""
+        self._live.set_wall_pressure(self._number, pressure)
+
+    def __repr__(self) -> str:
+        return f"LiveWall({self.name!r}, offset={self.offset:.6g})"
+
+
+class Walls(AbstractSequence):
+    """The walls of a simulation, by number or by name."""
+
+    def __init__(self, live: _core.Live):
+        self._walls = [LiveWall(live, number) for number in range(live.wall_count())]
+
+    def __len__(self) -> int:
+        return len(self._walls)
+
+    def __getitem__(self, key):
+        if not isinstance(key, str):
+            return self._walls[key]
+        for wall in self._walls:
+            if wall.name == key:
+                return wall
+        raise KeyError(f"no wall '{key}' among {', '.join(wall.name for wall in self._walls) or 'none'}")
+
+
+class Simulation:
+    """Grains, walls and materials, and the steps of their motion by the scheme of Moreau and Jean.
+
+    positions          (n, 2) centres of disks or (n, 3) of spheres [m]
+    radii              (n), or one number [m]
+    velocities, spins  (n, dim) [m/s]; (n) in 2D, (n, 3) in 3D [rad/s]; at rest unless given
+    density            of all grains [kg/m^3], of disks [kg/m^2]; or materials, {name: density}
+    material           (n) of each grain, by name or number in materials; the first unless given
+    friction, restitution
+                       of all contacts, but for those in pairs, {(name, name): {"friction": 0.5, "restitution": 0}}
+    walls, cell        nscdd.Wall each, nscdd.Cell
+    box                (dim) faces of walls with `side` are at 0 and there [m]
+    gravity            (dim) [m/s^2]
+    h, theta           time step [s], and share of it after the detection of contacts
+    state              file of save() to go on from, in the place of all that says where grains are
+    scheme             "nlgs", "newton", "spg", "apgd" on one subdomain, "dcs" or "ccs" on any number; "nlgs" on one and "dcs"
+                       on more unless given
+    subdomains, threads
+                       into which space is divided, and which they are dealt to. Numbers do not depend on threads
+    partition, grid, imbalance, interface, multiplicity
+                       as the options of `nscdd run` have it
+    tables             further tables of a scene file, such as {"grain": [{...}]}
+    method, tolerance, max_iterations, check_every, window, sweeps, relaxation, max_velocity_error, max_energy_gain,
+    max_penetration, max_gap_error, max_distance, max_newton_contacts
+                       of the solver, the keys of [solver] in a scene file
+
+    Arrays that are handed out are of the moment, by ascending id, and read-only: a step makes new ones, and those that you
+    keep stay what they were. view() gives the grains where the kernel has them, without a copy.
+
+    One thread at a time may use a simulation; two simulations may be used by two threads. step() releases the GIL.
+    """
+
+    def __init__(
+        self,
+        positions: Optional[np.ndarray] = None,
+        radii: Union[None, float, np.ndarray] = None,
+        *,
+        velocities: Optional[np.ndarray] = None,
+        spins: Optional[np.ndarray] = None,
+        density: Optional[float] = None,
+        materials: Optional[Mapping[str, float]] = None,
+        material: Union[None, Sequence[str], np.ndarray] = None,
+        friction: float = 0.0,
+        restitution: float = 0.0,
+        pairs: Optional[Pairs] = None,
+        walls: Sequence[Wall] = (),
+        cell: Optional[Cell] = None,
+        box: Optional[Vector] = None,
+        gravity: Optional[Vector] = None,
+        h: float,
+        theta: float = 0.5,
+        broad_phase_every: int = 10,
+        law: Optional[str] = None,
+        name: str = "nscdd",
+        state: Optional[Path] = None,
+        tables: Optional[Mapping[str, Any]] = None,
+        scheme: Optional[str] = None,
+        subdomains: int = 1,
+        threads: int = 1,
+        partition: Optional[str] = None,
+        grid: Optional[Sequence[int]] = None,
+        imbalance: Optional[float] = None,
+        interface: Optional[str] = None,
+        multiplicity: Optional[str] = None,
+        **solver: Any,
+    ):
+        if state is not None:
+            if positions is not None or radii is not None or velocities is not None or spins is not None:
+                raise ValueError("Simulation: positions, radii, velocities and spins come from the state")
+            dimension = _core.read_state(os.fspath(state))["dimension"]
+            x, r, more = np.empty((0, dimension)), np.empty(0), {}
+        else:
+            x, r, more = _grains(positions, radii, velocities, spins)
+            dimension = x.shape[1]
+        substances = material_tables(density, materials)
+        names = [table["name"] for table in substances]
+        turns = more.get("spins") is not None and bool(np.any(more["spins"]))
+        scene = {
+            "name": name,
+            "dimension": dimension,
+            "gravity": gravity,
+            "law": law if law is not None else "coulomb" if _rubs(friction, pairs) or turns or _flows(cell) else None,
+            "material": substances,
+            "pair": pair_tables(names, friction, restitution, pairs),
+            "wall": [_wall(wall).table(k, names[0]) for k, wall in enumerate(walls)],
+            "cell": cell.table(dimension) if cell is not None else None,
+            "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
+            **(tables or {}),
+        }
+        if scene["law"] is None:  # whose pairs have no friction
+            for pair in scene["pair"]:
+                pair.pop("friction", None)
+            scene["law"] = "frictionless"
+        if material is not None:
+            more["material"] = _material_rows(material, names, len(r))
+        if box is not None:
+            more["box"] = _array("box", box, (dimension,))
+        options = _options(locals())
+        self._set(_core.from_arrays(scene, "Simulation", x, r, more, options))
+
+    def _set(self, live: _core.Live) -> None:
+        self._live, self._walls = live, Walls(live)
+
+    # ---- steps
+
+    def step(self) -> _core.StepReport:
+        """Makes one step of h and returns its report.
+
+        Raises StepRefused, a RuntimeError, where grains overlap too much or would pass through each other; `i`, `j` (walls
+        -1 - j) and a step `h` that would do are attributes of it. Such a simulation makes no further step.
+        """
+        return self._live.step()
+
+    def run(self, n: Optional[int] = None, callback: Optional[Callback] = None) -> Optional[_core.StepReport]:
+        """Makes n steps, of a scene file as many as it says, and returns the last report.
+
+        callback(simulation, report) is called after each step; it may return True to end the run. Its exceptions end the
+        run too, between two steps, and so does Ctrl-C: all can go on from there.
+        """
+        report = None
+        for _ in range(self._live.count() if n is None else n):
+            report = self._live.step()
+            if callback is not None and callback(self, report):
+                break
+        return report
+
+    @property
+    def time(self) -> float:
+        """Since the start of the scene [s]."""
+        return self._live.time()
+
+    @property
+    def steps(self) -> int:
+        """Steps made since the start of the scene."""
+        return self._live.steps()
+
+    @property
+    def h(self) -> float:
+        """Time step [s]."""
+        return self._live.h()
+
+    # ---- grains
+
+    @property
+    def dimension(self) -> int:
+        """2 of disks, 3 of spheres."""
+        return self._live.dimension()
+
+    def __len__(self) -> int:
+        return self._live.grain_count()
+
+    @property
+    def ids(self) -> np.ndarray:
+        """(n) 0 to n-1: rows of all other arrays."""
+        return np.arange(len(self), dtype=np.int32)
+
+    @property
+    def positions(self) -> np.ndarray:
+        """(n, dim) centres [m]."""
+        return self._live.rows()["positions"]
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """(n, dim) [m/s]."""
+        return self._live.rows()["velocities"]
+
+    @property
+    def spins(self) -> np.ndarray:
+        """(n) in 2D, (n, 3) in 3D [rad/s]; 0 without friction."""
+        return self._live.rows()["spins"]
+
+    @property
+    def radii(self) -> np.ndarray:
+        """(n) [m]."""
+        return self._live.rows()["radii"]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """(n) [kg]."""
+        return self._live.rows()["masses"]
+
+    @property
+    def materials(self) -> np.ndarray:
+        """(n) number of each grain's material, in the order in which materials were given."""
+        return self._live.rows()["materials"]
+
+    @property
+    def subdomains(self) -> np.ndarray:
+        """(n) subdomain that speaks for each grain."""
+        return self._live.rows()["subdomains"]
+
+    @property
+    def multiplicities(self) -> np.ndarray:
+        """(n) number of subdomains in which the grain had contacts in the last step."""
+        return self._live.rows()["multiplicities"]
+
+    def view(self) -> np.ndarray:
+        """The grains where the kernel has them, without a copy: a structured array of one subdomain.
+
+        Fields are id, material, radius, mass, inertia, position, velocity and, with friction, spin. Rows are in the kernel's
+        order, which a step may change: `id` says whose they are. The array is read-only and safe. Where you still have it
+        when the next step begins, it keeps its memory and its values, and the simulation goes on in a copy of it.
+        """
+        return self._live.grains_in_place()
+
+    # ---- contacts and sums
+
+    @property
+    def contacts(self) -> np.ndarray:
+        """Contacts of the last step, a structured array by ascending i, then j.
+
+        i, j            ids; j < 0 is wall -1 - j
+        normal          (dim) unit, from j to i
+        gap             now [m], negative where they overlap
+        impulse         (dim) on i, in world axes [N s]; over h it is the mean force of the step
+        normal_impulse  along the normal [N s]
+        subdomain       that has the contact
+        """
+        rows = self._live.contacts()
+        columns = [(key, rows[key].dtype, rows[key].shape[1:]) for key in rows]
+        contacts = np.empty(len(rows["i"]), dtype=columns)
+        for key in rows:
+            contacts[key] = rows[key]
+        return contacts
+
+    def measures(self) -> dict:
+        """Sums over the scene after the last step.
+
+        kinetic_energy [J], momentum (dim), angular_momentum, box (dim) [m], stress (dim, dim) of the contacts over the volume
+        of the box, positive in compression [Pa] (NaN without a box), solid_fraction, wall_force (walls, dim) by the grains
+        [N], fabric (dim, dim), contacts_carrying, coordination, rattlers (a share), largest_overlap [m].
+        """
+        return self._live.measures()
+
+    # ---- walls and cell
+
+    @property
+    def walls(self) -> Walls:
+        """Walls by number or name; their velocity and force may be set between two steps."""
+        return self._walls
+
+    @property
+    def cell(self) -> dict:
+        """The cell now: axes `periodic`, `size` (dim) [m], `tilt` (dim, dim) [m], `gradient` (dim, dim) [1/s]."""
+        return self._live.cell()
+
+    # ---- files
+
+    def save(self, path: Path) -> None:
+        """Writes the state, as `nscdd run --state` does: HDF5, and an .xdmf beside it for ParaView.
+
+        `Simulation(state=path, ...)`, `nscdd.read(scene, state=path)` and `nscdd run --from` go on from it to the last bit.
+        """
+        self._live.save(os.fspath(path))
+
+    @contextlib.contextmanager
+    def record(self, *series: Path, frames: Optional[Path] = None, every: int = 1) -> Iterator["Simulation"]:
+        """Writes a row of each step within `with` into time series (.h5 or .csv), and every so many steps a frame.
+
+            with sim.record("series.csv", frames="frames.h5", every=10):
+                sim.run(1000)
+
+        Files take their places at the end of the block, also where an exception ends it. reports/series.md has the columns.
+        """
+        self._live.record([os.fspath(path) for path in series], "" if frames is None else os.fspath(frames), every)
+        try:
+            yield self
+        finally:
+            self._live.stop()
+
+    # ----
+
+    def __repr__(self) -> str:
+        return f"<nscdd.Simulation '{self._live.name()}': {len(self)} grains in {self.dimension}D, {self._live.scheme()}, step {self.steps}>"
+
+    def __reduce__(self):
+        raise TypeError("a Simulation cannot be pickled: save() it to a file, and go on by Simulation(state=...)")
+
+    def __copy__(self):
+        raise TypeError("a Simulation cannot be copied: save() it to a file, and go on by Simulation(state=...)")
+
+    __deepcopy__ = lambda self, memo: self.__copy__()
+
+
+def read(
+    scene: Path,
+    *,
+    packing: Optional[Path] = None,
+    state: Optional[Path] = None,
+    adopt: bool = False,
+    scheme: Optional[str] = None,
+    subdomains: int = 1,
+    threads: int = 1,
+    partition: Optional[str] = None,
+    grid: Optional[Sequence[int]] = None,
+    imbalance: Optional[float] = None,
+    interface: Optional[str] = None,
+    multiplicity: Optional[str] = None,
+    **solver: Any,
+) -> Simulation:
+    """Makes the Simulation of a scene file (TOML) of the program; numbers are those of `nscdd run`, to the last bit.
+
+    packing  file of grains, in the place of the scene's own
+    state    file to go on from; with adopt=True one of another scene
+    The other options are those of Simulation, and take the place of what the scene says.
+    """
+    simulation = Simulation.__new__(Simulation)
+    simulation._set(_core.from_file(os.fspath(scene), _options(locals())))
+    return simulation
+
+
+def _options(given: Mapping[str, Any]) -> dict:
+    """What the extension is to know of how steps are solved."""
+    names = ("scheme", "subdomains", "threads", "partition", "grid", "imbalance", "interface", "multiplicity", "solver", "adopt")
+    options = {name: given[name] for name in names if given.get(name) is not None}
+    options.update({name: os.fspath(given[name]) for name in ("packing", "state") if given.get(name) is not None})
+    return options
+
+
+def _array(name: str, values: Any, shape: tuple) -> np.ndarray:
+    """As float64 of the shape; None there stands for any number."""
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    if array.ndim != len(shape) or any(want is not None and want != has for want, has in zip(shape, array.shape)):
+        told = ", ".join("n" if want is None else str(want) for want in shape)
+        raise ValueError(f"Simulation: {name} must have shape ({told}), found {array.shape}")
+    return array
+
+
+def _grains(positions, radii, velocities, spins):
+    if positions is None or radii is None:
+        raise ValueError("Simulation: give positions and radii, or a state")
+    x = np.ascontiguousarray(positions, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] not in (2, 3):
+        raise ValueError(f"Simulation: positions must have shape (n, 2) or (n, 3), found {x.shape}")
+    n, dimension = x.shape
+    r = _array("radii", np.full(n, radii, dtype=np.float64) if np.ndim(radii) == 0 else radii, (n,))
+    more = {}
+    if velocities is not None:
+        more["velocities"] = _array("velocities", velocities, (n, dimension))
+    if spins is not None:
+        more["spins"] = _array("spins", spins, (n,) if dimension == 2 else (n, 3))
+    return x, r, more
+
+
+def _wall(wall: Any) -> Wall:
+    if not isinstance(wall, Wall):
+        raise ValueError(f"Simulation: walls has a {type(wall).__name__}, each must be an nscdd.Wall")
+    return wall
+
+
+def _rubs(friction: float, pairs: Optional[Pairs]) -> bool:
+    return friction != 0 or any(set(values) - {"restitution"} for values in (pairs or {}).values())
+
+
+def _flows(cell: Optional[Cell]) -> bool:
+    return cell is not None and (cell.gradient is not None or cell.stress is not None)
+
+
+def _material_rows(material: Any, names: Sequence[str], n: int) -> np.ndarray:
+    given = np.asarray(material)
+    if given.shape != (n,):
+        raise ValueError(f"Simulation: material must have shape ({n},), found {given.shape}")
+    if given.dtype.kind in "iu":
+        return np.ascontiguousarray(given, dtype=np.int32)
+    rows = {name: row for row, name in enumerate(names)}
+    for k, name in enumerate(given):
+        if name not in rows:
+            raise ValueError(f"Simulation: grain {k}: '{name}' is not among the materials {', '.join(names)}")
+    return np.array([rows[name] for name in given], dtype=np.int32)

@@ -1,0 +1,227 @@
+"""Contact problems of other codes, solved by the kernel."""
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _core
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer to a contact problem.
+
+    impulses             (m, dim), of solve() normal first, of solve_contacts() on i in world axes [N s]
+    relative_velocities  (m, dim) u of solve(), normal first [m/s]; None of solve_contacts()
+    velocities           (dof) v of the global form; (n, dim) of solve_contacts(); None of the local form
+    spins                (n) in 2D, (n, 3) in 3D of solve_contacts() [rad/s], else None
+    errors               of solve(): natural_map as Siconos 4.4 normalises it, eta, cone_excess, complementarity, dissipation,
+                         worst_contact; None of solve_contacts(), whose figures are in the report
+    report               nscdd.SolveReport; the eta of solve() is there the natural map
+    cpu                  time of the solver of solve() [s], else None
+    """
+
+    impulses: np.ndarray
+    report: _core.SolveReport
+    relative_velocities: Optional[np.ndarray] = None
+    velocities: Optional[np.ndarray] = None
+    spins: Optional[np.ndarray] = None
+    errors: Optional[dict] = None
+    cpu: Optional[float] = None
+
+    @property
+    def converged(self) -> bool:
+        """Whether the tolerance is reached."""
+        return self.report.converged
+
+    @property
+    def iterations(self) -> int:
+        """Iterations that the solver made."""
+        return self.report.iterations
+
+
+def solve(
+    W: Any = None,
+    q: Any = None,
+    mu: Any = None,
+    *,
+    M: Any = None,
+    H: Any = None,
+    f: Any = None,
+    w: Any = None,
+    solver: str = "nlgs",
+    tolerance: float = 1e-8,
+    max_iterations: int = 200000,
+    check_every: int = 10,
+    start: Any = None,
+) -> Answer:
+    """Solves a problem with Coulomb's law at m contacts, in local or in global form, with matrices of SciPy or dense ones.
+
+    Local:   solve(W, q, mu)           u = W r + q
+    Global:  solve(M=, H=, f=, w=, mu=)  M v = H r + f,  u = H^T v + w
+    W        (m dim, m dim), and q (m dim); the first argument may also be a file in FCLIB's format
+    M        (dof, dof) invertible, H (dof, m dim), f (dof), w (m dim)
+    mu       (m), or one number; dim is 2 or 3, the components of a contact are normal first, then tangential
+    solver   "nlgs" (Gauss-Seidel), "newton", "spg", "apgd" (projected gradients), or "none": start is judged
+    tolerance        on the natural map
+    max_iterations, check_every   sweeps or gradient steps
+    start    (m dim) impulses to begin with; 0 unless given
+
+    At each contact u_n >= 0, r_n >= 0, u_n r_n = 0, |r_t| <= mu r_n, and r_t = -mu r_n u_t / |u_t| where it slides.
+    Objects with attributes M, q, mu (and H, b) that SciPy can read, as Siconos' problems, may be the first argument.
+    """
+    if isinstance(W, (str, os.PathLike)):
+        parts = _core.read_problem(os.fspath(W))
+        W, q, M, H, f, w = (parts.get(key) for key in ("W", "q", "M", "H", "f", "w"))
+        mu = parts["mu"]
+    elif hasattr(W, "mu") and hasattr(W, "q"):
+        problem = W
+        W, mu = None, problem.mu
+        if hasattr(problem, "H"):
+            M, H, f, w = problem.M, problem.H, problem.q, problem.b
+        else:
+            W, q = problem.M, problem.q
+    local = W is not None and q is not None
+    if local == (M is not None and H is not None and f is not None and w is not None) or mu is None:
+        raise ValueError("solve: give W, q and mu, or M, H, f, w and mu")
+    free = _vector("q" if local else "w", q if local else w)
+    dim, mu = _dimension(free, mu)
+    first = _vector("start", start) if start is not None else np.empty(0)
+    if start is not None and first.shape != free.shape:
+        raise ValueError(f"solve: start has {first.size} numbers, the problem {free.size}")
+    asked = _core.Asked(solver, tolerance, max_iterations, check_every, first)
+    if local:
+        found = _core.solve_matrix(dim, _csc("W", W, (free.size, free.size)), free, mu, asked)
+        found["velocities"] = None
+    else:
+        force = _vector("f", f)
+        m, h = _csc("M", M, (force.size, force.size)), _csc("H", H, (force.size, free.size))
+        found = _core.solve_global(dim, m, h, force, free, mu, asked)
+    return Answer(**found)
+
+
+def solve_contacts(
+    velocities: Any,
+    i: Any,
+    j: Any,
+    normals: Any,
+    gaps: Any,
+    mu: Any,
+    *,
+    h: float,
+    radii: Any,
+    masses: Any,
+    inertias: Any = None,
+    spins: Any = None,
+    positions: Any = None,
+    wall_velocities: Any = None,
+    bias: Any = None,
+    start: Any = None,
+    solver: str = "nlgs",
+    **options: Union[int, float],
+) -> Answer:
+    """Solves the contact problem of a step that your own detection has found, without a matrix.
+
+    velocities       (n, dim) that the n grains would have without contacts, at the end of the step [m/s]
+    spins            (n) in 2D, (n, 3) in 3D, the same [rad/s]; 0 unless given
+    radii, masses    (n) or one number [m, kg]; inertias those of solid disks or spheres unless given [kg m^2]
+    positions        (n, dim) centres, for the estimate of the distance from an answer [m]
+    i, j             (m) grains of each contact; j < 0 is wall -1 - j
+    normals          (m, dim) unit, from j to i
+    gaps             (m) [m]; what is left of a gap may close in the step
+    mu               (m) or one number
+    h                time step [s]
+    wall_velocities  (walls, dim) [m/s]; walls rest unless given
+    bias             (m) in the place of the gaps: v_n >= -bias [m/s], such as e v_n of before for restitution e
+    start            (m, dim) impulses to begin with, in world axes [N s], such as those of the step before
+    solver           "nlgs", "newton", "spg", "apgd"
+    options          tolerance, max_iterations, window and the others of nscdd.Simulation
+
+    Impulses of the answer are on i, in world axes; velocities and spins are those at the end of the step.
+    """
+    v = np.ascontiguousarray(velocities, dtype=np.float64)
+    if v.ndim != 2 or v.shape[1] not in (2, 3):
+        raise ValueError(f"solve_contacts: velocities must have shape (n, 2) or (n, 3), found {v.shape}")
+    n, dim = v.shape
+    i, j = (np.ascontiguousarray(index, dtype=np.int32) for index in (i, j))
+    m = i.size
+
+    def shaped(name: str, values: Any, shape: tuple) -> np.ndarray:
+        array = np.asarray(values, dtype=np.float64)
+        if array.ndim == 0 and len(shape) == 1:
+            array = np.full(shape, array)
+        if array.shape != shape:
+            raise ValueError(f"solve_contacts: {name} must have shape {shape}, found {array.shape}")
+        return np.ascontiguousarray(array)
+
+    if i.shape != (m,) or j.shape != (m,):
+        raise ValueError(f"solve_contacts: i and j must have one number for each contact, found {i.shape} and {j.shape}")
+    if m and not (0 <= i.min() and i.max() < n and j.max() < n):
+        raise ValueError(f"solve_contacts: i and j must be below {n}, and i not negative")
+    radius, mass = shaped("radii", radii, (n,)), shaped("masses", masses, (n,))
+    inertia = shaped("inertias", inertias, (n,)) if inertias is not None else mass * radius**2 * (0.5 if dim == 2 else 0.4)
+    gap = shaped("gaps", gaps, (m,))
+    walls = np.zeros((int(max(0, -j.min(initial=0))), dim))
+    if wall_velocities is not None:
+        given = np.asarray(wall_velocities, dtype=np.float64)
+        walls = shaped("wall_velocities", given, (max(len(given), len(walls)), dim))
+    spin = (n,) if dim == 2 else (n, 3)
+    between = j >= 0
+    lever_i = np.where(between, radius[i] + 0.5 * gap, radius[i])
+    lever_j = np.where(between, radius[np.maximum(j, 0)] + 0.5 * gap, 0.0) if n else gap
+    grains = {
+        "velocity": v,
+        "spin": shaped("spins", spins, spin) if spins is not None else np.zeros(spin),
+        "inv_mass": 1 / mass,
+        "inv_inertia": 1 / inertia,
+        "centre": shaped("positions", positions, (n, dim)) if positions is not None else None,
+        "radius": radius,
+        "wall_velocity": walls,
+    }
+    contacts = {
+        "i": i,
+        "j": j,
+        "normal": shaped("normals", normals, (m, dim)),
+        "bias": shaped("bias", bias, (m,)) if bias is not None else np.maximum(gap, 0) / h,
+        "friction": shaped("mu", mu, (m,)),
+        "lever_i": lever_i,
+        "lever_j": lever_j,
+        "impulse": shaped("start", start, (m, dim)) if start is not None else None,
+    }
+    return Answer(**_core.solve_grains(dim, grains, contacts, h, solver, options))
+
+
+def _vector(name: str, values: Any) -> np.ndarray:
+    array = np.ascontiguousarray(values, dtype=np.float64).ravel()
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"solve: {name} is not finite")
+    return array
+
+
+def _dimension(free: np.ndarray, mu: Any):
+    friction = np.ascontiguousarray(mu, dtype=np.float64).ravel()
+    if np.ndim(mu) == 0:
+        raise ValueError("solve: mu needs a number for each contact, which says how many there are")
+    if friction.size == 0 and free.size == 0:
+        return 3, friction
+    dim, rest = divmod(free.size, max(friction.size, 1))
+    if rest or dim not in (2, 3):
+        raise ValueError(f"solve: {free.size} components for {friction.size} contacts, each needs 2 or 3")
+    return dim, friction
+
+
+def _csc(name: str, matrix: Any, shape: tuple) -> dict:
+    if isinstance(matrix, dict):
+        return matrix
+    import scipy.sparse
+
+    csc = scipy.sparse.csc_matrix(matrix, dtype=np.float64)
+    csc.sum_duplicates()
+    if csc.shape != shape:
+        raise ValueError(f"solve: {name} must have shape {shape}, found {csc.shape}")
+    if not np.all(np.isfinite(csc.data)):
+        raise ValueError(f"solve: {name} is not finite")
+    return {"data": csc.data, "indices": csc.indices.astype(np.int32), "indptr": csc.indptr.astype(np.int32)}

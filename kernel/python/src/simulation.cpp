@@ -1,0 +1,299 @@
+// nscdd._core.Live: a run whose caller makes the steps.
+#include <unistd.h>
+
+#include <optional>
+
+#include "model/live.hpp"
+#include "model/prepare_run.hpp"
+#include "model/scene_table.hpp"
+#include "module.hpp"
+#include "nscdd/comm/in_process.hpp"
+
+namespace nscdd::python {
+
+namespace {
+
+// ---- from Python's dictionaries to what the program reads
+
+void append(toml::array& array, py::handle value);
+toml::table to_table(py::handle dict);
+
+// visit(x), x what TOML calls this value.
+void visit_value(py::handle value, auto&& visit) {
+    if (py::isinstance<py::bool_>(value)) return visit(value.cast<bool>());
+    if (py::isinstance<py::str>(value)) return visit(value.cast<std::string>());
+    if (py::isinstance<py::dict>(value)) return visit(to_table(value));
+    if (PyFloat_Check(value.ptr())) return visit(value.cast<double>());
+    const bool many = py::isinstance<py::array>(value) && py::reinterpret_borrow<py::array>(value).ndim() > 0;
+    if (!many && PyIndex_Check(value.ptr()))
+        return visit(py::int_(py::reinterpret_borrow<py::object>(value)).cast<std::int64_t>());
+    if (PySequence_Check(value.ptr())) {
+        toml::array array;
+        for (py::handle item : py::reinterpret_borrow<py::sequence>(value)) append(array, item);
+        return visit(std::move(array));
+    }
+    visit(py::float_(py::reinterpret_borrow<py::object>(value)).cast<double>());  // TypeError where it is no number
+}
+
+void append(toml::array& array, py::handle value) {
+    visit_value(value, [&array]<class Value>(Value&& item) { array.push_back(std::forward<Value>(item)); });
+}
+
+toml::table to_table(py::handle dict) {
+    toml::table table;
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(dict)) {
+        if (value.is_none()) continue;
+        const auto name = key.cast<std::string>();
+        visit_value(value, [&]<class Value>(Value&& item) { table.insert_or_assign(name, std::forward<Value>(item)); });
+    }
+    return table;
+}
+
+template <class Value>
+std::optional<Value> find(const py::dict& options, const char* name) {
+    if (!options.contains(name) || options[name].is_none()) return {};
+    return options[name].cast<Value>();
+}
+
+std::string one_of(const char* what, const std::string& name, const std::vector<std::string>& names) {
+    if (std::ranges::find(names, name) != names.end()) return name;
+    std::string told = std::string(what) + " must be one of";
+    for (const std::string& known : names) told += " '" + known + "'";
+    throw InputError(told + ", found '" + name + "'");
+}
+
+RunArguments to_arguments(const py::dict& options) {
+    RunArguments arguments;
+    const auto any = [](const auto&) { return true; };
+    arguments.start.packing = find<std::string>(options, "packing").value_or("");
+    arguments.start.from = find<std::string>(options, "state").value_or("");
+    arguments.start.adopt = find<bool>(options, "adopt").value_or(false);
+    arguments.subdomains = find<int>(options, "subdomains").value_or(1);
+    arguments.threads = find<int>(options, "threads").value_or(1);
+    for (const char* name : {"subdomains", "threads"})
+        if (const int number = find<int>(options, name).value_or(1); number < 1)
+            throw InputError(std::string(name) + " must be at least 1, found " + std::to_string(number));
+    arguments.scheme = find<std::string>(options, "scheme").value_or(*arguments.subdomains > 1 ? "dcs" : "nlgs");
+    one_of("scheme", arguments.scheme, names_of(offered_schemes(), any));
+    if (const auto name = find<std::string>(options, "interface"))
+        arguments.interface = value_of(interface_names, one_of("interface", *name, names_in(interface_names)));
+    if (const auto name = find<std::string>(options, "multiplicity"))
+        arguments.multiplicity =
+            value_of(multiplicity_names, one_of("multiplicity", *name, names_in(multiplicity_names)));
+    arguments.partition.kind = find<std::string>(options, "partition");
+    if (arguments.partition.kind) one_of("partition", *arguments.partition.kind, names_of(offered_partitions(), any));
+    arguments.partition.grid = find<std::vector<int>>(options, "grid").value_or(std::vector<int>());
+    arguments.partition.imbalance = find<double>(options, "imbalance");
+    if (const auto solver = find<py::dict>(options, "solver")) {
+        const toml::table given = to_table(*solver);
+        TomlTable table(given, "nscdd", "");
+        arguments.solver = read_solve_settings(table);
+        table.finish();
+    }
+    return arguments;
+}
+
+// ---- a run, and who is at work on it
+
+class Handle {
+  public:
+    Handle(RunRequest request) : made_in_(getpid()), threads_(*request.threads) {
+        auto comm = std::make_unique<InProcess>(*request.subdomains, threads_);
+        const py::gil_scoped_release release;
+        live_ = make_live(std::move(request), std::move(comm));
+    }
+
+    // To look at the run, between steps.
+    Live& live() {
+        if (busy_) throw std::logic_error("Simulation: another thread is within step()");
+        if (threads_ > 1 && getpid() != made_in_)
+            throw std::logic_error("Simulation: its threads have stayed behind in the process that was forked");
+        return *live_;
+    }
+    StepReport step() {
+        Live& live = this->live();
+        rows_ = {};
+        contacts_ = {};
+        const Busy now(busy_);
+        std::optional<py::gil_scoped_release> release;
+        if (!recording_) release.emplace();  // two threads must not be within HDF5, which h5py uses too
+        return live.step();
+    }
+    void record(std::vector<std::string> series, std::string frames, int every) {
+        live().record(std::move(series), std::move(frames), every);
+        recording_ = true;
+    }
+    void stop() {
+        live().stop();
+        recording_ = false;
+    }
+
+    // Arrays by id, the same until the next step.
+    const py::dict& rows() {
+        Live& live = this->live();
+        if (rows_) return *rows_;
+        State state = live.grains();
+        const auto n = static_cast<py::ssize_t>(state.packing.size()),
+                   dim = py::ssize_t(live.request().scene.dimension);
+        py::dict rows;
+        rows["positions"] = owned(std::move(state.packing.x), {n, dim});
+        rows["velocities"] = owned(std::move(state.velocity), {n, dim});
+        rows["spins"] = dim == 3 ? owned(std::move(state.spin), {n, 3}) : owned(std::move(state.spin), {n});
+        rows["radii"] = owned(std::move(state.packing.radius), {n});
+        rows["materials"] = owned(std::move(state.material), {n});
+        rows["subdomains"] = owned(std::move(state.subdomain), {n});
+        rows["multiplicities"] = owned(std::move(state.multiplicity), {n});
+        rows["masses"] = owned(live.masses(), {n});
+        return rows_.emplace(std::move(rows));
+    }
+    const py::dict& contacts() {
+        Live& live = this->live();
+        if (contacts_) return *contacts_;
+        State::Contacts found = live.contacts();
+        const auto n = static_cast<py::ssize_t>(found.i.size()), dim = py::ssize_t(live.request().scene.dimension);
+        py::dict rows;
+        rows["i"] = owned(std::move(found.i), {n});
+        rows["j"] = owned(std::move(found.j), {n});
+        rows["normal"] = owned(std::move(found.normal), {n, dim});
+        rows["gap"] = owned(std::move(found.gap), {n});
+        rows["impulse"] = owned(std::move(found.impulse), {n, dim});
+        rows["normal_impulse"] = owned(std::move(found.normal_impulse), {n});
+        rows["subdomain"] = owned(std::move(found.subdomain), {n});
+        return contacts_.emplace(std::move(rows));
+    }
+    py::array grains_in_place() {
+        GrainsInPlace place = live().grains_in_place();
+        py::list names, formats, offsets;
+        for (const auto& field : place.fields) {
+            names.append(field.name);
+            formats.append(field.numbers == 0   ? py::object(py::str("i4"))
+                           : field.numbers == 1 ? py::object(py::str("f8"))
+                                                : py::object(py::make_tuple("f8", py::make_tuple(field.numbers))));
+            offsets.append(field.offset);
+        }
+        const py::dtype type(names, formats, offsets, static_cast<py::ssize_t>(place.stride));
+        auto* kept = new std::shared_ptr<void>(std::move(place.owner));
+        const py::capsule owner(kept, [](void* memory) { delete static_cast<std::shared_ptr<void>*>(memory); });
+        py::array view(type, {static_cast<py::ssize_t>(place.count)}, {static_cast<py::ssize_t>(place.stride)},
+                       place.first, owner);
+        view.attr("setflags")(py::arg("write") = false);
+        return view;
+    }
+
+  private:
+    struct Busy {  // set and cleared with the GIL held
+        explicit Busy(bool& of) : flag(of) { flag = true; }
+        ~Busy() { flag = false; }
+        Busy(const Busy&) = delete;
+        bool& flag;
+    };
+
+    std::unique_ptr<Live> live_;
+    pid_t made_in_;
+    int threads_;
+    bool busy_ = false, recording_ = false;
+    std::optional<py::dict> rows_, contacts_;
+};
+
+std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& name, const Doubles& positions,
+                                    const Doubles& radii, const py::dict& more, const py::dict& options) {
+    Packing packing;
+    packing.dim = static_cast<int>(positions.shape(1));
+    packing.x = list(positions);
+    packing.radius = list(radii);
+    const auto take = [&more](const char* key) {
+        const auto found = find<Doubles>(more, key);
+        return found ? list(*found) : std::vector<double>();
+    };
+    packing.box = take("box");
+    packing.velocity = take("velocities");
+    packing.spin = take("spins");
+    if (const auto found = find<Ints>(more, "material")) packing.material = list(*found);
+    RunArguments arguments = to_arguments(options);
+    arguments.start.adopt = !arguments.start.from.empty();  // the scene does not say which grains it had
+    return std::make_unique<Handle>(prepare_run(arguments, scene_of(to_table(scene), name), std::move(packing)));
+}
+
+std::unique_ptr<Handle> from_file(const std::string& path, const py::dict& options) {
+    RunArguments arguments = to_arguments(options);
+    arguments.start.scene = path;
+    return std::make_unique<Handle>(prepare_run(arguments, {}, {}, false));
+}
+
+py::dict as_dict(const SeriesRow& row) {
+    py::dict values;
+    for (const SeriesValue& value : row) {
+        std::vector<py::ssize_t> shape(value.shape.begin(), value.shape.end());
+        values[value.name.c_str()] =
+            shape.empty() ? py::object(py::float_(value.values[0])) : py::object(owned(value.values, std::move(shape)));
+    }
+    return values;
+}
+
+py::dict as_dict(const LiveWall& wall) {
+    const auto vector = [](const std::vector<double>& v) { return owned(v, {static_cast<py::ssize_t>(v.size())}); };
+    py::dict values;
+    values["name"] = wall.name;
+    values["normal"] = vector(wall.normal);
+    values["velocity"] = vector(wall.velocity);
+    values["offset"] = wall.offset;
+    values["force"] = wall.force;
+    values["mass"] = wall.mass;
+    values["driven"] = wall.driven;
+    return values;
+}
+
+py::dict as_dict(const LiveCell& cell) {
+    const auto dim = static_cast<py::ssize_t>(cell.size.size());
+    py::list axes;
+    for (std::size_t d = 0; d < cell.periodic.size(); ++d)
+        if (cell.periodic[d]) axes.append(std::string(1, "xyz"[d]));
+    py::dict values;
+    values["periodic"] = axes;
+    values["size"] = owned(cell.size, {dim});
+    values["tilt"] = owned(cell.tilt, {dim, dim});
+    values["gradient"] = owned(cell.gradient, {dim, dim});
+    return values;
+}
+
+}  // namespace
+
+void add_simulation(py::module_& module) {
+    const auto scene = [](Handle& h) -> const Scene& { return h.live().request().scene; };
+    py::class_<Handle>(module, "Live")
+        .def("step", &Handle::step)
+        .def("record", &Handle::record)
+        .def("stop", &Handle::stop)
+        .def("save", [](Handle& h, const std::string& path) { h.live().save(path); })
+        .def("rows", &Handle::rows)
+        .def("contacts", &Handle::contacts)
+        .def("grains_in_place", &Handle::grains_in_place)
+        .def("measures", [](Handle& h) { return as_dict(h.live().measures()); })
+        .def("cell", [](Handle& h) { return as_dict(h.live().cell()); })
+        .def("wall_count", [](Handle& h) { return h.live().wall_count(); })
+        .def("wall", [](Handle& h, std::size_t w) { return as_dict(h.live().wall(w)); })
+        .def("set_wall_velocity",
+             [](Handle& h, std::size_t w, const std::vector<double>& v) { h.live().set_wall_velocity(w, v); })
+        .def("set_wall_force", [](Handle& h, std::size_t w, double f) { h.live().set_wall_force(w, f); })
+        .def("set_wall_pressure", [](Handle& h, std::size_t w, double p) { h.live().set_wall_pressure(w, p); })
+        .def("steps", [](Handle& h) { return h.live().steps(); })
+        .def("time", [](Handle& h) { return h.live().time(); })
+        .def("grain_count", [](Handle& h) { return h.live().grain_count(); })
+        .def("dimension", [scene](Handle& h) { return scene(h).dimension; })
+        .def("name", [scene](Handle& h) { return scene(h).name; })
+        .def("law", [scene](Handle& h) { return scene(h).law; })
+        .def("h", [scene](Handle& h) { return scene(h).step.h; })
+        .def("count", [scene](Handle& h) { return scene(h).step.count; })
+        .def("material_names",
+             [scene](Handle& h) {
+                 std::vector<std::string> names;
+                 for (const auto& material : scene(h).materials) names.push_back(material.name);
+                 return names;
+             })
+        .def("scheme", [](Handle& h) { return h.live().request().scheme; })
+        .def("subdomains", [](Handle& h) { return h.live().comm().size(); });
+    module.def("from_arrays", &from_arrays);
+    module.def("from_file", &from_file);
+}
+
+}  // namespace nscdd::python

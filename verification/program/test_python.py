@@ -1,0 +1,411 @@
+"""The Python module nscdd beside the program: the same bits, arrays that stay what they were, errors of one line."""
+import contextlib
+import copy
+import gc
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+import threading
+import unittest
+
+import numpy as np
+from harness import NSCDD, PACKED, ROOT, SCENE, ProgramTest
+
+MODULE = pathlib.Path(NSCDD).resolve().parents[1] / "python"
+sys.path.insert(0, str(MODULE))
+try:
+    import nscdd
+except ImportError as missing:
+    raise unittest.SkipTest(f"the Python module is not built: {missing}")
+
+GLASS = dict(density=1.0, friction=0.3, gravity=(0, 0, -10), h=0.001)
+FLOOR = nscdd.Wall(normal=(0, 0, 1), through=(0, 0, 0), name="floor")
+PAIR = np.array([[0, 0, 0.5], [0.3, 0.1, 1.5]])
+
+
+def heap(n=60, dim=3, **options):
+    """Grains above a floor, at places that no grid has."""
+    rng = np.random.default_rng(4)
+    side = int(np.ceil(n ** (1 / dim)))
+    x = np.stack(np.meshgrid(*[np.arange(side)] * dim), axis=-1).reshape(-1, dim)[:n] * 1.02 + 0.5
+    up = np.eye(dim)[-1]
+    walls = [nscdd.Wall(normal=up, through=0 * up, name="floor")]
+    given = dict(density=1.0, friction=0.3, gravity=-10 * up, h=0.005, walls=walls)
+    return nscdd.Simulation(x, rng.uniform(0.4, 0.5, n), **(given | options))
+
+
+def same(a, b):
+    return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+
+
+class Program(ProgramTest):
+    def pack(self):
+        self.write("spec.toml", 'dimension = 2\ngrains = 60\nradius = 0.5\nspread = 0.2\nseed = 3\ngenerator = "own"\n')
+        path = self.folder / "packing.h5"
+        self.succeeds("pack", self.folder / "spec.toml", "-o", path)
+        return path
+
+    def state_of_run(self, scene, *options):
+        path = self.folder / "state.h5"
+        self.succeeds("run", scene, "--state", path, *options)
+        return nscdd.load(path)
+
+    def compare(self, state, simulation):
+        for key in ("positions", "velocities", "radii"):
+            self.assertTrue(same(getattr(state, key), getattr(simulation, key)), key)
+        self.assertTrue(same(state.spins, simulation.spins))
+        self.assertTrue(same(state.contacts, simulation.contacts))
+        self.assertEqual(state.time, simulation.time)
+        self.assertEqual(state.step, simulation.steps)
+
+    def test_bits_of_a_scene_file_and_of_arrays(self):
+        state = self.state_of_run(self.write("scene.toml", SCENE))
+        read = nscdd.read(self.folder / "scene.toml")
+        self.assertTrue(read.run().converged)
+        self.compare(state, read)
+        made = nscdd.Simulation(PAIR, 0.5, walls=[FLOOR], **GLASS)
+        made.run(5)
+        self.compare(state, made)
+
+    def test_bits_on_subdomains_and_threads(self):
+        packing = self.pack()
+        scene = ROOT / "cases/reduced/network.toml"
+        options = ["--packing", packing, "--steps", 6, "--subdomains", 4, "--scheme", "dcs", "--tolerance", 1e-3]
+        state = self.state_of_run(scene, *options)
+        for threads in (1, 2):
+            simulation = nscdd.read(scene, packing=packing, subdomains=4, threads=threads, scheme="dcs", tolerance=1e-3)
+            simulation.run(6)
+            self.compare(state, simulation)
+        self.assertEqual(set(simulation.subdomains), {0, 1, 2, 3})
+
+    def test_goes_on_from_states_of_either(self):
+        packing, scene = self.pack(), ROOT / "cases/reduced/network.toml"
+        whole = self.state_of_run(scene, "--packing", packing, "--steps", 6)
+        begun = nscdd.read(scene, packing=packing)
+        begun.run(3)
+        begun.save(self.folder / "half.h5")
+        gone_on = nscdd.read(scene, state=self.folder / "half.h5")
+        self.assertEqual((gone_on.steps, gone_on.time), (3, begun.time))
+        gone_on.run(3)
+        self.compare(whole, gone_on)
+        self.compare(self.state_of_run(scene, "--from", self.folder / "half.h5", "--steps", 3), gone_on)
+
+    def test_a_scene_of_arrays_goes_on_from_its_state(self):
+        walls = dict(walls=[FLOOR], **GLASS)
+        whole = nscdd.Simulation(PAIR, 0.5, **walls)
+        whole.run(3)
+        whole.save(self.folder / "half.h5")
+        whole.run(3)
+        rest = nscdd.Simulation(state=self.folder / "half.h5", **walls)
+        rest.run(3)
+        self.assertTrue(same(whole.positions, rest.positions) and same(whole.contacts, rest.contacts))
+        with self.assertRaisesRegex(ValueError, "come from the state"):
+            nscdd.Simulation(PAIR, 0.5, state=self.folder / "half.h5", **walls)
+
+    def test_series_and_frames_are_those_of_the_program(self):
+        scene = self.write("scene.toml", SCENE)
+        self.succeeds("run", scene, "--series", self.folder / "a.csv", "--series", self.folder / "a.h5", "--frames", self.folder / "af.h5")
+        simulation = nscdd.read(scene)
+        with simulation.record(self.folder / "b.csv", self.folder / "b.h5", frames=self.folder / "bf.h5"):
+            simulation.run()
+        self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
+        csv, hdf5 = nscdd.read_series(self.folder / "b.csv"), nscdd.read_series(self.folder / "b.h5")
+        self.assertTrue(np.array_equal(csv["step"], [1, 2, 3, 4, 5]) and np.array_equal(hdf5["step"], csv["step"]))
+        self.assertTrue(np.array_equal(hdf5["time"], csv["time"]))
+        import h5py
+
+        with h5py.File(self.folder / "af.h5") as a, h5py.File(self.folder / "bf.h5") as b:
+            self.assertEqual(list(a), list(b))
+
+    def test_rows_that_were_recorded_are_kept_where_a_callback_raises(self):
+        def fail(simulation, report):
+            if simulation.steps == 3:
+                raise KeyError("enough")
+
+        simulation = nscdd.Simulation(PAIR, 0.5, walls=[FLOOR], **GLASS)
+        with self.assertRaisesRegex(KeyError, "enough"), simulation.record(self.folder / "rows.csv"):
+            simulation.run(10, fail)
+        self.assertEqual(len(nscdd.read_series(self.folder / "rows.csv")["step"]), 3)
+
+    def test_packings_go_out_and_come_back(self):
+        x, r = np.random.default_rng(0).random((4, 2)), np.full(4, 0.1)
+        nscdd.write_packing(self.folder / "p.h5", x, r, (1, 1), periodic="x")
+        back = nscdd.read_packing(self.folder / "p.h5")
+        self.assertTrue(same(back.positions, x) and same(back.radii, r))
+        self.assertEqual(back.periodic, "x")
+        with self.assertRaisesRegex(ValueError, "p2.h5"):
+            nscdd.read_packing(self.folder / "p2.h5")
+
+    def test_a_scene_with_a_mistake_tells_file_and_line(self):
+        scene = self.write("scene.toml", SCENE.replace("radius = 0.5", "radius = -1", 1))
+        told = self.run_program("run", scene).stderr.strip().removeprefix("nscdd: ")
+        with self.assertRaises(ValueError) as raised:
+            nscdd.read(scene)
+        self.assertEqual(str(raised.exception), told)
+
+    def test_examples(self):
+        packing = self.folder / "box.h5"
+        self.write("spec.toml", 'dimension = 3\ngrains = 100\nradius = 0.5\nspread = 0.1\nseed = 3\ngenerator = "own"\n')
+        self.succeeds("pack", self.folder / "spec.toml", "-o", packing)
+        environment = os.environ | {"PYTHONPATH": str(MODULE), "MPLBACKEND": "agg"}
+        for name, lines, arguments, says in (
+            ("triaxial", 25, [packing, "10"], "strain 0.0.*axial .*iterations"),
+            ("brazil_nut", 35, [self.folder / "nut.png", "0.5"], "the nut is at"),
+        ):
+            path = ROOT / f"kernel/python/examples/{name}.py"
+            self.assertLessEqual(len([line for line in path.read_text().splitlines() if line]), lines)
+            done = subprocess.run([sys.executable, path, *arguments], env=environment, capture_output=True, text=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stdout, says)
+
+
+class Arrays(unittest.TestCase):
+    def test_shapes_and_order(self):
+        for dim in (2, 3):
+            simulation = heap(dim=dim)
+            before = simulation.positions
+            simulation.run(40)
+            n = len(simulation)
+            self.assertEqual(simulation.positions.shape, (n, dim))
+            self.assertEqual(simulation.spins.shape, (n,) if dim == 2 else (n, 3))
+            self.assertLess(np.abs(simulation.positions - before).max(), 0.5, "rows are still of the same grains")
+            contacts = simulation.contacts
+            self.assertTrue((np.diff(contacts["i"]) >= 0).all() and (contacts["j"] < n).all())
+            on_grains = np.zeros((n, dim))
+            np.add.at(on_grains, contacts["i"], contacts["impulse"])
+            between = contacts[contacts["j"] >= 0]
+            np.add.at(on_grains, between["j"], -between["impulse"])
+            weight = simulation.masses * -10 * simulation.h
+            change = simulation.masses[:, None] * (simulation.velocities - self.velocities_before(simulation, dim))
+            change[:, -1] -= weight
+            self.assertLess(np.abs(on_grains - change).max(), 1e-12 + 1e-9 * np.abs(on_grains).max())
+
+    @staticmethod
+    def velocities_before(simulation, dim):
+        """Of the last step: the same scene, a step less."""
+        again = heap(dim=dim)
+        again.run(simulation.steps - 1)
+        return again.velocities
+
+    def test_arrays_are_read_only_and_of_their_moment(self):
+        simulation = heap()
+        positions, copy_of = simulation.positions, simulation.positions.copy()
+        self.assertIs(simulation.positions, positions)
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            positions[0, 0] = 1
+        simulation.run(20)
+        self.assertTrue(same(positions, copy_of))
+        self.assertFalse(same(positions, simulation.positions))
+
+    def test_a_view_has_no_copy_and_keeps_its_memory(self):
+        simulation = heap()
+        simulation.step()
+        view, other = simulation.view(), simulation.view()
+        self.assertEqual(view.__array_interface__["data"], other.__array_interface__["data"])
+        order = np.argsort(view["id"])
+        self.assertTrue(same(view["position"][order], simulation.positions))
+        self.assertTrue(same(view["spin"][order], simulation.spins))
+        self.assertTrue(np.array_equal(view["mass"][order], simulation.masses))
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            view["position"][0] = 0
+        kept, speeds = view.copy(), view["velocity"][:, 2]
+        simulation.run(30)  # broad phases among them, which make new lists
+        self.assertTrue(np.array_equal(view, kept))
+        last = simulation.view()
+        self.assertFalse(np.array_equal(last["position"], kept["position"]))
+        kept_last = last.copy()
+        del simulation, view, other
+        gc.collect()
+        self.assertTrue(np.array_equal(last, kept_last))
+        self.assertTrue(np.array_equal(speeds, kept["velocity"][:, 2]))
+
+    def test_who_looks_does_not_change_what_comes(self):
+        plain, seen, views = heap(), heap(), []
+        for _ in range(25):
+            plain.step()
+            seen.step()
+            views.append(seen.view())
+        self.assertTrue(same(plain.positions, seen.positions) and same(plain.contacts, seen.contacts))
+
+    def test_several_subdomains_have_no_view(self):
+        with self.assertRaisesRegex(ValueError, "take copies by id"):
+            heap(subdomains=2).view()
+
+    def test_materials_by_name_and_number(self):
+        options = dict(materials={"a": 1.0, "b": 3.0}, density=None)
+        named = heap(3, material=["a", "b", "a"], **options)
+        self.assertEqual(list(named.materials), [0, 1, 0])
+        self.assertEqual(list(heap(3, material=[0, 1, 0], **options).masses), list(named.masses))
+        with self.assertRaisesRegex(ValueError, "grain 1: 'c' is not among the materials a, b"):
+            heap(3, material=["a", "c", "a"], **options)
+
+
+class Walls(unittest.TestCase):
+    def test_velocity_is_written_between_steps(self):
+        simulation = nscdd.Simulation([[0.0, 0.5]], 0.5, density=1.0, h=0.01, walls=[nscdd.Wall((0, 1), offset=0.0, velocity=(0, 0), name="floor")])
+        for step in range(50):
+            simulation.walls["floor"].velocity = (0, 0.1 if step < 25 else 0.3)
+            simulation.step()
+        self.assertAlmostEqual(simulation.walls[0].offset, 25 * 0.001 + 25 * 0.003, places=12)
+        # half a step with the velocity of before, at each of the two jumps
+        self.assertAlmostEqual(simulation.positions[0, 1] - simulation.walls[0].offset, 0.5 - 0.5 * 0.01 * (0.1 + 0.2), places=12)
+        self.assertAlmostEqual(simulation.velocities[0, 1], 0.3, places=9)
+
+    def test_force_and_pressure(self):
+        sides = [nscdd.Wall(side=face) for face in ("x-", "x+", "y-")]
+        for push, change in ((dict(force=2.0), "force"), (dict(pressure=2.0), "pressure")):
+            top = nscdd.Wall(side="y+", name="top", mass=1.0, **push)
+            simulation = nscdd.Simulation([[0.5, 0.5]], 0.5, density=1.0, box=(1, 1), h=0.01, walls=[*sides, top], tolerance=1e-8)
+            simulation.step()
+            self.assertAlmostEqual(simulation.measures()["wall_force"][3, 1], 2.0, places=6)
+            if change == "force":
+                simulation.walls["top"].force = 5.0
+            else:
+                simulation.walls["top"].push(5.0)
+            simulation.step()
+            self.assertAlmostEqual(simulation.measures()["wall_force"][3, 1], 5.0, places=6)
+
+    def test_a_motion_of_a_scene_file(self):
+        shakes = {"motion": "oscillating", "amplitude": 0.1, "frequency": 0.5}
+        simulation = nscdd.Simulation([[0.0, 1.5]], 0.5, density=1.0, h=0.01, walls=[nscdd.Wall((0, 1), (0, 0), motion=shakes, name="floor")])
+        simulation.run(50)
+        self.assertAlmostEqual(simulation.walls[0].offset, 0.1 * np.sin(np.pi * 0.5), places=12)
+        with self.assertRaisesRegex(ValueError, "wall 'floor': its motion is a function of time"):
+            simulation.walls[0].velocity = (0, 1)
+
+    def test_a_cell_repeats(self):
+        simulation = nscdd.Simulation([[0.5, 0.5]], 0.2, density=1.0, friction=0.1, cell=nscdd.Cell(size=(1, 1), gradient=((0, 0.5), (0, 0))), h=0.01)
+        simulation.run(10)
+        self.assertEqual(simulation.cell["periodic"], ["x", "y"])
+        self.assertAlmostEqual(simulation.cell["tilt"][0, 1], 0.05)
+
+
+class Errors(unittest.TestCase):
+    def test_one_line_each(self):
+        for change, told in (
+            (dict(radii=[0.5]), r"Simulation: radii must have shape \(2\), found \(1,\)"),
+            (dict(positions=[[0, 0, 0, 0]]), r"positions must have shape \(n, 2\) or \(n, 3\), found \(1, 4\)"),
+            (dict(radii=[0.5, -1]), "grain 1: radius is not valid"),
+            (dict(positions=PAIR * np.nan), "grain 0: position is not valid"),
+            (dict(density=-1), "Simulation: material 'grains': density must be"),
+            (dict(density=None), "give density, or materials"),
+            (dict(friction=-0.1), "friction must be"),
+            (dict(gravity=(0, -10)), "Simulation: gravity must"),
+            (dict(h=0), "step: h must be > 0, found 0"),
+            (dict(scheme="magic"), "scheme must be one of 'nlgs'"),
+            (dict(scheme="nlgs", subdomains=2), "^scheme nlgs is sequential: give ccs or dcs"),
+            (dict(threads=2), "threads: subdomains are dealt to them|threads 2"),
+            (dict(toleranec=1), "unknown key 'toleranec'"),
+            (dict(tolerance=-1), "tolerance must be"),
+            (dict(scheme="newton", window=1), "^window is of sweeps"),
+            (dict(walls=[nscdd.Wall((0, 0, 2), (0, 0, 0))]), "wall 'wall 0': normal must have length 1, found 2"),
+            (dict(walls=[nscdd.Wall(side="x-")]), "wall 'wall 0': side 'x-' needs a 3D packing"),
+            (dict(walls=[nscdd.Wall((0, 0, 1), (0, 0, 0), force=1, pressure=1)]), "a force or a pressure pushes it"),
+            (dict(walls=["floor"]), "each must be an nscdd.Wall"),
+            (dict(tables={"obstakle": [{}]}), "unknown key 'obstakle'"),
+        ):
+            given = {"positions": PAIR, "radii": 0.5, "walls": [FLOOR], **GLASS} | change
+            with self.subTest(told), self.assertRaisesRegex(ValueError, told) as raised:
+                nscdd.Simulation(given.pop("positions"), given.pop("radii"), **given)
+            self.assertNotIn("\n", str(raised.exception))
+
+    def test_a_refused_step(self):
+        simulation = nscdd.Simulation([[0.0, 0.0], [0.5, 0.0]], 0.5, density=1.0, h=0.01)
+        for _ in range(2):
+            with self.assertRaisesRegex(nscdd.StepRefused, "^step 1: grain . and grain . overlap by") as raised:
+                simulation.step()
+        self.assertEqual({raised.exception.i, raised.exception.j}, {0, 1})
+        self.assertIsInstance(raised.exception, RuntimeError)
+
+    def test_walls_refuse_what_does_not_move_them(self):
+        simulation = nscdd.Simulation(PAIR, 0.5, walls=[FLOOR], **GLASS)
+        with self.assertRaisesRegex(ValueError, "wall 'floor': no force drives it"):
+            simulation.walls[0].force = 1
+        with self.assertRaisesRegex(ValueError, "wall 'floor': velocity needs 3 numbers"):
+            simulation.walls[0].velocity = (1, 2)
+        with self.assertRaisesRegex(KeyError, "no wall 'roof' among floor"):
+            simulation.walls["roof"]
+
+    def test_it_says_no_to_pickle_and_copy(self):
+        simulation = heap(3)
+        for copying in (pickle.dumps, copy.copy, copy.deepcopy):
+            with self.assertRaisesRegex(TypeError, "a Simulation cannot be (pickled|copied): save"):
+                copying(simulation)
+
+
+class Threads(unittest.TestCase):
+    def test_two_simulations_in_two_threads(self):
+        alone = heap(200)
+        alone.run(40)
+        simulations = [heap(200), heap(200, subdomains=2, threads=2)]
+        threads = [threading.Thread(target=simulation.run, args=(40,)) for simulation in simulations]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertTrue(same(simulations[0].positions, alone.positions))
+        self.assertEqual(simulations[1].steps, 40)
+
+    def test_one_simulation_is_not_for_two_threads(self):
+        simulation, refused, stop = heap(1000), [], threading.Event()
+
+        def look():
+            while not stop.is_set():
+                try:
+                    simulation.positions
+                except RuntimeError as error:
+                    refused.append(str(error))
+
+        thread = threading.Thread(target=look)
+        thread.start()
+        simulation.run(30)
+        stop.set()
+        thread.join()
+        self.assertTrue(refused, "the GIL is released within a step")
+        self.assertEqual(set(refused), {"Simulation: another thread is within step()"})
+
+    def test_a_callback_ends_a_run_by_true_or_by_an_exception(self):
+        simulation = heap(10)
+        simulation.run(100, lambda s, report: s.steps == 4)
+        self.assertEqual(simulation.steps, 4)
+
+        def interrupt(s, report):
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            simulation.run(100, interrupt)
+        self.assertEqual(simulation.steps, 5)
+        simulation.run(5)
+        self.assertEqual(simulation.steps, 10)
+
+    @unittest.skipUnless(hasattr(os, "fork"), "there is no fork")
+    def test_after_a_fork(self):
+        one, two = heap(10), heap(10, subdomains=2, threads=2)
+        child = os.fork()
+        if child == 0:
+            code = 1
+            with contextlib.suppress(BaseException):
+                one.run(3)
+                try:
+                    two.step()
+                except RuntimeError as error:
+                    code = 0 if "threads have stayed behind" in str(error) and one.steps == 3 else 2
+            os._exit(code)
+        self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+        two.step()
+
+
+class Documented(unittest.TestCase):
+    def test_every_public_name_has_a_text(self):
+        for name in nscdd.__all__:
+            thing = getattr(nscdd, name)
+            self.assertTrue(thing.__doc__ and "Alias for" not in thing.__doc__, name)
+            for member, value in vars(thing).items() if isinstance(thing, type) else ():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    self.assertTrue(value.__doc__, f"{name}.{member}")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,157 @@
+"""nscdd.solve and nscdd.solve_contacts: exact answers, the program's answers, errors of one line."""
+import pathlib
+import subprocess
+import sys
+import types
+import unittest
+
+import h5py
+import numpy as np
+import scipy.sparse
+from fclib_files import law_errors, write_global, write_local
+from harness import NSCDD, ProgramTest
+
+sys.path.insert(0, str(pathlib.Path(NSCDD).resolve().parents[1] / "python"))
+try:
+    import nscdd
+except ImportError as missing:
+    raise unittest.SkipTest(f"the Python module is not built: {missing}")
+
+
+def problem(contacts=12, dim=3, bodies=6, seed=0):
+    """M, H, f, w, mu of a global problem that has an answer, all contacts being able to open."""
+    rng = np.random.default_rng(seed)
+    dof = bodies * dim
+    m = np.diag(rng.uniform(1, 2, dof))
+    h = rng.normal(size=(dof, contacts * dim)) * (rng.random((dof, contacts * dim)) < 0.6)
+    return m, h, rng.normal(size=dof), np.zeros(contacts * dim) + 0.1, rng.uniform(0.1, 0.6, contacts)
+
+
+class Matrices(ProgramTest):
+    def test_one_contact_by_hand(self):
+        for mu, tangential in ((1.0, -0.5), (0.1, -0.2)):
+            answer = nscdd.solve(np.diag([1.0, 2.0]), [-2.0, 1.0], [mu])
+            self.assertTrue(answer.converged)
+            self.assertTrue(np.allclose(answer.impulses, [[2.0, tangential]], atol=1e-12))
+            self.assertTrue(np.allclose(answer.relative_velocities, [[0, 1 + 2 * tangential]], atol=1e-12))
+
+    def test_global_is_the_condensed_local(self):
+        for dim in (2, 3):
+            m, h, f, w, mu = problem(dim=dim)
+            inverse = np.linalg.inv(m)
+            delassus, q = h.T @ inverse @ h, w + h.T @ inverse @ f
+            for solver in ("nlgs", "newton"):
+                whole = nscdd.solve(M=scipy.sparse.csr_matrix(m), H=scipy.sparse.coo_matrix(h), f=f, w=w, mu=mu, solver=solver, tolerance=1e-10)
+                local = nscdd.solve(delassus, q, mu, solver=solver, tolerance=1e-10)
+                for answer in (whole, local):
+                    self.assertTrue(answer.converged)
+                    self.assertLess(answer.errors["natural_map"], 1e-10)
+                    errors = np.concatenate([np.ravel(e) for e in law_errors(delassus, q, mu, answer.impulses.ravel())])
+                    self.assertLess(np.abs(errors).max(), 1e-7)
+                self.assertTrue(np.allclose(whole.velocities, inverse @ (h @ whole.impulses.ravel() + f), atol=1e-12))
+                self.assertTrue(np.allclose(whole.relative_velocities.ravel(), h.T @ whole.velocities + w, atol=1e-9))
+
+    def test_files_are_solved_as_the_program_does(self):
+        m, h, f, w, mu = problem()
+        for path in (
+            write_global(self.folder / "global.hdf5", m, h, f, w, mu),
+            write_local(self.folder / "local.hdf5", h.T @ h / 2 + np.eye(len(w)) * 0.1, w + h.T @ f, mu),
+        ):
+            out = self.folder / "solved.hdf5"
+            self.succeeds("solve-fclib", path, "-o", out)
+            with h5py.File(out) as file:
+                r = file["solution/r"][...]
+            self.assertTrue(np.array_equal(nscdd.solve(path).impulses.ravel(), r))
+            parts = nscdd.read_problem(path)
+            parts.pop("dimension")
+            self.assertTrue(np.array_equal(nscdd.solve(**parts).impulses.ravel(), r))
+
+    def test_a_start_is_judged_and_gone_on_from(self):
+        m, h, f, w, mu = problem()
+        given = dict(M=m, H=h, f=f, w=w, mu=mu)
+        answer = nscdd.solve(**given)
+        judged = nscdd.solve(**given, solver="none", start=answer.impulses)
+        self.assertTrue(judged.converged and np.array_equal(judged.impulses, answer.impulses))
+        self.assertLessEqual(nscdd.solve(**given, start=answer.impulses).iterations, 10)
+
+    def test_objects_of_other_codes(self):
+        m, h, f, w, mu = problem()
+        whole = nscdd.solve(M=m, H=h, f=f, w=w, mu=mu)
+        theirs = types.SimpleNamespace(M=m, H=h, q=f, b=w, mu=mu)
+        self.assertTrue(np.array_equal(nscdd.solve(theirs).impulses, whole.impulses))
+
+    def test_errors(self):
+        w, q, mu = np.eye(3), [-1.0, 0, 0], [0.5]
+        for given, told in (
+            (dict(W=w, q=q), "give W, q and mu"),
+            (dict(W=w, q=q, mu=mu, M=w, H=w, f=q, w=q), "give W, q and mu, or M, H"),
+            (dict(W=np.eye(4), q=q, mu=mu), r"W must have shape \(3, 3\), found \(4, 4\)"),
+            (dict(W=w * np.nan, q=q, mu=mu), "W is not finite"),
+            (dict(W=w, q=[1, 2, 3, 4], mu=mu), "4 components for 1 contacts"),
+            (dict(W=-w, q=q, mu=mu), "W_NN is -1"),
+            (dict(W=w, q=q, mu=[-1]), "coefficient of friction"),
+            (dict(W=w, q=q, mu=mu, solver="magic"), "solver must be one of 'nlgs'"),
+            (dict(W=w, q=q, mu=mu, tolerance=-1), "tolerance"),
+            (dict(W=self.folder / "none.hdf5"), "none.hdf5"),
+        ):
+            with self.subTest(told), self.assertRaisesRegex((ValueError, RuntimeError), told):
+                nscdd.solve(**given)
+
+
+class Detection(unittest.TestCase):
+    def test_a_pyramid_rests(self):
+        """As kernel/examples/own_detection.cpp: the walls carry the weight of a pyramid of disks in a box."""
+        radius, mass, gravity, h, base = 0.5, 2.0, 9.81, 1e-3, 12
+        x = np.array([((2 * k + row) * radius, radius + row * 3**0.5 * radius) for row in range(base) for k in range(base - row)])
+        i, j = np.nonzero(np.triu(np.hypot(*(x[:, None] - x[None]).transpose(2, 0, 1)) < 2 * radius + 1e-3, 1))
+        normals = (x[i] - x[j]) / np.linalg.norm(x[i] - x[j], axis=1)[:, None]
+        gaps = np.linalg.norm(x[i] - x[j], axis=1) - 2 * radius
+        for wall, (normal, gap) in enumerate((((0, 1), x[:, 1] - radius), ((1, 0), x[:, 0]), ((-1, 0), 2 * (base - 1) * radius - x[:, 0]))):
+            near = np.flatnonzero(gap < 1e-3)
+            i, j, gaps = np.r_[i, near], np.r_[j, np.full(len(near), -1 - wall)], np.r_[gaps, gap[near]]
+            normals = np.vstack([normals, np.tile(normal, (len(near), 1))])
+        free = np.tile([0, -gravity * h], (len(x), 1))
+        for solver in ("nlgs", "newton"):
+            answer = nscdd.solve_contacts(
+                free, i, j, normals, gaps, 0.5, h=h, radii=radius, masses=mass, positions=x, solver=solver, tolerance=1e-8, max_velocity_error=1e-6
+            )
+            self.assertTrue(answer.converged)
+            carried = answer.impulses[j < 0, 1].sum() / (len(x) * mass * gravity * h)
+            self.assertAlmostEqual(carried, 1, places=6)
+            self.assertLess(np.abs(answer.velocities).max(), 1e-5 * gravity * h)
+        again = nscdd.solve_contacts(free, i, j, normals, gaps, 0.5, h=h, radii=radius, masses=mass, start=answer.impulses, tolerance=1e-8)
+        self.assertLessEqual(again.iterations, 10)
+
+    def test_a_sphere_slides_and_rebounds(self):
+        h, g, mu, e, v = 0.01, 10.0, 0.2, 0.5, np.array([[3.0, 0, -1.0]])
+        contact = dict(i=[0], j=[-1], normals=[[0, 0, 1]], gaps=[0.0], mu=mu, h=h, radii=0.5, masses=2.0)
+        slid = nscdd.solve_contacts(v, **contact)
+        normal = 2.0
+        self.assertTrue(np.allclose(slid.impulses, [[-mu * normal, 0, normal]], atol=1e-9))
+        self.assertTrue(np.allclose(slid.velocities, [[3 - mu * normal / 2, 0, 0]], atol=1e-9))
+        self.assertTrue(np.allclose(slid.spins, [[0, mu * normal * 0.5 / (0.4 * 2 * 0.25), 0]], atol=1e-9))
+        bounced = nscdd.solve_contacts(v, **contact, bias=[-e * 1.0])
+        self.assertAlmostEqual(bounced.velocities[0, 2], 0.5, places=9)
+        belt = nscdd.solve_contacts(v, **contact, wall_velocities=[[3.0, 0, 0]])
+        self.assertTrue(np.allclose(belt.velocities, [[3, 0, 0]], atol=1e-9))
+
+    def test_errors(self):
+        good = dict(velocities=np.zeros((2, 3)), i=[0], j=[1], normals=[[1, 0, 0]], gaps=[0.0], mu=0.3, h=0.01, radii=0.5, masses=1.0)
+        self.assertTrue(nscdd.solve_contacts(**good).converged)
+        for change, told in (
+            (dict(i=[2]), "i and j must be below 2"),
+            (dict(normals=[[1, 0]]), r"normals must have shape \(1, 3\), found \(1, 2\)"),
+            (dict(normals=[[2, 0, 0]]), "contact 0: the normal"),
+            (dict(masses=[1, 2, 3]), r"masses must have shape \(2,\)"),
+            (dict(mu=-1), "friction"),
+            (dict(h=0), "step"),
+            (dict(tolerance=-1), "tolerance"),
+            (dict(toleranec=1), "unknown option 'toleranec'"),
+            (dict(solver="magic"), "solver must be one of"),
+        ):
+            with self.subTest(told), self.assertRaisesRegex(ValueError, told), np.errstate(divide="ignore", invalid="ignore"):
+                nscdd.solve_contacts(**(good | change))
+
+
+if __name__ == "__main__":
+    unittest.main()
