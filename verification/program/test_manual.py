@@ -26,6 +26,7 @@ PAGES = [
     "8-judge.md",
     "13-cells.md",
     "14-obstacles.md",
+    "15-laws.md",
 ]
 OWN_CODE = "9-own-code.md"  # needs none of the others
 PYTHON = "17-python.md"  # neither does this

@@ -89,8 +89,8 @@ using MakeLive = std::unique_ptr<Live> (*)(RunRequest, std::unique_ptr<Communica
 // The run of the model that the scene needs. Collective.
 std::unique_ptr<Live> make_live(RunRequest request, std::unique_ptr<Communicator> comm);
 
-// By the name of its law; each dimension is compiled by itself, run_model.cpp.in.
-template <int dim>
-MakeLive choose_live(const std::string& law);
+// That of the law which has this line in registry/laws.hpp; each is compiled by itself, run_model.cpp.in.
+template <int dim, int law>
+std::unique_ptr<Live> live_law(RunRequest request, std::unique_ptr<Communicator> comm);
 
 }  // namespace nscdd

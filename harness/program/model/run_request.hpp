@@ -84,8 +84,8 @@ using RunFunction = RunResult (*)(RunRequest&, Communicator&, FileSet& files);
 // The run of the model that the scene needs and no more.
 RunFunction choose_model(const Scene& scene);
 
-// The run of the law of this name; each dimension is compiled by itself, run_model.cpp.in.
-template <int dim>
-RunFunction choose_law(const std::string& law);
+// The run of the law that has this line in registry/laws.hpp; each is compiled by itself, run_model.cpp.in.
+template <int dim, int law>
+RunResult run_law(RunRequest& request, Communicator& comm, FileSet& files);
 
 }  // namespace nscdd

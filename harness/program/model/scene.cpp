@@ -121,6 +121,7 @@ class SceneReader {
         visit_law(scene_.law, [&](const auto& law) {
             for (const auto& key : law.keys) pair.coefficients[key.name] = table.number(key.name, non_negative, 0.0);
         });
+        if (const char* fault = pairing_fault(scene_.law, pair.restitution, pair.coefficients)) table.fail("", fault);
         table.finish();
     }
 

@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "nscdd/core/contact_law.hpp"
+#include "nscdd/core/cohesive.hpp"
 
 namespace nscdd {
 
@@ -40,7 +40,14 @@ constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... key
 inline constexpr std::tuple laws{
     offer_law<Frictionless>("frictionless"),
     offer_law<Coulomb>("coulomb", LawKey<Pairing>{"friction", &Pairing::friction}),
+    offer_law<Cohesive>("cohesive", LawKey<Cohesive::Pairing>{"friction", &Cohesive::Pairing::friction},
+                        LawKey<Cohesive::Pairing>{"cohesion", &Cohesive::Pairing::cohesion},
+                        LawKey<Cohesive::Pairing>{"range", &Cohesive::Pairing::range}),
 };
+
+inline constexpr int law_count = std::tuple_size_v<decltype(laws)>;
+template <int law>  // by its line
+using LawOf = typename std::tuple_element_t<std::size_t{law}, std::remove_const_t<decltype(laws)>>::Law;
 
 // visit.operator()<L>(law) for the one that the scene names.
 void visit_law(const std::string& name, auto&& visit) {
@@ -76,6 +83,16 @@ typename L::Pairing make_pairing(double restitution, const std::map<std::string,
     };
     std::apply([&](const auto&... law) { (fill(law), ...); }, laws);
     return pairing;
+}
+
+// What is wrong with the coefficients of a pair; null: nothing.
+inline const char* pairing_fault(const std::string& law, double restitution,
+                                 const std::map<std::string, double>& coefficients) {
+    const char* fault = nullptr;
+    visit_law(law, [&]<class L, std::size_t N>(const OfferedLaw<L, N>&) {
+        fault = make_pairing<L>(restitution, coefficients).fault();
+    });
+    return fault;
 }
 
 }  // namespace nscdd

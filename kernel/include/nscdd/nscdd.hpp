@@ -5,6 +5,7 @@
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"
+#include "nscdd/core/cohesive.hpp"
 #include "nscdd/core/validate.hpp"
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"

@@ -1,11 +1,12 @@
 /// @file
-/// The concept of a contact law, and the two laws that are shipped.
+/// The concept of a contact law, and the two laws on Coulomb's cone. Further ones are shipped in headers of their own:
+/// core/cohesive.hpp.
 /// ```
 /// using Model = nscdd::Model<3, nscdd::Coulomb>;
 /// ```
-/// A law of your own is one class; kernel/examples/cohesive_law.cpp is an example. NLGS, NSCDD, acceleration and the
+/// A law of your own is one class; kernel/examples/own_law.cpp is an example. NLGS, NSCDD, acceleration and the
 /// fast sweep use it as they use Coulomb's. Newton's method, the gradient methods and problems in local form know the
-/// shipped laws alone (SolvedOnCone).
+/// laws on the cone alone (SolvedOnCone).
 #pragma once
 
 #include <concepts>
@@ -16,7 +17,7 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Coefficients of two materials, for the shipped laws.
+/// Coefficients of two materials, for the laws on the cone.
 struct Pairing {
     double friction = 0;     ///< Coulomb's mu, >= 0
     double restitution = 0;  ///< Newton's e, 0 to 1
@@ -142,6 +143,8 @@ concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real
 /// excess(normal, k)   by how much r_n exceeds the least that the contact can have, >= 0: where it is positive
 ///                     the contact must not open, (v_n + bias) excess = 0 at an answer
 /// ```
+/// A law that acts at a distance has `range(pairing)` besides, the gap up to which a pair is a contact, however slowly
+/// it moves [m]: a law that may pull needs it.
 /// The kernel makes these of them: the solve of one contact and of a packet; eta, velocity error and energies
 /// (law/residual.hpp); and the warm start. The warm start makes the last step's impulse admissible by normal() and
 /// limit().
@@ -150,6 +153,17 @@ concept ContactLaw =
     detail::LawSaysFriction<L> && detail::LawHasCoefficients<L> && detail::LawHasPairing<L> &&
     detail::LawNamesFaults<L> && detail::LawSolvesNormal<L, double> && detail::LawSolvesNormal<L, Packet> &&
     detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet>;
+
+/// The gap up to which pairs are contacts, however slowly they move [m]; of a law that does not say 0.
+template <class L>
+double range_of(const typename L::Pairing& pairing) {
+    if constexpr (requires {
+                      { L::range(pairing) } -> std::same_as<double>;
+                  })
+        return L::range(pairing);
+    else
+        return 0;
+}
 
 /// A law whose impulses lie in Coulomb's cone about the normal.
 template <class L>

@@ -2,6 +2,7 @@
 /// Coefficients per pair of materials, such as friction and restitution.
 #pragma once
 
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -48,9 +49,18 @@ class MaterialTable {
     std::vector<P> table_;
 };
 
-using Materials = MaterialTable<Pairing>;  ///< table of the shipped laws
+using Materials = MaterialTable<Pairing>;  ///< table of the laws on Coulomb's cone
 /// The table that scenes of model M have.
 template <class M>
 using MaterialsOf = MaterialTable<typename M::Law::Pairing>;
+
+/// The largest gap at which any pair is a contact, however slowly it moves (range_of()) [m].
+template <class M>
+double largest_range(const MaterialsOf<M>& materials) {
+    double most = 0;
+    for (int a = 0; a < materials.count(); ++a)
+        for (int b = 0; b <= a; ++b) most = (std::max)(most, range_of<typename M::Law>(materials(a, b)));
+    return most;
+}
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -45,11 +45,14 @@ template <class M>
 }
 
 /// True if the candidate is a contact now; else its impulse becomes 0.
-/// e = 0: gap <= alert and no passing by, or missed before. e > 0: gap <= 0 (METHOD.md, section 2.5).
+/// e = 0: gap <= alert and no passing by, or missed before, or within the range of the law. e > 0: gap <= 0 (METHOD.md,
+/// section 2.5).
 template <class M>
 bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert, bool passes) {
     const bool impact = pairing.restitution > 0;
-    const bool acts = impact ? gap <= 0 : ((gap <= alert) & !passes & !candidate.passes) | candidate.missed;
+    bool acts = impact ? gap <= 0 : ((gap <= alert) & !passes & !candidate.passes) | candidate.missed;
+    const double range = range_of<typename M::Law>(pairing);
+    acts |= (range > 0) & (gap <= range);
     candidate.free_gap = (impact | !acts) ? gap : Candidate<M>::held;
     for (double& r : candidate.r) r = acts ? r : 0;
     return acts;

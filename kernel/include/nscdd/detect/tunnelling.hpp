@@ -113,7 +113,8 @@ bool mark_passing(Subdomain<M>& part, double h) {
         const Contact<M>& c = part.problem.contacts[k];
         Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
         const bool open = c.bias > 0 && candidate.free_gap == Candidate<M>::held;  // at first, and without restitution
-        if (!open || c.r.isZero(0) || candidate.missed) continue;
+        const bool pulls = M::Law::excess(0.0, c.coefficients()) > 0;  // whichever way the grains go
+        if (!open || c.r.isZero(0) || candidate.missed || pulls) continue;
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
         const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),

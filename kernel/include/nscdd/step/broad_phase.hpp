@@ -16,7 +16,11 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class M>
 class BroadPhase {
   public:
-    double skin() const { return skin_; }                                ///< of the last broad phase [m]
+    double skin() const { return skin_; }  ///< of the last broad phase [m]
+    /// What grains may use up of it: beyond it pairs would be missed that the law makes contacts at a distance [m].
+    double spare_skin(const SimulationSettings<M>& settings) const {
+        return skin_ - largest_range<M>(settings.materials);
+    }
     int steps_since() const { return steps_since_; }                     ///< steps begun since the last broad phase
     const std::vector<double>& offsets() const { return offsets_; }      ///< of the walls at the last broad phase [m]
     const Gradient<M>& stretch() const { return stretch_; }              ///< of places by the cell's flow since then
@@ -48,7 +52,7 @@ class BroadPhase {
         const double step_reach = settings.h * speed;
         const double wanted =
             std::clamp(2.2 * settings.broad_phase_every * step_reach, 0.05 * radii.least, 0.5 * radii.least);
-        skin_ = (std::max)({wanted, 4.4 * step_reach, needed});
+        skin_ = (std::max)({wanted, 4.4 * step_reach, needed}) + largest_range<M>(settings.materials);
         detect(parts, comm, settings, settings.walls, radii, extent.box(settings.cell));
         cell_ = settings.cell;
         stretch_.setIdentity();

@@ -265,7 +265,7 @@ class Simulation {
     void check_first_drift() {
         const double time = (1 - settings_.theta) * settings_.h;
         const detail::Motion start = motion(Velocities::known, time);
-        if (2 * start.moved > broad_.skin()) detect_roughly(2.2 * time * start.speed);
+        if (2 * start.moved > broad_.spare_skin(settings_)) detect_roughly(2.2 * time * start.speed);
         std::vector<detail::Passage> passages;
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             passages.push_back(detail::find_early_passage<M>(parts_[k], settings_.walls, settings_.materials,
@@ -291,7 +291,7 @@ class Simulation {
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
         const detail::Motion after = motion(Velocities::solved, settings_.h);
-        if (2 * after.moved > broad_.skin()) {
+        if (2 * after.moved > broad_.spare_skin(settings_)) {
             detect_roughly(2.2 * settings_.h * after.speed);
             return false;
         }
@@ -417,7 +417,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     check_sides();
     watch.lap(seconds_.advance);
     const detail::Motion before = motion(Velocities::known);
-    if (broad_.due(settings_) || 2 * before.moved > broad_.skin()) detect_roughly(0);
+    if (broad_.due(settings_) || 2 * before.moved > broad_.spare_skin(settings_)) detect_roughly(0);
     int iterations = 0;
     for (;; ++report.attempts) {
         detect((std::max)(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
