@@ -18,12 +18,15 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 inline int desk(int id, int size) { return id % size; }
 
-/// Throws std::invalid_argument, on every process, when two grains have one id. Collective; ids from 0 on.
+/// Throws std::invalid_argument, on every process, when two grains have one id. `more`: of this process, to come.
+/// Collective; ids from 0 on.
 template <class M>
-void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
+void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Grain<M>> more = {}) {
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
-        for (const auto& g : parts[k].grains) out[k][desk(g.id, comm.size())].push_back(g.id);
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
+            if (const int id = parts[k].grains[g].id; parts[k].primary(g)) out[k][desk(id, comm.size())].push_back(id);
+    for (const Grain<M>& g : more) out[0][desk(g.id, comm.size())].push_back(g.id);
     std::vector<Buffer> ids = route_by_square(comm, out);
     throw_collectively(comm, [&ids](std::size_t k) {
         std::sort(ids[k].begin(), ids[k].end());

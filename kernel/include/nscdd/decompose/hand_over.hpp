@@ -23,8 +23,11 @@ class CollectedComponent {
                     int label, Buffer& out) {
         const ContactProblem<M>& problem = part.problem;
         Buffer bodies, contacts;
+        std::vector<char> met(problem.bodies.size());  // fixed bodies have no label
+        for (const Contact<M>& c : problem.contacts)
+            if (labels.of(c) == label) met[static_cast<std::size_t>(c.i)] = met[static_cast<std::size_t>(c.j)] = 1;
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
-            if (labels.of_body(b) != label) continue;
+            if (labels.of_body(b) != label && !met[b]) continue;
             const Body<M>& body = problem.bodies[b];
             bodies.insert(bodies.end(), {double(part.rank), double(b), double(part.grains[b].id),
                                          body.inv_mass / problem.copies(b), problem.radii[b]});

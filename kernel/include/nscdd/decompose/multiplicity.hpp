@@ -25,6 +25,8 @@ void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Mult
     for (const auto& c : part.problem.contacts)
         touched[static_cast<std::size_t>(c.i)] = touched[static_cast<std::size_t>(c.j)] = 1;
     for (const auto& c : part.problem.wall_contacts) touched[static_cast<std::size_t>(c.i)] = 1;
+    for (std::size_t g = 0; g < part.grains.size(); ++g)  // copies of a fixed grain always agree
+        if (part.grains[g].fixed()) touched[g] = 0;
     part.active.assign(part.replicas.size(), 0);
     for (std::size_t g = 0; g < part.grains.size(); ++g)
         for (std::size_t s = part.first_replica(g); s < part.last_replica(g); ++s)
@@ -167,6 +169,10 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             problem.radii[g] = grain.radius;
             body.inv_mass = m / grain.mass;
             body.v = grain.velocity;
+            if (grain.fixed()) {
+                if constexpr (M::friction) body.inv_inertia = 0;
+                continue;
+            }
             body.linear() += h * (gravity + grain.load.template head<M::dim>() / grain.mass);
             if (flows) body.linear() -= h * flow_over<M>(part.cell.gradient, grain.velocity.template head<M::dim>());
             if constexpr (M::friction) {

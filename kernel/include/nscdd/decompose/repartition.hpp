@@ -259,7 +259,9 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             refused[k] = {pairs.overlap, double(pairs.i), double(pairs.j), double(pairs.most)};
             return;
         }
+        const auto fixed = [&part](int g) { return part.grains[static_cast<std::size_t>(g)].fixed(); };
         for (const GrainPair& pair : close) {
+            if (fixed(pair.i) && fixed(pair.j)) continue;
             part.pairs.push_back({pair.i, pair.j});
             uses[k][static_cast<std::size_t>(pair.i)] = uses[k][static_cast<std::size_t>(pair.j)] = Use::here;
         }
@@ -267,7 +269,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             const Grain<M>& grain = part.grains[g];
             if (partition.owner(grain.position) != part.rank) continue;
             for (std::size_t w = 0; w < walls.size(); ++w)
-                if (walls[w].distance(grain.position) - grain.radius < skin) {
+                if (walls[w].distance(grain.position) - grain.radius < skin && (!grain.fixed() || walls[w].driven)) {
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
                     uses[k][g] = Use::here;
                 }

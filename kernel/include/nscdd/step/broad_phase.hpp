@@ -128,6 +128,7 @@ class BroadPhase {
         auto largest() { return std::tie(minus_low, high, speed); }
         Box<M> box(const Cell<M>& cell) const {
             Box<M> all{-minus_low, high};
+            if (!(all.low[0] <= all.high[0])) all.low.setZero(), all.high.setZero();  // of no grains
             for (int d = 0; d < M::dim; ++d)
                 if (cell.periodic[static_cast<std::size_t>(d)])
                     all.low[d] = cell.low[d], all.high[d] = cell.low[d] + cell.size[d];

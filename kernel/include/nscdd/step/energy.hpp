@@ -27,7 +27,7 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             Grain<M> after = grain;
             after.velocity = body.v;
             body.v = 0.5 * (body.v + grain.velocity);
-            if (!part.primary(g)) continue;
+            if (!part.primary(g) || grain.fixed()) continue;
             e.before += grain.kinetic_energy();
             e.kinetic += after.kinetic_energy();
             e.external += h * (grain.load.dot(body.v) + grain.mass * gravity.dot(body.linear()));

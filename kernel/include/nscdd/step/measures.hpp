@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
@@ -21,17 +23,21 @@ struct Measures {
     double wall_contacts = 0;    ///< of them with walls
     double grains_volume = 0;    ///< of the grains [m^3], area [m^2] in 2D
     double touched = 0;          ///< grains with a contact that carries; observe() counts exactly, measure() nearly
+    double forces = 0;           ///< of the contacts that carry, their lengths added up [N]
     double largest_overlap = 0;  ///< [m], of the contacts of the last step, now
 
     /// Members that reduce() adds up over subdomains.
     auto summed() {
         return std::tie(kinetic_energy, momentum, angular_momentum, virial, contacts, wall_contacts, grains_volume,
-                        touched);
+                        touched, forces);
     }
     auto largest() { return std::tie(largest_overlap); }  ///< members of which reduce() takes the largest
 
     /// Contacts per grain that carries, walls counted on the grain's side alone; 0 when none does.
     double coordination() const { return touched > 0 ? (2 * contacts - wall_contacts) / touched : 0; }
+    /// |trace of the virial| / dim: the mean stress of the contacts times the volume, whatever that is [J].
+    double pressure_work() const { return std::abs(virial.trace()) / M::dim; }
+    double mean_force() const { return contacts > 0 ? forces / contacts : 0; }  ///< of contacts that carry [N]
 };
 
 /// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The shipped laws
@@ -67,7 +73,8 @@ Measures<M> measure(const Simulation<M>& simulation) {
             const typename M::Vec branch = part.cell.apart(grain(c.i).position, grain(c.j).position);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
             if (carries_impulse<M>(c))
-                ++m.contacts, ++carried[static_cast<std::size_t>(c.i)], ++carried[static_cast<std::size_t>(c.j)];
+                m.forces += c.r.norm() / h, ++m.contacts, ++carried[static_cast<std::size_t>(c.i)],
+                    ++carried[static_cast<std::size_t>(c.j)];
             if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
@@ -75,13 +82,16 @@ Measures<M> measure(const Simulation<M>& simulation) {
             const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
             const double distance = wall.distance(grain(c.i).position);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius - distance);
-            if (carries_impulse<M>(c)) ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
+            if (carries_impulse<M>(c))
+                m.forces += c.r.norm() / h, ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
             if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;
             const Grain<M>& body = part.grains[g];
+            m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
+            if (body.fixed()) continue;
             const typename M::Vec p = body.mass * body.velocity.template head<dim>();
             m.kinetic_energy += body.kinetic_energy();
             m.momentum += p;
@@ -92,7 +102,6 @@ Measures<M> measure(const Simulation<M>& simulation) {
             else
                 m.angular_momentum[0] += x[0] * p[1] - x[1] * p[0];
             if constexpr (M::friction) m.angular_momentum += body.inertia * body.velocity.template tail<M::spins>();
-            m.grains_volume += make_grain<M>(0, body.radius, 1.0, body.position).mass;
         }
         // Each copy that carries counts 1/multiplicity: exact but for interface grains with a copy that carries
         // nothing, of which only a part is counted.
@@ -100,6 +109,28 @@ Measures<M> measure(const Simulation<M>& simulation) {
             m.touched += carried[g] > 0 ? 1.0 / part.problem.multiplicity[g] : 0.0;
         return m;
     });
+}
+
+namespace detail {
+
+struct LargestOf {
+    double value = 0;
+    auto summed() { return std::tie(); }
+    auto largest() { return std::tie(value); }
+};
+
+}  // namespace detail
+
+/// The largest force that was left on a grain in the last step: mass times change of velocity over h [N]. It is 0 in
+/// equilibrium, and before the first step. Over Measures::mean_force() it is the unbalanced force ratio. Collective.
+template <class M>
+double largest_net_force(const Simulation<M>& simulation) {
+    return reduce<detail::LargestOf>(
+               simulation.comm(),
+               [&](std::size_t k) {
+                   return detail::LargestOf{simulation.largest_momentum_change(k) / simulation.settings().h};
+               })
+        .value;
 }
 
 }}  // namespace nscdd::NSCDD_ABI

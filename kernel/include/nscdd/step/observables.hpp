@@ -18,13 +18,14 @@ struct Observables {
     Measures<M> measures;                     ///< `touched` is exact here
     typename Measures<M>::Tensor fabric;      ///< mean of n (x) n over contacts that carry [1]; NaN of none
     double grains = 0;                        ///< in the scene
-    double mass = 0;                          ///< of the grains [kg]
+    double mass = 0;                          ///< of the grains, but those that are fixed [kg]
+    double moving_volume = 0;                 ///< of the same grains [m^3], area [m^2] in 2D
     double mean_radius = 0;                   ///< [m]
     std::vector<typename M::Vec> wall_force;  ///< (W) force of the grains on each wall, mean of the step [N]
 
     /// Share of grains without a contact that carries.
     double rattlers() const { return 1 - measures.touched / grains; }
-    double density() const { return mass / measures.grains_volume; }  ///< of the grains [kg/m^3], [kg/m^2] in 2D
+    double density() const { return mass / moving_volume; }  ///< of the grains [kg/m^3], [kg/m^2] in 2D
 };
 
 namespace detail {
@@ -32,8 +33,8 @@ namespace detail {
 template <class M>
 struct ObservedSums {
     typename Measures<M>::Tensor fabric = Measures<M>::Tensor::Zero();
-    double touched = 0, mass = 0, radii = 0;
-    auto summed() { return std::tie(fabric, touched, mass, radii); }
+    double touched = 0, mass = 0, moving_volume = 0, radii = 0;
+    auto summed() { return std::tie(fabric, touched, mass, moving_volume, radii); }
     auto largest() { return std::tie(); }
 };
 
@@ -85,8 +86,14 @@ Observables<M> observe(const Simulation<M>& simulation) {
             for (const Contact<M>& c : *contacts)
                 if (carries_impulse<M>(c)) sum.fabric += c.normal * c.normal.transpose();
         sum.touched = touched[k];
-        for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
-            if (parts[k].primary(g)) sum.mass += parts[k].grains[g].mass, sum.radii += parts[k].grains[g].radius;
+        for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
+            if (!parts[k].primary(g)) continue;
+            const Grain<M>& grain = parts[k].grains[g];
+            sum.radii += grain.radius;
+            if (grain.fixed()) continue;
+            sum.mass += grain.mass;
+            sum.moving_volume += make_grain<M>(0, grain.radius, 1.0, grain.position).mass;
+        }
         return sum;
     });
     const std::size_t walls = simulation.walls().size();
@@ -103,6 +110,7 @@ Observables<M> observe(const Simulation<M>& simulation) {
     total.grains = static_cast<double>(simulation.grain_count());
     total.measures.touched = sums.touched;
     total.mass = sums.mass;
+    total.moving_volume = sums.moving_volume;
     total.mean_radius = sums.radii / total.grains;
     return total;
 }

@@ -20,30 +20,30 @@ struct Radii {
     double largest = 0;  ///< over the whole scene [m]
 };
 
-/// Before the first broad phase, when each grain is on one rank alone.
+/// Of the whole scene.
 struct GrainCount {
     double grains = 0, mass = 0;  ///< number of grains, mass of all [kg]
     double minus_least = -std::numeric_limits<double>::infinity(), most = minus_least;  ///< radii [m]
     auto summed() { return std::tie(grains, mass); }
     auto largest() { return std::tie(minus_least, most); }
-    Radii radii() const { return {-minus_least, most}; }
+    Radii radii() const { return grains > 0 ? Radii{-minus_least, most} : Radii{1, 1}; }
 };
 
-/// Collective. Throws std::invalid_argument where there is no grain.
+/// Collective.
 template <class M>
 GrainCount count_grains(const std::vector<Subdomain<M>>& parts, Communicator& comm) {
-    const GrainCount all = reduce<GrainCount>(comm, [&parts](std::size_t k) {
+    return reduce<GrainCount>(comm, [&parts](std::size_t k) {
         GrainCount mine;
-        mine.grains = double(parts[k].grains.size());
-        for (const auto& g : parts[k].grains) {
+        for (std::size_t n = 0; n < parts[k].grains.size(); ++n) {
+            if (!parts[k].primary(n)) continue;
+            const Grain<M>& g = parts[k].grains[n];
+            ++mine.grains;
             mine.minus_least = (std::max)(mine.minus_least, -g.radius);
             mine.most = (std::max)(mine.most, g.radius);
-            mine.mass += g.mass;
+            if (!g.fixed()) mine.mass += g.mass;
         }
         return mine;
     });
-    if (all.grains == 0) throw std::invalid_argument("the scene has no grains");
-    return all;
 }
 
 /// Before the step, or of its problem.
@@ -108,8 +108,8 @@ FreeState find_free_state(const std::vector<Subdomain<M>>& parts, Communicator& 
         const Subdomain<M>& part = parts[k];
         FreeState mine;
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
-            if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
+            if (!part.primary(g) || grain.fixed()) continue;
             const Body<M>& body = part.problem.bodies[g];
             mine.interface_grains += part.problem.multiplicity[g] > 1;
             mine.energy += grain.mass * body.linear().squaredNorm() + grain.inertia * body.spin().squaredNorm();

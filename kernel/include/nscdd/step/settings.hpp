@@ -35,6 +35,7 @@ struct SimulationSettings {
     Partitioner<M> partition = by_grid<M>();   ///< deals space to subdomains; a regular grid as in the paper
     Multiplicity multiplicity = Multiplicity::minimal;  ///< which copies of a grain share its mass
     double largest_overlap = 0.1;                       ///< of a radius; more is an error
+    bool may_be_empty = false;                          ///< no grains at the start are no mistake: some will come
 };
 
 /// The last broad phase. It decides which candidates there are, who owns them, in which order they are swept, and when
@@ -58,9 +59,12 @@ template <class M>
 void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
         const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
+        const auto heavy = [&](double x) { return g.fixed() ? std::isinf(x) : positive(x); };
         const char* what = !positive(g.radius)                              ? "radius"
-                           : !positive(g.mass)                              ? "mass"
-                           : M::friction && !positive(g.inertia)            ? "inertia"
+                           : !heavy(g.mass)                                 ? "mass"
+                           : M::friction && !heavy(g.inertia)               ? "inertia"
+                           : g.fixed() && !g.velocity.isZero(0)             ? "velocity, of a fixed grain,"
+                           : g.fixed() && !g.load.isZero(0)                 ? "load, of a fixed grain,"
                            : !std::isfinite(g.position.squaredNorm())       ? "position"
                            : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity or load"
                            : g.material < 0 || g.material >= materials      ? "material"

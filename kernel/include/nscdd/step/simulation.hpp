@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -15,6 +16,12 @@
 #include "nscdd/step/scene_sums.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
+
+/// Ids of the grains that stay where others are removed.
+enum class Numbering {
+    kept,       ///< as they are
+    closed_up,  ///< less by the number of lower ones that were removed: ids from 0 on stay so
+};
 
 /// Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
 /// ```
@@ -42,7 +49,7 @@ class Simulation {
     ///
     /// Throws std::invalid_argument, the same on every process, for a scene that cannot be:
     ///
-    /// - no step h, or no grain;
+    /// - no step h, or no grain (unless SimulationSettings::may_be_empty);
     /// - two grains of one id, or a radius or mass that is not positive and finite;
     /// - an impulse that is not finite;
     /// - a driven wall without mass, or a cell that check_cell() refuses;
@@ -76,6 +83,21 @@ class Simulation {
     StepReport step(const AnyStepSolver<M>& solve);
     ///@}
 
+    ///@{
+    /// Grains enter and leave, between two steps. Collective. The next broad phase comes at once; impulses stay with
+    /// their pairs. measure() and the like see no contacts until a step is made.
+    ///
+    /// Each process passes the grains that it inserts, with ids that the scene does not have. Throws
+    /// std::invalid_argument, the same on every process and before anything has changed, for a grain that cannot be,
+    /// for an id that there is, and where a stress drives the cell. A grain that overlaps another one is refused by the
+    /// next step.
+    void insert(std::span<const Grain<M>> grains);
+    /// Asks which(grain) for every grain, on one process each; it must not throw. Returns those removed, each on the
+    /// process that was asked. Loads, friction and radii of others stay. A scene may lose all of its grains.
+    std::vector<Grain<M>> remove(const std::function<bool(const Grain<M>&)>& which,
+                                 Numbering numbering = Numbering::kept);
+    ///@}
+
     Communicator& comm() const { return comm_; }  ///< communicator that it was made with
     /// Subdomains of the ranks that the process hosts. Throws std::logic_error for a simulation that was moved; so do
     /// all functions that measure or gather one.
@@ -91,6 +113,10 @@ class Simulation {
     double least_radius() const { return radii_.least; }      ///< of the whole scene [m]
     int steps() const { return steps_; }                      ///< number of steps made by step()
     double time() const { return time(0); }                   ///< of the scene now [s]
+    /// Of the grains of a hosted subdomain, mass times change of velocity in the last step [kg m/s] (measures.hpp).
+    double largest_momentum_change(std::size_t part) const {
+        return momentum_changes_.empty() ? 0 : momentum_changes_[part];
+    }
     /// The last broad phase. Throws std::logic_error for a simulation that was moved.
     const BroadPhase<M>& broad_phase() const {
         check_there();
@@ -99,6 +125,9 @@ class Simulation {
 
   private:
     using Velocities = detail::Velocities;
+
+    /// Counts grains and finds candidates after some have come or gone.
+    void take_stock();
 
     void check_there() const {
         if (parts_.empty()) throw std::logic_error("Simulation: nothing is left of one that was moved");
@@ -336,8 +365,17 @@ class Simulation {
 
     /// Writes velocities of the step into grains and walls.
     void commit() {
+        momentum_changes_.clear();
         for (auto& part : parts_) {
-            for (std::size_t g = 0; g < part.grains.size(); ++g) part.grains[g].velocity = part.problem.bodies[g].v;
+            double largest = 0;
+            for (std::size_t g = 0; g < part.grains.size(); ++g) {
+                const typename M::Velocity& v = part.problem.bodies[g].v;
+                const typename M::Velocity change = v - part.grains[g].velocity;
+                if (!part.grains[g].fixed())
+                    largest = (std::max)(largest, part.grains[g].mass * change.template head<M::dim>().norm());
+                part.grains[g].velocity = v;
+            }
+            momentum_changes_.push_back(largest);
             for (auto& c : part.pairs) c.missed = c.passes = false;
             for (auto& c : part.wall_pairs) c.missed = false;
         }
@@ -358,6 +396,7 @@ class Simulation {
     double mass_ = 0;  ///< of all grains [kg]
     std::size_t grains_ = 0;
     int steps_ = 0;
+    std::vector<double> momentum_changes_;  ///< largest change of a momentum in each part, in the last step [kg m/s]
     PhaseSeconds seconds_;
 };
 
@@ -384,8 +423,9 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
         parts_[0].replicas.push_back(parts_[0].rank);
         parts_[0].replica_begin.push_back(static_cast<int>(parts_[0].replicas.size()));
     }
-    detail::check_ids(parts_, comm_);
+    detail::check_ids<M>(parts_, comm_);
     count_grains();
+    if (grains_ == 0 && !settings_.may_be_empty) throw std::invalid_argument("the scene has no grains");
     settings_.cell.length = 2 * radii_.largest;
     follow_paths();
     check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
@@ -444,3 +484,5 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
 }
 
 }}  // namespace nscdd::NSCDD_ABI
+
+#include "nscdd/step/exchange.hpp"
