@@ -27,6 +27,7 @@ PAGES = [
     "13-cells.md",
     "14-obstacles.md",
     "15-laws.md",
+    "16-grains.md",
 ]
 OWN_CODE = "9-own-code.md"  # needs none of the others
 PYTHON = "17-python.md"  # neither does this

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
+
 #include "commands/child_process.hpp"
 #include "commands/number_option.hpp"
 #include "commands/pack_generators.hpp"
@@ -28,6 +31,16 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     spec.seed = table.integer("seed", OptionRange{0}, 1);
     spec.radius = table.number("radius", {1e-50, 1e50}, 0.5);
     spec.spread = table.number("spread", {0, 0.9}, 0.0);
+    spec.largest = spec.radius * (1 + spec.spread);
+    if (auto radii = table.table("radii")) {
+        for (const char* key : {"radius", "spread"})
+            if (root.contains(key)) table.fail(key, "is given, and [radii] too");
+        spec.radii = read_radii(*radii, spec.dimension);
+        spec.drawn = draw_radii(*spec.radii, spec.grains, spec.dimension, static_cast<std::uint64_t>(spec.seed), path);
+        spec.radius = std::accumulate(spec.drawn.begin(), spec.drawn.end(), 0.0) / spec.grains;
+        spec.largest = std::ranges::max(spec.drawn);
+        spec.spread = 1;  // no bounds of a jammed packing are known for it
+    }
     spec.aspect = table.vector("aspect", spec.dimension, Eigen::VectorXd::Ones(spec.dimension));
     if (spec.aspect.minCoeff() <= 0) table.fail("aspect", "must be positive");
     if (table.has("periodic")) spec.periodic = table.axes("periodic", spec.dimension);
@@ -60,7 +73,8 @@ CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
         "pack", "Generate a packing: by LAMMPS where it is, else by our own contact dynamics; checked");
     command
         ->add_option("specification", arguments.specification,
-                     "TOML: dimension, grains, radius, spread, aspect, periodic, seed, solid_fraction, generator")
+                     "TOML: dimension, grains, radius and spread or [radii], aspect, periodic, seed, solid_fraction, "
+                     "generator")
         ->required()
         ->check(file_name());
     command->add_option("-o,--output", arguments.output, "HDF5 file to write (x, radius, box, periodic)")
@@ -83,21 +97,26 @@ int pack(const PackArguments& arguments, const Provenance& provenance) {
     auto [packing, by] = lammps ? pack_by_lammps(spec, arguments.output) : pack_by_walls(spec, arguments.quiet);
     const PackingMeasures measures = remove_overlaps(packing);
     check_packing(arguments.specification, measures, {spec.dimension, spec.spread, spec.solid_fraction});
-    write_packing(arguments.output, packing,
-                  {{"source", "nscdd pack by " + by},
-                   {"command", provenance.command},
-                   {"commit", provenance.commit},
-                   {"seed", std::to_string(spec.seed)},
-                   {"solid_fraction", fmt::format("{:.6f}", measures.solid_fraction)},
-                   {"solid_fraction_core", fmt::format("{:.6f}", measures.core_fraction)},
-                   {"coordination", fmt::format("{:.4f}", measures.core_coordination)},
-                   {"rattlers", fmt::format("{:.4f}", measures.rattlers)},
-                   {"largest_overlap", fmt::format("{:.2e}", measures.overlap)}});
+    std::map<std::string, std::string> attributes = {
+        {"source", "nscdd pack by " + by},
+        {"command", provenance.command},
+        {"commit", provenance.commit},
+        {"seed", std::to_string(spec.seed)},
+        {"solid_fraction", fmt::format("{:.6f}", measures.solid_fraction)},
+        {"solid_fraction_core", fmt::format("{:.6f}", measures.core_fraction)},
+        {"coordination", fmt::format("{:.4f}", measures.core_coordination)},
+        {"rattlers", fmt::format("{:.4f}", measures.rattlers)},
+        {"largest_overlap", fmt::format("{:.2e}", measures.overlap)}};
+    if (spec.radii)
+        attributes["radii"] =
+            confirm_radii(*spec.radii, packing.radius, 1 - measures.shrink, spec.dimension, arguments.specification);
+    write_packing(arguments.output, packing, attributes);
     say("{}: {} grains by {}\n", arguments.output, packing.size(), by);
     say("solid fraction {:.4f}, {:.4f} in the core of {} grains; coordination there {:.3f} without rattlers ({:.1f} % "
         "of all); largest overlap {:.1e} d, taken away by radii shrunk by {:.1e}\n",
         measures.solid_fraction, measures.core_fraction, measures.core_grains, measures.core_coordination,
         100 * measures.rattlers, measures.overlap, measures.shrink);
+    if (spec.radii) say("{}\n", attributes["radii"]);
     return 0;
 }
 

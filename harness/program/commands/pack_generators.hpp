@@ -1,14 +1,17 @@
 // The generators of `nscdd pack`, and the start that they share.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "model/radii.hpp"
 #include "files/error.hpp"
 #include "files/packing.hpp"
 #include "nscdd/nscdd.hpp"
@@ -18,12 +21,15 @@ namespace nscdd {
 struct PackSpecification {
     std::string path;  // of the file
     int dimension = 3, grains = 0, seed = 1;
-    double radius = 0.5;        // mean
-    double spread = 0;          // radii are uniform in radius (1 -+ spread)
-    Eigen::VectorXd aspect;     // edges of the box, relative
-    std::vector<int> periodic;  // axes along which the box repeats
-    double loose_fraction = 0;  // solid fraction at the start
-    double solid_fraction = 0;  // to stop at; 0: go on until jammed
+    double radius = 0.5;                      // mean
+    double spread = 0;                        // radii are uniform in radius (1 -+ spread)
+    double largest = 0;                       // radius
+    std::optional<RadiiSpecification> radii;  // in place of the two above, which are then what they come to
+    std::vector<double> drawn;                // of each grain, where `radii` are given
+    Eigen::VectorXd aspect;                   // edges of the box, relative
+    std::vector<int> periodic;                // axes along which the box repeats
+    double loose_fraction = 0;                // solid fraction at the start
+    double solid_fraction = 0;                // to stop at; 0: go on until jammed
 };
 
 // What a generator made: its overlaps are still there.
@@ -93,15 +99,19 @@ std::vector<Grain<M>> throw_grains(const PackSpecification& spec, Cell<M>& box) 
     std::vector<Grain<M>> grains;
     double volume = 0;
     for (int id = 0; id < spec.grains; ++id) {
-        const double radius = spec.radius * (1 + spec.spread * (2 * uniform() - 1));
+        const double radius = spec.radii ? spec.drawn[static_cast<std::size_t>(id)]
+                                         : spec.radius * (1 + spec.spread * (2 * uniform() - 1));
         volume += grains.emplace_back(make_grain<M>(id, radius, 1.0, M::Vec::Zero())).mass;
     }
     box.size = spec.aspect * std::pow(volume / spec.loose_fraction / spec.aspect.prod(), 1.0 / M::dim);
     for (const int axis : spec.periodic) box.periodic[static_cast<std::size_t>(axis)] = true;
-    const double largest = 2 * spec.radius * (1 + spec.spread);
+    const double largest = 2 * spec.largest;
     if (!(box.size.minCoeff() >= 2 * largest))
         throw InputError(spec.path + ": too few grains for a box of this aspect");
+    // large ones would find no place among many small ones
+    if (spec.radii) std::ranges::stable_sort(grains, std::greater<>(), &Grain<M>::radius);
     while (!pack_detail::place_grains<M>(grains, box, largest, uniform)) box.size *= 1.05;
+    if (spec.radii) std::ranges::sort(grains, {}, &Grain<M>::id);
     return grains;
 }
 

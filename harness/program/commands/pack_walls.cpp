@@ -51,7 +51,7 @@ template <class M>
 Generated pack_model(const PackSpecification& spec, bool quiet) {
     Cell<M> cell;
     const std::vector<Grain<M>> grains = throw_grains<M>(stretched(spec), cell);
-    const double mass = total_mass(grains), largest = 2 * spec.radius * (1 + spec.spread);
+    const double mass = total_mass(grains), largest = 2 * spec.largest;
     const double dense = std::pow(mass / cell.size.prod() / (M::dim == 3 ? 0.7 : 0.9), 1.0 / M::dim);  // of each side
     for (const int axis : spec.periodic)
         if (dense * cell.size[axis] < 2 * largest)

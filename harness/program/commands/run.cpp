@@ -124,8 +124,13 @@ void write_results(const RunRequest& request, const RunResult& result, FileSet& 
 void say_results(const RunRequest& request, const RunResult& result) {
     if (!request.quiet)
         say("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
-            result.grains, request.scene.step.count, request.scheme, result.ranks, result.ranks == 1 ? "" : "s",
+            result.grains, result.steps.size(), request.scheme, result.ranks, result.ranks == 1 ? "" : "s",
             result.iterations(), result.seconds());
+    if (const State::SoFar& so_far = result.so_far; !so_far.came.empty() && !request.quiet)
+        say("{}: {:.0f} grains inserted, {:.0f} removed, {} left\n", request.scene.name, so_far.came[0], so_far.left[0],
+            result.grains_left);
+    if (result.stopped_by && !request.quiet)
+        say("{}: stopped after step {}: {}\n", request.scene.name, result.last_step, result.stopped_by->text());
     if (const std::string said = handed_over(result); !said.empty() && !request.quiet)
         say(stderr, "nscdd: note: {}\n", said);
     if (result.unconverged_steps() > 0) say(stderr, "nscdd: {}\n", unconverged(result));

@@ -63,6 +63,7 @@ Packing read_packing(const std::string& path, const Share& share) {
         packing.periodic = file.read<int>("cell/periodic", {dim});
         packing.tilt = file.read<double>("cell/tilt", {dim, dim});
     }
+    if (file.has("fixed")) packing.fixed = file.read<int>("fixed", {n}, rows);
     if (!file.has("material")) return packing;
     packing.material = file.read<int>("material", {n}, rows);
     if (file.has("materials/name")) {

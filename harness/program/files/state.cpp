@@ -76,6 +76,26 @@ State read_state(const std::string& path, const Share& share) {
                       .rough_tilt = file.read<double>("rough/cell_tilt", {dim, dim}),
                       .stretch = file.read<double>("rough/stretch", {dim, dim})};
 
+    if (file.has("so_far/edges"))
+        state.so_far = {.edges = file.read<double>("so_far/edges", {dim}),
+                        .flowed = file.read<double>("so_far/flowed", {dim, dim}),
+                        .inserted = {},
+                        .removed = {},
+                        .came = {},
+                        .left = {}};
+    if (file.has("so_far/inserted")) {
+        const auto list = [&file](const char* name) {
+            const hdf5::Shape shape = file.shape(name);
+            return file.read<double>(name, {shape.empty() ? 0 : shape[0]});
+        };
+        state.so_far.inserted = list("so_far/inserted");
+        state.so_far.removed = list("so_far/removed");
+        state.so_far.came = file.read<double>("so_far/came", {State::SoFar::amounts});
+        state.so_far.left = file.read<double>("so_far/left", {State::SoFar::amounts});
+    }
+    state.has_fixed = file.has("fixed");
+    if (state.has_fixed) state.packing.fixed = file.read<int>("fixed", {n}, grains);
+
     const hdf5::Shape materials = file.shape("materials/density");
     const hsize_t m = materials.empty() ? 0 : materials[0];
     state.materials = {.name = file.texts("materials/name", m), .density = file.read<double>("materials/density", {m})};
@@ -157,6 +177,19 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
         file_.write("rough/stretch", head.cell.stretch, {dim, dim});
     }
 
+    if (!head.so_far.edges.empty()) {
+        file_.write("so_far/edges", head.so_far.edges, {dim});
+        file_.write("so_far/flowed", head.so_far.flowed, {dim, dim});
+    }
+    if (!head.so_far.came.empty()) {
+        file_.write("so_far/inserted", head.so_far.inserted, {head.so_far.inserted.size()});
+        file_.write("so_far/removed", head.so_far.removed, {head.so_far.removed.size()});
+        file_.write("so_far/came", head.so_far.came, {State::SoFar::amounts});
+        file_.write("so_far/left", head.so_far.left, {State::SoFar::amounts});
+    }
+    fixed_ = head.has_fixed;
+    if (fixed_) file_.declare<int>("fixed", {n});
+
     for (const char* dataset : {"contacts/i", "contacts/j", "contacts/subdomain"}) file_.declare<int>(dataset, {c});
     for (const char* dataset : {"contacts/impulse", "contacts/normal"}) file_.declare<double>(dataset, {c, dim});
     for (const char* dataset : {"contacts/gap", "contacts/normal_impulse"}) file_.declare<double>(dataset, {c});
@@ -192,6 +225,7 @@ void StateWriter::append(const State& rows) {
     }
     file_.append("spin", rows.spin);
     file_.append("material", rows.material);
+    if (fixed_) file_.append("fixed", rows.packing.fixed);
     file_.append("subdomain", rows.subdomain);
     file_.append("multiplicity", rows.multiplicity);
     file_.append("rough/x", rows.rough.x);

@@ -62,6 +62,17 @@ struct State {
         int steps_since = 0;            // >= 0
     } rough;
 
+    // What has happened since the start of the scene, of scenes that ask for it; all empty in others.
+    struct SoFar {
+        std::vector<double> edges;   // (dim) of the box at the start [m], 0 where there is none
+        std::vector<double> flowed;  // (dim, dim) gradients of the cell times the step, added up [1]
+
+        static constexpr std::size_t amounts = 3;  // number, mass [kg] and kinetic energy [J] of grains
+        std::vector<double> inserted, removed;     // grains, by [[insert]] and [[remove]] of the scene
+        std::vector<double> came, left;            // (amounts) of all that entered and left the scene
+    } so_far;
+    bool has_fixed = false;  // says which grains are fixed: packing.fixed
+
     static constexpr std::int64_t most_steps =
         1'000'000'000'000'000;    // a double, as of JSON, holds them and those to come
     double time = 0;              // [s]
@@ -92,7 +103,7 @@ class StateWriter {
 
   private:
     hdf5::Writer file_;
-    bool pictured_, flat_;
+    bool pictured_, flat_, fixed_ = false;
     int vertices_ = 0;  // that have come
 };
 

@@ -150,6 +150,13 @@ int TomlTable::integer(std::string_view key, const OptionRange& range, std::opti
     return static_cast<int>(value->get());
 }
 
+bool TomlTable::flag(std::string_view key) {
+    const toml::node* node = find(key);
+    if (!node) return false;
+    if (!node->is_boolean()) fail(key, fmt::format("must be true or false, found {}", describe(*node)));
+    return node->as_boolean()->get();
+}
+
 std::string TomlTable::text(std::string_view key) {
     const toml::node& node = require(key);
     if (!node.is_string()) fail(key, fmt::format("must be a string, found {}", describe(node)));
@@ -196,6 +203,12 @@ std::vector<int> TomlTable::axes(std::string_view key, int dimension) {
         axes.push_back(axis);
     }
     return axes;
+}
+
+int TomlTable::length(std::string_view key) {
+    const toml::array* array = require(key).as_array();
+    if (!array || array->empty()) fail(key, "must be a list");
+    return static_cast<int>(array->size());
 }
 
 std::vector<Eigen::VectorXd> TomlTable::rows(std::string_view key, int count, int size) {

@@ -32,10 +32,12 @@ class TomlTable {
 
     double number(std::string_view key, const OptionRange& range, std::optional<double> fallback = {});
     int integer(std::string_view key, const OptionRange& range, std::optional<int> fallback = {});
-    std::string text(std::string_view key);                                   // not empty, no control characters
+    bool flag(std::string_view key);         // true or false; false where the key is absent
+    std::string text(std::string_view key);  // not empty, no control characters
     int choice(std::string_view key, const std::vector<std::string>& names);  // index into names
     Eigen::VectorXd vector(std::string_view key, int size);                   // size 1: a bare number too
     Eigen::VectorXd vector(std::string_view key, int size, const Eigen::VectorXd& fallback);
+    int length(std::string_view key);  // of a list, at least 1
     std::vector<Eigen::VectorXd> rows(std::string_view key, int count, int size);
     std::vector<int> axes(std::string_view key, int dimension);  // some of "x" to "z", from 0 on
     std::vector<std::string> texts(std::string_view key, int least, int most);

@@ -43,6 +43,7 @@ std::vector<Grain<M>> stored_grains(const RunRequest& request) {
             if (!spin.empty())
                 grain.velocity.template tail<M::spins>() =
                     Eigen::Map<const typename M::Spin>(spin.data() + g * M::spins);
+        if (!packing.fixed.empty() && packing.fixed[g] != 0) fix(grain);
     }
     return grains;
 }
@@ -68,6 +69,7 @@ void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
     const Scene& scene = request.scene;
     const std::size_t own = scene.grains.size();
     if (request.goes_on()) {
+        if (scene.exchange.any()) return;  // without loads, and a grain has no longer the id that it had
         const std::size_t packed = request.from.packing.total() - own;
         for (auto& grain : grains)
             if (const auto id = static_cast<std::size_t>(grain.id); id >= packed)
@@ -84,7 +86,11 @@ void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
         load(grain, single);
         grain.velocity.template head<M::dim>() = single.velocity;
         if constexpr (M::friction) grain.velocity.template tail<M::spins>() = single.spin;
+        if (single.fixed) fix(grain);
     }
+    for (const Region& region : scene.fixed)
+        for (Grain<M>& grain : grains)
+            if (region.contains(grain.position)) fix(grain);
 }
 
 }  // namespace build_detail
@@ -96,9 +102,13 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const Scene& scene = request.scene;
     BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}};
     build_detail::add_own_grains<M>(request, built.grains);
-    if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0)
+    if (request.has_fixed && (!scene.cell.gradient.empty() || !scene.cell.stress.empty()))
+        throw InputError(scene.file + ": a grain is fixed, which a [cell] with a gradient or a stress would move");
+    if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0 &&
+        scene.exchange.insertions.empty())
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
-    const double mass = sum_in_any_order(comm, std::views::transform(built.grains, &Grain<M>::mass));
+    const double mass = sum_in_any_order(
+        comm, std::views::transform(built.grains, [](const Grain<M>& g) { return g.fixed() ? 0 : g.mass; }));
 
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
@@ -108,6 +118,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     else
         settings.start_time = request.start_time;
     settings.theta = scene.step.theta;
+    settings.may_be_empty = !scene.exchange.insertions.empty();
     settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
     settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));

@@ -40,7 +40,7 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
     const Scene& scene = request.scene;
     std::vector<std::string> lines;
     if (const std::string line = unpaired(scene, grains_of); !line.empty()) lines.push_back(line);
-    if (!scene.gravity.isZero(0) &&
+    if (!scene.gravity.isZero(0) && scene.exchange.removals.empty() &&
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(
             fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));

@@ -91,10 +91,13 @@ void read_start(RunRequest& request) {
         request.packing = read_packing(packing, share);
         fit_packing(request.packing, packing, scene);
     }
+    request.has_fixed = !scene.fixed.empty() || request.from.has_fixed || !request.packing.fixed.empty() ||
+                        std::ranges::any_of(scene.grains, &SceneGrain::fixed);
     request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     if (!request.goes_on()) return;
     if (!start.adopt) require_same_scene(request.from, start.from, scene, request.packing);
     request.packing = {};
+    request.so_far = request.from.so_far;
     request.start_step = request.from.step;
     request.start_time = request.from.time;
 }

@@ -73,6 +73,8 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
     Problem problem;
     problem.grains_of.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(materials));
     const std::uint64_t sum = problem_detail::total(all.subspan(materials));
+    for (const SceneInsertion& insertion : scene.exchange.insertions)  // those that will come can touch each other
+        problem.grains_of[static_cast<std::size_t>(insertion.material)] += 2;
 
     const SimulationSettings<M>& settings = built.settings;
     std::string bytes = fmt::format("{} {:x}", M::Law::name, sum);
@@ -108,6 +110,7 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
         bytes += fmt::format(" {} {} {}", pair.a, pair.b, pair.restitution);
         for (const auto& [key, value] : pair.coefficients) bytes += fmt::format(" {} {}", key, value);
     }
+    bytes += scene.exchange.text();
     problem.checksum = checksum(bytes);
     return problem;
 }

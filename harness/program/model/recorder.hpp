@@ -15,7 +15,7 @@ class Recorder {
     // members are; each throws as write_state does.
     Recorder(const Simulation<M>& simulation, const RunRequest& request, FileSet& files)
         : simulation_(simulation), request_(request) {
-        if (!request.outputs.series.empty()) rows_.emplace(simulation, request.scene);
+        if (!request.outputs.series.empty()) rows_.emplace(simulation, request.scene, request.so_far);
         if (!records()) return;
         write_on_first(simulation.comm(), [&] {
             for (const auto& path : request.outputs.series)
@@ -29,7 +29,8 @@ class Recorder {
     void after(const StepReport& report) {
         const std::int64_t step = request_.start_step + simulation_.steps();
         if (rows_) {
-            const SeriesRow row = rows_->next(simulation_, report, step, time_now(simulation_, request_));
+            const SeriesRow row =
+                rows_->next(simulation_, report, step, time_now(simulation_, request_), request_.so_far);
             write_on_first(simulation_.comm(), [&] {
                 for (auto& series : series_) series->add(row);
             });

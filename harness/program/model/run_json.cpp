@@ -155,6 +155,16 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
                  {"repeats", result.repeats},
                  {"final", final_json(result.final)}});
     if (request.goes_on()) json["from"] = request.start.from;
+    if (!result.so_far.came.empty()) {
+        const auto amounts = [](const std::vector<double>& of) -> Json {
+            return {{"grains", of[0]}, {"mass", of[1]}, {"kinetic_energy", of[2]}};
+        };
+        json["exchange"] = {{"inserted", amounts(result.so_far.came)},
+                            {"removed", amounts(result.so_far.left)},
+                            {"grains_left", result.grains_left}};
+    }
+    if (const auto& stopped = result.stopped_by)
+        json["stopped_by"] = {{"condition", stopped->condition}, {"value", stopped->value}, {"bound", stopped->bound}};
     return json;
 }
 

@@ -11,6 +11,8 @@
 #include "model/problem.hpp"
 #include "model/recorder.hpp"
 #include "model/run_costs.hpp"
+#include "model/simulation_exchange.hpp"
+#include "model/simulation_stop.hpp"
 #include "model/window_model.hpp"
 #include "registry/schemes.hpp"
 
@@ -141,9 +143,9 @@ class MeteredSolver {
     double cpu_ = 0;
 };
 
-// Makes the steps of the run into `result`: all of them, or those before SIGUSR1 stopped it. Collective.
+// Makes the steps of the run into `result`: all of them, or those up to where [stop] or SIGUSR1 ended it. Collective.
 template <class M>
-void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRequest& request, FileSet& files,
+void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, RunRequest& request, FileSet& files,
                 RunResult& result) {
     const Scene& scene = request.scene;
     Communicator& comm = simulation.comm();
@@ -152,18 +154,24 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, const RunRe
     if (!request.outputs.checkpoint.empty())
         checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
     Recorder<M> recorder(simulation, request, files);
+    Exchange<M> exchange(scene, request.so_far);
+    StopTest<M> stop(simulation, scene.stop, request.so_far);
     std::optional<Simulation<M>> before;  // the step under way
-    for (int step = 1; step <= scene.step.count && !result.stopped; ++step) {
+    for (int step = 1; step <= scene.step.count && !result.stopped && !result.stopped_by; ++step) {
         if (!request.outputs.state.empty()) before.emplace(simulation);
+        const State::SoFar so_far_before = request.so_far;
+        exchange.before_step(simulation, time_now(simulation, request), request.start_step + step);
         push_walls(scene, simulation);
         try {
             result.steps.push_back(simulation.step(std::ref(solver)));
         } catch (const StepRefused& refused) {
+            request.so_far = so_far_before;
             end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
         }
         recorder.after(result.steps.back());
         progress.show(step, fmt::format("{} iterations", result.steps.back().solve.iterations));
-        if (!checkpoints || step == scene.step.count) continue;
+        result.stopped_by = stop.after(simulation, time_now(simulation, request));
+        if (!checkpoints || step == scene.step.count || result.stopped_by) continue;
         const auto due = checkpoints->after(request.start_step + step);
         if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
         result.last_step = request.start_step + step;
@@ -239,6 +247,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     result.memory = memory.total;
     result.most_memory = memory.most;
     result.multiplicity = multiplicities(simulation);
+    result.so_far = request.so_far;
+    result.grains_left = simulation.grain_count();
     if constexpr (SolvedOnCone<typename M::Law>)
         if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
     return result;

@@ -63,6 +63,8 @@ struct RunRequest : RunArguments {
     Packing packing;          // empty if the scene has none
     State from;               // to go on from
     std::vector<double> box;  // of the packing or the state; empty if there is none
+    State::SoFar so_far;      // of the scene; the run keeps it up to date
+    bool has_fixed = false;   // some grains may be fixed
     std::int64_t start_step = 0;
     double start_time = 0;  // [s]
     bool over_mpi = false;

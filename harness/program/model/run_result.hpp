@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "files/fclib.hpp"
+#include "files/state.hpp"
+#include "model/stop.hpp"
 #include "nscdd/comm/communicator.hpp"
 #include "nscdd/iterate/options.hpp"
 #include "nscdd/step/report.hpp"
@@ -97,6 +99,9 @@ struct RunResult {
     std::int64_t last_step = 0;
     int repeats = 1;
     bool stopped = false;  // before its end, by a signal, with a checkpoint; there are no results then
+    State::SoFar so_far;   // of the scene at the end
+    std::int64_t grains_left = 0;
+    std::optional<Stopped> stopped_by;  // the condition of [stop] that ended it
     std::optional<ExportedProblem> exported;
     std::optional<WindowResult> window;
     std::optional<CalibrationResult> calibration;

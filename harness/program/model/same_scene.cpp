@@ -42,6 +42,14 @@ void fit_packing(Packing& packing, const std::string& packing_file, const Scene&
         throw InputError(
             fmt::format("{}: dataset '{}': row {} {}", packing_file, dataset, packing.before + row, problem));
     };
+    if (scene.packing_mix.any()) {
+        if (!packing.material.empty())
+            throw InputError(
+                fmt::format("{}: the packing {} says of which material each grain is: [packing] cannot say it too",
+                            scene.file, packing_file));
+        deal_materials(packing, scene.packing_mix, scene.packing_material);
+        packing.materials.clear();
+    }
     const bool named = !packing.materials.empty();
     const std::size_t known = named ? packing.materials.size() : scene.materials.size();
     std::vector<int> of_scene;  // by material of the file; -1: not in the scene
@@ -87,7 +95,7 @@ void require_fitting_state(const State& state, const std::string& state_file, co
     if (state.packing.dim != scene.dimension)
         refuse(fmt::format("{} dimensions", state.packing.dim), fmt::format("has {}", scene.dimension));
     if (w != scene.walls.size()) refuse(fmt::format("{} walls", w), fmt::format("has {}", scene.walls.size()));
-    if (n < scene.grains.size())
+    if (n < scene.grains.size() && !scene.exchange.any())
         refuse(fmt::format("{} grains", n), fmt::format("has {} besides those of a packing", scene.grains.size()));
     const auto worst = std::max_element(state.material.begin(), state.material.end());
     if (worst != state.material.end() && *worst >= static_cast<int>(m))
@@ -114,9 +122,12 @@ void require_same_scene(const State& state, const std::string& state_file, const
                             std::vector<double>(normal, normal + scene.dimension),
                             std::vector<double>(wall.normal.begin(), wall.normal.end()));
     }
+    const std::size_t inserted = state.so_far.inserted.size(), removed = state.so_far.removed.size();
+    differences.compare("the number of [[insert]]", double(inserted), double(scene.exchange.insertions.size()));
+    differences.compare("the number of [[remove]]", double(removed), double(scene.exchange.removals.size()));
     // the scene's own grains come behind those of the packing
     const std::size_t n = state.packing.total(), own = scene.grains.size(), packed = n - own;
-    if (packing.total() > 0 || scene.packing_file.empty())
+    if (!scene.exchange.any() && (packing.total() > 0 || scene.packing_file.empty()))
         differences.compare("the number of grains", double(n), double(packing.total() + own));
     const auto compare = [&](std::size_t g, double radius, int material) {
         const std::size_t row = g - state.packing.before;
@@ -125,7 +136,8 @@ void require_same_scene(const State& state, const std::string& state_file, const
                             state.materials.name[static_cast<std::size_t>(state.material[row])],
                             scene.materials[static_cast<std::size_t>(material)].name);
     };
-    const std::size_t begin = state.packing.before, end = begin + state.packing.size();
+    const std::size_t begin = state.packing.before;
+    const std::size_t end = scene.exchange.any() ? begin : begin + state.packing.size();
     for (std::size_t g = begin; g < end; ++g)
         if (g >= packed)
             compare(g, scene.grains[g - packed].radius, scene.grains[g - packed].material);

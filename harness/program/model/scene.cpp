@@ -34,8 +34,8 @@ class SceneReader {
 
     Scene read() {
         // Unknown ones first: [[materials]] is a slip, not a scene without a material.
-        for (const char* key : {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "cell",
-                                "wall", "step", "solver"})
+        for (const char* key : {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "fix",
+                                "insert", "remove", "cell", "wall", "step", "stop", "solver"})
             top_.has(key);
         top_.finish();
         scene_.name = top_.text("name");
@@ -57,14 +57,34 @@ class SceneReader {
         if (auto table = top_.table("packing")) read_packing_source(*table);
         for (TomlTable& table : top_.tables("grain")) read_grain(table);
         if (auto table = top_.table("cell")) read_cell(*table);
+        for (TomlTable& table : top_.tables("fix")) {
+            scene_.fixed.push_back(read_region(table, dim_));
+            table.finish();
+        }
         std::vector<TomlTable> walls = top_.tables("wall");
         for (TomlTable& table : walls) read_wall(table);
         for (std::size_t w = 0; w < walls.size(); ++w)
             if (scene_.walls[w].motion == WallMotion::Pressure) require_closed_box(walls[w]);
 
+        for (TomlTable& table : top_.tables("remove")) {
+            scene_.exchange.removals.push_back(read_removal(table, dim_));
+            require_open(table);
+        }
+        for (TomlTable& table : top_.tables("insert")) {
+            const int of = material(table);
+            scene_.exchange.insertions.push_back(read_insertion(table, dim_));
+            scene_.exchange.insertions.back().material = of;
+            require_open(table);
+        }
+
         auto step = top_.table("step");
         if (!step) top_.fail("", "no [step]");
         read_step(*step);
+        if (auto table = top_.table("stop")) {
+            scene_.stop = read_stop(*table);
+            if (scene_.stop.strain && !has_edges())
+                table->fail("strain", "needs a [cell], or two walls that face each other along an axis");
+        }
         if (auto table = top_.table("solver")) {
             scene_.solver = read_solve_settings(*table);
             table->finish();
@@ -127,21 +147,51 @@ class SceneReader {
 
     void read_packing_source(TomlTable& table) {
         scene_.packing_file = (std::filesystem::path(scene_.file).parent_path() / table.text("file")).string();
-        scene_.packing_material = material(table);
+        MaterialMix& mix = scene_.packing_mix;
+        if (table.has("materials")) {
+            for (const std::string& name : table.texts("materials", 1, static_cast<int>(most_materials)))
+                mix.materials.push_back(material(table, "materials", name));
+            mix.fractions = read_fractions(table, mix.materials.size());
+            mix.seed = table.integer("seed", OptionRange{0}, 1);
+            if (table.has("material")) table.fail("material", "is given, and materials too");
+            scene_.packing_material = mix.materials[0];
+        } else {
+            scene_.packing_material = material(table);
+        }
+        for (TomlTable& part : table.tables("region")) {
+            const int of = material(part);
+            mix.parts.push_back({read_region(part, dim_), of});
+            part.finish();
+        }
         table.finish();
     }
 
     void read_grain(TomlTable& table) {
         const Eigen::VectorXd no_spin = Eigen::VectorXd::Zero(spins());
-        const bool turns = law_has_friction(scene_.law);
+        const bool turns = law_has_friction(scene_.law), fixed = table.flag("fixed");
+        for (const char* key : {"velocity", "spin", "force", "torque"})
+            if (fixed && table.has(key)) table.fail(key, "is that of a grain that is fixed");
         scene_.grains.push_back({.position = table.vector("position", dim_),
                                  .velocity = table.vector("velocity", dim_, zero()),
                                  .spin = turns ? table.vector("spin", spins(), no_spin) : no_spin,
                                  .force = table.vector("force", dim_, zero()),
                                  .torque = turns ? table.vector("torque", spins(), no_spin) : no_spin,
                                  .radius = table.number("radius", positive),
-                                 .material = material(table)});
+                                 .material = material(table),
+                                 .fixed = fixed});
         table.finish();
+    }
+
+    // Requires that nothing hangs on which grains there were at the start, as a state does not tell them.
+    void require_open(const TomlTable& table) const {
+        const bool loaded = std::ranges::any_of(
+            scene_.grains, [](const SceneGrain& g) { return !g.force.isZero(0) || !g.torque.isZero(0); });
+        if (loaded) table.fail("", "is not for scenes in which a [[grain]] has a force or a torque");
+        if (!scene_.cell.gradient.empty() || !scene_.cell.stress.empty())
+            table.fail("", "is not for a [cell] with a gradient or a stress");
+        for (const SceneWall& wall : scene_.walls)
+            if (wall.driven() && !wall.mass)
+                table.fail("", fmt::format("needs the mass of wall '{}': that of all grains changes", wall.name));
     }
 
     void read_cell(TomlTable& table) {
@@ -258,6 +308,17 @@ class SceneReader {
                              [&](const auto& w) { return w.side && side_name(*w.side) == name; }))
                 table.fail("", fmt::format("pressure needs a wall on every side of the box, found none on '{}'", name));
         }
+    }
+
+    // Whether there is a length that a strain is of.
+    bool has_edges() const {
+        if (!scene_.cell.axes.empty()) return true;
+        const auto faces = [this](int axis, double way) {
+            return std::ranges::any_of(scene_.walls, [=](const SceneWall& wall) { return wall.normal[axis] == way; });
+        };
+        for (int axis = 0; axis < dim_; ++axis)
+            if (faces(axis, 1) && faces(axis, -1)) return true;
+        return false;
     }
 
     void read_step(TomlTable& table) {

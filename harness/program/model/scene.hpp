@@ -10,8 +10,11 @@
 
 #include "files/error.hpp"
 #include "files/ranges.hpp"
+#include "model/exchange.hpp"
+#include "model/material_mix.hpp"
 #include "model/scene_motion.hpp"
 #include "model/solve_settings.hpp"
+#include "model/stop.hpp"
 
 namespace nscdd {
 
@@ -34,6 +37,7 @@ struct SceneGrain {
     Eigen::VectorXd torque;    // (as spin) [N m]
     double radius = 0;         // [m], > 0
     int material = 0;          // index into Scene::materials
+    bool fixed = false;        // nothing moves it
 };
 
 struct SceneCell {                          // the scene repeats; along no axis unless it is given
@@ -91,12 +95,16 @@ struct Scene {
     Eigen::VectorXd gravity;   // (dim) [m/s^2]
     std::string packing_file;  // beside the scene file; empty if there is no [packing]
     int packing_material = 0;  // of its grains; the first material if there is no [packing]
+    MaterialMix packing_mix;   // materials of its grains, where there are several
     std::vector<SceneMaterial> materials;  // at least one
     std::vector<ScenePair> pairs;
     std::vector<SceneGrain> grains;  // may be empty: then a packing must come from elsewhere
+    std::vector<Region> fixed;       // where grains are fixed, as they lie at the start
+    SceneExchange exchange;
     std::vector<SceneWall> walls;
     SceneCell cell;
     StepSettings step;
+    StopSettings stop;
     SolveSettings solver;
 };
 

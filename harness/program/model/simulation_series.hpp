@@ -15,7 +15,8 @@ class SeriesRows {
     // On the column energy_error: works of a step are exact but for round-off.
     static constexpr double energy_tolerance = 1e-10;
 
-    SeriesRows(const Simulation<M>& simulation, const Scene& scene) : start_(edges(simulation)), last_(start_) {
+    SeriesRows(const Simulation<M>& simulation, const Scene& scene, const State::SoFar& before)
+        : start_(edges(simulation)), last_(start_), came_(before.came), left_(before.left) {
         for (const auto& wall : scene.walls) walls_.push_back(wall.name);
     }
 
@@ -24,7 +25,8 @@ class SeriesRows {
     }
 
     // After each step, with its number and time. Collective.
-    SeriesRow next(const Simulation<M>& simulation, const StepReport& report, std::int64_t step, double time) {
+    SeriesRow next(const Simulation<M>& simulation, const StepReport& report, std::int64_t step, double time,
+                   const State::SoFar& so_far) {
         const Observables<M> seen = observe(simulation);
         const Measures<M>& m = seen.measures;
         const Vec box = edges(simulation);
@@ -63,6 +65,12 @@ class SeriesRows {
         add(row, "kinetic_energy_walls", "J",
             "of the walls that a force drives, and of the sides of the cell that a stress drives",
             energy_of_walls(simulation));
+        add(row, "kinetic_energy_over_work", "1", "kinetic energy of the grains over mean stress times volume",
+            m.kinetic_energy / m.pressure_work());
+        add(row, "unbalanced_force", "1",
+            "largest force left on a grain, mass times change of velocity over h, over the mean force of contacts that "
+            "carry",
+            largest_net_force(simulation) / m.mean_force());
         const Cell<M>& cell = simulation.settings().cell;
         const double mean_stress = stress.trace() / dim,
                      fastest = std::max(rate.cwiseAbs().maxCoeff(), cell.gradient.cwiseAbs().maxCoeff());
@@ -70,6 +78,7 @@ class SeriesRows {
             "largest strain rate, or entry of the cell's velocity gradient, times mean diameter times sqrt(density of "
             "the grains / mean stress)",
             mean_stress > 0 ? fastest * 2 * seen.mean_radius * std::sqrt(seen.density() / mean_stress) : NAN);
+        if (!so_far.came.empty()) add_exchange(row, seen, so_far);
         add_energy(row, report.energy);
         add(row, "contacts", "1", "detected in the step, open ones included", report.contacts);
         add(row, "contacts_carrying", "1", "of them with a normal impulse", m.contacts);
@@ -144,6 +153,26 @@ class SeriesRows {
         return stress;
     }
 
+    // Adds what entered and left the scene so far; what did so before the step changes the balance of this run.
+    void add_exchange(SeriesRow& row, const Observables<M>& seen, const State::SoFar& so_far) {
+        came_.resize(State::SoFar::amounts), left_.resize(State::SoFar::amounts);
+        if (steps_ > 0) {
+            const double in = so_far.came[2] - came_[2], out = so_far.left[2] - left_[2];
+            initial_ += in - out;
+            scale_ += in + out;
+        }
+        came_ = so_far.came, left_ = so_far.left;
+        add(row, "grains", "1", "in the scene", seen.grains);
+        add(row, "mass", "kg", "of the grains", seen.mass);
+        const std::pair<const char*, const char*> names[] = {{"grains", "1"}, {"mass", "kg"}, {"energy", "J"}};
+        for (const auto& [way, amounts] : {std::pair("inserted", &came_), std::pair("removed", &left_)})
+            for (std::size_t n = 0; n < State::SoFar::amounts; ++n)
+                add(row, std::string(names[n].first) + '_' + way, names[n].second,
+                    std::string("of what was ") + way + " since the start of the scene" +
+                        (n == 2 ? ": kinetic energy" : ""),
+                    (*amounts)[n]);
+    }
+
     // Adds the energy terms of the step and of the run so far. The balance begins with the kinetic energy before the
     // run.
     void add_energy(SeriesRow& row, const StepEnergy& e) {
@@ -173,8 +202,9 @@ class SeriesRows {
     Gradient<M> sheared_ = Gradient<M>::Zero();  // since the start of this run
     Vec start_, last_;                           // edges of the box before the run and before the step [m]
     std::vector<std::string> walls_;
-    double total_[4] = {0, 0, 0, 0};  // of the four terms of the balance [J]
-    double initial_ = 0, scale_ = 0;  // [J]
+    std::vector<double> came_, left_;  // of the scene before the step
+    double total_[4] = {0, 0, 0, 0};   // of the four terms of the balance [J]
+    double initial_ = 0, scale_ = 0;   // [J]
     int steps_ = 0;
 };
 

@@ -56,6 +56,8 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     head.rough.offset = rough.offsets;
     head.rough.skin = rough.skin;
     head.rough.steps_since = rough.steps_since;
+    head.so_far = request.so_far;
+    head.has_fixed = request.has_fixed;
     head.step = request.start_step + simulation.steps();
     head.time = time_now(simulation, request);
     head.scene = request.scene.name;
@@ -78,6 +80,7 @@ State gather_grain_rows(const Simulation<M>& simulation, Ids ids = {}) {
         else
             rows.spin.resize(rows.spin.size() + (M::dim == 3 ? 3 : 1), 0.0);
         rows.material.push_back(g.grain.material);
+        rows.packing.fixed.push_back(g.grain.fixed());
         rows.subdomain.push_back(g.subdomain);
         rows.multiplicity.push_back(g.multiplicity);
         append(rows.rough.x, g.broad_phase_position);
