@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "model/radii.hpp"
 #include "files/error.hpp"
 #include "files/packing.hpp"
+#include "model/radii.hpp"
 #include "nscdd/nscdd.hpp"
 
 namespace nscdd {
