@@ -5,6 +5,7 @@
 
 #include "model/live.hpp"
 #include "model/recorder.hpp"
+#include "model/simulation_exchange.hpp"
 #include "nscdd/step/observables.hpp"
 #include "registry/schemes.hpp"
 
@@ -14,7 +15,10 @@ template <class M>
 class LiveModel final : public Live {
   public:
     LiveModel(RunRequest request, std::unique_ptr<Communicator> comm)
-        : comm_(std::move(comm)), request_(std::move(request)), kept_(std::make_shared<Grains>()) {
+        : comm_(std::move(comm)),
+          request_(std::move(request)),
+          kept_(std::make_shared<Grains>()),
+          exchange_(request_.scene, request_.so_far) {
         BuiltScene<M> built = build_scene<M>(request_, *comm_);
         request_.packing = {};
         request_.from = {};
@@ -28,6 +32,7 @@ class LiveModel final : public Live {
     StepReport step() override {
         if (refused_) throw RefusedStep(*refused_);
         detach(true);
+        exchange_.before_step(*simulation_, time(), steps() + 1);
         push_walls(request_.scene, *simulation_);
         StepReport report;
         try {
@@ -211,6 +216,7 @@ class LiveModel final : public Live {
     AnyStepSolver<M> solve_;
     std::optional<Simulation<M>> simulation_;
     std::shared_ptr<Grains> kept_;  // empty; who shares it looks at the grains of the simulation
+    Exchange<M> exchange_;
     std::optional<FileSet> files_;
     std::optional<Recorder<M>> recorder_;
     std::optional<RefusedStep> refused_;
