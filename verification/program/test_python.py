@@ -5,13 +5,16 @@ import gc
 import os
 import pathlib
 import pickle
+import re
+import shutil
 import subprocess
 import sys
 import threading
 import unittest
+import unittest.mock
 
 import numpy as np
-from harness import NSCDD, PACKED, ROOT, SCENE, ProgramTest
+from harness import MPIRUN, NSCDD, ROOT, SCENE, ProgramTest
 
 MODULE = pathlib.Path(NSCDD).resolve().parents[1] / "python"
 sys.path.insert(0, str(MODULE))
@@ -161,6 +164,36 @@ class Program(ProgramTest):
             self.assertRegex(done.stdout, says)
 
 
+class Installed(ProgramTest):
+    @unittest.skipUnless(shutil.which("cmake") and (MODULE.parent / "cmake_install.cmake").exists(), "there is no build to install from")
+    def test_it_is_installed_and_imported(self):
+        done = subprocess.run(["cmake", "--install", MODULE.parent, "--component", "python", "--prefix", self.folder], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        place = self.folder / "lib/python3/dist-packages"
+        program = "import nscdd; print(nscdd.__file__); print(nscdd.Simulation([[0, 0]], 1, density=1, h=1).step())"
+        environment = os.environ | {"PYTHONPATH": str(place)}
+        done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(done.stdout.startswith(str(place)), done.stdout)
+
+
+class Notebook(unittest.TestCase):
+    def test_it_runs(self):
+        try:
+            import nbclient
+            import nbformat
+            import ipykernel  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(f"the notebook is not run: {missing}")
+        notebook = nbformat.read(ROOT / "manual/17-python.ipynb", as_version=4)
+        self.assertFalse(any(cell.get("outputs") for cell in notebook.cells), "it is kept without what it prints")
+        with unittest.mock.patch.dict(os.environ, PYTHONPATH=str(MODULE)):
+            nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+        outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+        self.assertEqual(sum("image/png" in output.get("data", {}) for output in outputs), 3)
+        self.assertTrue(any("of the weight" in output.get("text", "") for output in outputs))
+
+
 class Arrays(unittest.TestCase):
     def test_shapes_and_order(self):
         for dim in (2, 3):
@@ -280,6 +313,99 @@ class Walls(unittest.TestCase):
         simulation.run(10)
         self.assertEqual(simulation.cell["periodic"], ["x", "y"])
         self.assertAlmostEqual(simulation.cell["tilt"][0, 1], 0.05)
+
+
+class Motion(unittest.TestCase):
+    def test_masses_and_forces(self):
+        x, masses, forces = [[0.0, 0.0], [5.0, 0.0]], [2.0, 3.0], [[1.0, 0.0], [0.0, 6.0]]
+        simulation = nscdd.Simulation(x, 0.5, density=1.0, friction=0.1, masses=masses, h=0.01, gravity=(0, -1))
+        self.assertEqual(list(simulation.masses), masses)
+        simulation.forces = forces
+        simulation.torques = [0.25, 0.0]
+        self.assertTrue(np.array_equal(simulation.forces, forces) and np.array_equal(simulation.torques, [0.25, 0]))
+        simulation.run(10)
+        self.assertTrue(np.allclose(simulation.velocities, [[0.05, -0.1], [0, 0.1]], atol=1e-14))
+        self.assertTrue(np.allclose(simulation.spins, [0.1 * 0.25 / (0.5 * 2 * 0.25), 0], atol=1e-14))
+        view = simulation.view()
+        speeds = view["velocity"].copy()
+        simulation.velocities = [[0, 0], [1, 2]]
+        self.assertTrue(np.array_equal(view["velocity"], speeds), "a view keeps its values")
+        self.assertTrue(np.array_equal(simulation.velocities, [[0, 0], [1, 2]]))
+        self.assertEqual(simulation.spins[1], 0)
+        with self.assertRaisesRegex(ValueError, "forces must have shape"):
+            simulation.forces = [1, 2]
+        with self.assertRaisesRegex(ValueError, "must be finite"):
+            simulation.forces = np.full((2, 2), np.nan)
+
+    def test_velocities_of_copies_on_subdomains(self):
+        alone, divided = heap(), heap(subdomains=4, tolerance=1e-9)
+        alone = heap(tolerance=1e-9)
+        for simulation in (alone, divided):
+            simulation.velocities = np.random.default_rng(2).normal(size=(60, 3))
+            simulation.forces = np.random.default_rng(3).normal(size=(60, 3))
+            simulation.run(5)
+        self.assertLess(np.abs(alone.positions - divided.positions).max(), 1e-4)
+
+    def test_a_law_of_scene_files(self):
+        """Two spheres that a pull of less than their cohesion does not part."""
+        for pull, parted in ((0.9, False), (1.1, True)):
+            glue = {("grains", "grains"): {"friction": 0.3, "cohesion": 1.0, "range": 1e-3}}
+            pair = nscdd.Simulation([[0.0, 0, 0], [1.0, 0, 0]], 0.5, density=1.0, law="cohesive", pairs=glue, h=0.01)
+            pair.forces = [[-pull, 0, 0], [pull, 0, 0]]
+            pair.run(20)
+            self.assertEqual(np.ptp(pair.positions[:, 0]) > 1.0005, parted)
+
+    def test_without_friction_grains_do_not_turn(self):
+        simulation = nscdd.Simulation([[0.0, 0.0]], 0.5, density=1.0, h=0.01)
+        self.assertEqual(list(simulation.torques), [0])
+        with self.assertRaisesRegex(ValueError, "spins need friction"):
+            simulation.spins = [1.0]
+
+
+MPI_SCRIPT = """
+import sys
+import numpy as np
+from mpi4py import MPI
+sys.path.insert(0, sys.argv[1])
+import nscdd
+x = np.stack(np.meshgrid(*[np.arange(4)] * 3), axis=-1).reshape(-1, 3) * 1.02 + 0.5
+scene = dict(density=1.0, friction=0.3, gravity=(0, 0, -10), h=0.005, walls=[nscdd.Wall((0, 0, 1), (0, 0, 0))], subdomains=4)
+over = nscdd.Simulation(x, 0.45, masses=np.linspace(1, 2, 64), comm=MPI.COMM_WORLD, **scene)
+report = over.run(20)
+rank = MPI.COMM_WORLD.Get_rank()
+positions, contacts, measures = over.positions, over.contacts, over.measures()
+if rank == 0:
+    within = nscdd.Simulation(x, 0.45, masses=np.linspace(1, 2, 64), **scene)
+    assert within.run(20).iterations == report.iterations
+    assert within.positions.tobytes() == positions.tobytes() and within.contacts.tobytes() == contacts.tobytes()
+    assert within.measures()["kinetic_energy"] == measures["kinetic_energy"]
+    print("the same bits")
+else:
+    assert len(positions) == 0 and report.converged
+try:
+    nscdd.Simulation(x, -1, comm=MPI.COMM_WORLD, **scene)
+except ValueError as error:
+    print("refused:", error)
+"""
+
+
+class OverMpi(ProgramTest):
+    def test_processes_have_the_bits_of_one(self):
+        try:
+            import mpi4py  # noqa: F401
+        except ImportError:
+            self.skipTest("there is no mpi4py")
+        if not list(MODULE.glob("nscdd/_mpi*.so")):
+            self.skipTest("the module is built without MPI")
+        script = self.write("script.py", MPI_SCRIPT)
+        done = subprocess.run([MPIRUN, "-np", "2", sys.executable, script, MODULE], capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("the same bits", done.stdout)
+        self.assertEqual(len(re.findall(r"refused: grain \d+: radius is not valid", done.stdout)), 2, done.stdout)
+
+    def test_what_is_no_communicator(self):
+        with self.assertRaisesRegex(ValueError, "comm: (must be a communicator of mpi4py, found a int|this build of nscdd has no MPI)"):
+            nscdd.Simulation(PAIR, 0.5, comm=1, **GLASS)
 
 
 class Errors(unittest.TestCase):

@@ -80,6 +80,18 @@ class Matrices(ProgramTest):
         theirs = types.SimpleNamespace(M=m, H=h, q=f, b=w, mu=mu)
         self.assertTrue(np.array_equal(nscdd.solve(theirs).impulses, whole.impulses))
 
+    def test_problems_of_siconos(self):
+        try:
+            from siconos import numerics
+        except ImportError as missing:
+            self.skipTest(f"Siconos is not here: {missing}")
+        m, h, f, w, mu = problem()
+        delassus, q = h.T @ np.linalg.inv(m) @ h, w + h.T @ np.linalg.inv(m) @ f
+        ours = nscdd.solve(delassus, q, mu)
+        for matrix in (delassus, scipy.sparse.coo_matrix(delassus)):
+            theirs = numerics.FrictionContactProblem(3, len(mu), matrix, q, mu)
+            self.assertTrue(np.array_equal(nscdd.solve(theirs).impulses, ours.impulses))
+
     def test_errors(self):
         w, q, mu = np.eye(3), [-1.0, 0, 0], [0.5]
         for given, told in (

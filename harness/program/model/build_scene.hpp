@@ -37,6 +37,10 @@ std::vector<Grain<M>> stored_grains(const RunRequest& request) {
             make_grain<M>(static_cast<int>(packing.before + g), packing.radius[g],
                           scene.materials[static_cast<std::size_t>(material)].density,
                           Eigen::Map<const typename M::Vec>(packing.x.data() + g * M::dim), material));
+        if (!request.masses.empty()) {
+            grain.inertia *= request.masses[g] / grain.mass;
+            grain.mass = request.masses[g];
+        }
         if (!velocity.empty())
             grain.velocity.template head<M::dim>() = Eigen::Map<const typename M::Vec>(velocity.data() + g * M::dim);
         if constexpr (M::friction)

@@ -70,8 +70,14 @@ class Live {
     virtual std::int64_t steps() const = 0;  // since the start of the scene
     virtual double time() const = 0;         // [s]
 
-    virtual State grains() const = 0;  // rows of grains by id
+    virtual State grains() const = 0;          // rows of grains by id
+    virtual std::vector<int> ids() const = 0;  // ascending, as the rows of all arrays
     virtual std::vector<double> masses() const = 0;
+    virtual int load_size() const = 0;              // numbers of a load: forces, then torques if grains turn
+    virtual std::vector<double> loads() const = 0;  // (n, load_size) by id, constant [N, N m]
+    // Both (n, load_size) by id; velocities [m/s] are followed by spins [rad/s].
+    virtual void set_loads(const std::vector<double>& loads) = 0;
+    virtual void set_velocities(const std::vector<double>& velocities) = 0;
     virtual State::Contacts contacts() const = 0;  // of the last step, by ids
     virtual GrainsInPlace grains_in_place() = 0;   // on one subdomain
     virtual SeriesRow measures() const = 0;        // sums over the scene

@@ -53,15 +53,16 @@ class LiveModel final : public Live {
         request_.outputs.series = std::move(series);
         request_.outputs.frames = std::move(frames);
         request_.outputs.frame_every = frame_every;
-        files_.emplace();
-        recorder_.emplace(*simulation_, request_, *files_);
+        auto files = std::make_unique<FileSet>();
+        recorder_ = std::make_unique<Recorder<M>>(*simulation_, request_, *files);
+        files_ = std::move(files);
     }
     void stop() override {
         if (!recorder_) return;
-        recorder_->save();
-        write_on_first(*comm_, [this] { files_->commit(); });
-        recorder_.reset();
-        files_.reset();
+        const std::unique_ptr<FileSet> files = std::move(files_);
+        const std::unique_ptr<Recorder<M>> recorder = std::move(recorder_);  // before the files, also where one fails
+        recorder->save();
+        write_on_first(*comm_, [&files] { files->commit(); });
     }
     void save(const std::string& path) const override {
         if (refused_) throw InputError("no state after a step that was refused: save before it");
@@ -81,12 +82,27 @@ class LiveModel final : public Live {
     double time() const override { return time_now(*simulation_, request_); }
 
     State grains() const override { return gather_grain_rows(*simulation_); }
+    std::vector<int> ids() const override {
+        std::vector<int> ids;
+        for (const auto& gathered : gather_grains(*simulation_)) ids.push_back(gathered.grain.id);
+        return ids;
+    }
     std::vector<double> masses() const override {
         std::vector<double> masses;
         for (const auto& gathered : gather_grains(*simulation_)) masses.push_back(gathered.grain.mass);
         return masses;
     }
     State::Contacts contacts() const override { return gather_contact_rows(*simulation_); }
+
+    std::vector<double> loads() const override {
+        std::vector<double> loads;
+        for (const auto& gathered : gather_grains(*simulation_))
+            loads.insert(loads.end(), gathered.grain.load.data(), gathered.grain.load.data() + M::dof);
+        return loads;
+    }
+    int load_size() const override { return M::dof; }
+    void set_loads(const std::vector<double>& loads) override { set(&Grain<M>::load, loads); }
+    void set_velocities(const std::vector<double>& velocities) override { set(&Grain<M>::velocity, velocities); }
 
     GrainsInPlace grains_in_place() override {
         if (comm_->size() > 1) throw InputError("grains of several subdomains are not in one place: take copies by id");
@@ -200,11 +216,31 @@ class LiveModel final : public Live {
             fail(w, std::string("no ") + what + " drives it, give one when it is made");
     }
 
+    // The simulation is ours and not const. Between two steps it has no pointer into its lists of grains, and takes
+    // loads and velocities as they are there.
+    Grains& grains_of(std::size_t part) { return const_cast<Grains&>(simulation_->parts()[part].grains); }
+
+    // Sets a member of all copies of all grains; `values` are (n, M::dof) by id.
+    void set(typename M::Velocity Grain<M>::*member, const std::vector<double>& values) {
+        if (values.size() != grain_count() * M::dof ||
+            !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+            throw InputError("loads and velocities must be finite, and as many as the grains");
+        const std::vector<int> all = ids();  // grains may have come and gone, so that ids are not rows
+        const bool here = all.size() == grain_count();
+        detach(true);
+        for (std::size_t k = 0; k < simulation_->parts().size(); ++k)
+            for (Grain<M>& grain : grains_of(k)) {
+                const auto row = here ? std::ranges::lower_bound(all, grain.id) - all.begin() : grain.id;
+                if (row * M::dof >= static_cast<std::ptrdiff_t>(values.size()))
+                    throw std::logic_error("over MPI grains that have come cannot be given loads or velocities");
+                grain.*member = Eigen::Map<const typename M::Velocity>(&values[static_cast<std::size_t>(row * M::dof)]);
+            }
+    }
+
     // Lets those who look at the grains keep the memory that they look at; the run goes on in a copy.
     void detach(bool goes_on) {
         if (kept_.use_count() == 1 || !simulation_) return;
-        // The simulation is ours and not const. It keeps no pointer into this list between two steps.
-        Grains& grains = const_cast<Grains&>(simulation_->parts()[0].grains);
+        Grains& grains = grains_of(0);
         Grains copy = goes_on ? grains : Grains();
         kept_->swap(grains);
         grains.swap(copy);
@@ -217,8 +253,8 @@ class LiveModel final : public Live {
     std::optional<Simulation<M>> simulation_;
     std::shared_ptr<Grains> kept_;  // empty; who shares it looks at the grains of the simulation
     Exchange<M> exchange_;
-    std::optional<FileSet> files_;
-    std::optional<Recorder<M>> recorder_;
+    std::unique_ptr<FileSet> files_;
+    std::unique_ptr<Recorder<M>> recorder_;  // into files_
     std::optional<RefusedStep> refused_;
 };
 

@@ -139,14 +139,14 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     return request;
 }
 
-RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packing) {
-    RunRequest request = begin_request(arguments, {}, {}, false);
+RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packing, Share share, bool over_mpi) {
+    RunRequest request = begin_request(arguments, {}, share, over_mpi);
     set_scene(request, std::move(scene));
     if (request.goes_on()) {
         read_start(request);
         return request;
     }
-    if (packing.size() > 0) fit_packing(packing, request.scene.file, request.scene);
+    if (packing.total() > 0) fit_packing(packing, request.scene.file, request.scene);
     request.box = packing.box;
     request.packing = std::move(packing);
     return request;

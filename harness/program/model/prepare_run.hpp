@@ -11,9 +11,10 @@ namespace nscdd {
 // run, each rank what it finds.
 RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenance, Share share, bool over_mpi);
 
-// The same of a scene in memory, in one process. It starts from the packing, which may have no box, or from the state
-// that the arguments name.
-RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packing);
+// The same of a scene in memory. It starts from the packing, of which this process has its share and which may have no
+// box, or from the state that the arguments name.
+RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packing, Share share = {},
+                       bool over_mpi = false);
 
 // The files that a run reads.
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene);

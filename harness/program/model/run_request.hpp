@@ -59,12 +59,13 @@ struct RunArguments {
 // The same, decided, with what it starts from. Of packing and state each process has its share.
 struct RunRequest : RunArguments {
     Share share;
-    Scene scene;              // with what the command line changed
-    Packing packing;          // empty if the scene has none
-    State from;               // to go on from
-    std::vector<double> box;  // of the packing or the state; empty if there is none
-    State::SoFar so_far;      // of the scene; the run keeps it up to date
-    bool has_fixed = false;   // some grains may be fixed
+    Scene scene;                 // with what the command line changed
+    Packing packing;             // empty if the scene has none
+    State from;                  // to go on from
+    std::vector<double> masses;  // of the grains that packing or state has here [kg]; empty: by their densities
+    std::vector<double> box;     // of the packing or the state; empty if there is none
+    State::SoFar so_far;         // of the scene; the run keeps it up to date
+    bool has_fixed = false;      // some grains may be fixed
     std::int64_t start_step = 0;
     double start_time = 0;  // [s]
     bool over_mpi = false;

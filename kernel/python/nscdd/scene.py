@@ -107,7 +107,7 @@ def pair_tables(names: Sequence[str], friction: float, restitution: float, pairs
             raise ValueError(f"Simulation: pairs has the key {pair!r}, it needs two names of materials")
         given.add(frozenset(pair))
         tables.append({"materials": list(pair), **values})
-    others = {"friction": friction, "restitution": restitution}
+    others = {"friction": friction or None, "restitution": restitution}
     for k, a in enumerate(names):
         for b in names[k:]:
             if frozenset((a, b)) not in given:

@@ -1,8 +1,10 @@
 """A simulation whose steps the caller makes."""
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
+import weakref
 from collections.abc import Sequence as AbstractSequence
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
@@ -92,9 +94,12 @@ class Simulation:
     radii              (n), or one number [m]
     velocities, spins  (n, dim) [m/s]; (n) in 2D, (n, 3) in 3D [rad/s]; at rest unless given
     density            of all grains [kg/m^3], of disks [kg/m^2]; or materials, {name: density}
+    masses             (n) in the place of those by density [kg]; inertias follow. States do not have them: give them again
     material           (n) of each grain, by name or number in materials; the first unless given
     friction, restitution
                        of all contacts, but for those in pairs, {(name, name): {"friction": 0.5, "restitution": 0}}
+    law                "frictionless", "coulomb", or another that scene files may name, whose coefficients are in pairs; by friction
+                       unless given
     walls, cell        nscdd.Wall each, nscdd.Cell
     box                (dim) faces of walls with `side` are at 0 and there [m]
     gravity            (dim) [m/s^2]
@@ -104,6 +109,9 @@ class Simulation:
                        on more unless given
     subdomains, threads
                        into which space is divided, and which they are dealt to. Numbers do not depend on threads
+    comm               a communicator of mpi4py, or None. All its processes then make the same calls with the same arguments;
+                       grains and contacts come to its first process, and are empty on the others. One subdomain a process
+                       unless subdomains says more
     partition, grid, imbalance, interface, multiplicity
                        as the options of `nscdd run` have it
     tables             further tables of a scene file, such as {"grain": [{...}]}
@@ -126,6 +134,7 @@ class Simulation:
         spins: Optional[np.ndarray] = None,
         density: Optional[float] = None,
         materials: Optional[Mapping[str, float]] = None,
+        masses: Optional[np.ndarray] = None,
         material: Union[None, Sequence[str], np.ndarray] = None,
         friction: float = 0.0,
         restitution: float = 0.0,
@@ -142,8 +151,9 @@ class Simulation:
         state: Optional[Path] = None,
         tables: Optional[Mapping[str, Any]] = None,
         scheme: Optional[str] = None,
-        subdomains: int = 1,
+        subdomains: Optional[int] = None,
         threads: int = 1,
+        comm: Any = None,
         partition: Optional[str] = None,
         grid: Optional[Sequence[int]] = None,
         imbalance: Optional[float] = None,
@@ -166,7 +176,7 @@ class Simulation:
             "name": name,
             "dimension": dimension,
             "gravity": gravity,
-            "law": law if law is not None else "coulomb" if _rubs(friction, pairs) or turns or _flows(cell) else None,
+            "law": law if law is not None else "coulomb" if _rubs(friction, pairs) or turns or _flows(cell) else "frictionless",
             "material": substances,
             "pair": pair_tables(names, friction, restitution, pairs),
             "wall": [_wall(wall).table(k, names[0]) for k, wall in enumerate(walls)],
@@ -174,19 +184,19 @@ class Simulation:
             "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
             **(tables or {}),
         }
-        if scene["law"] is None:  # whose pairs have no friction
-            for pair in scene["pair"]:
-                pair.pop("friction", None)
-            scene["law"] = "frictionless"
         if material is not None:
             more["material"] = _material_rows(material, names, len(r))
         if box is not None:
             more["box"] = _array("box", box, (dimension,))
+        if masses is not None:
+            more["masses"] = _array("masses", masses, (None if state is not None else len(r),))
         options = _options(locals())
-        self._set(_core.from_arrays(scene, "Simulation", x, r, more, options))
+        self._set(_core.from_arrays(scene, "Simulation", x, r, more, options, _over_mpi(comm, options)), comm)
 
-    def _set(self, live: _core.Live) -> None:
+    def _set(self, live: _core.Live, comm: Any) -> None:
         self._live, self._walls = live, Walls(live)
+        if comm is not None:
+            _over_processes.add(live)
 
     # ---- steps
 
@@ -238,8 +248,8 @@ class Simulation:
 
     @property
     def ids(self) -> np.ndarray:
-        """(n) 0 to n-1: rows of all other arrays."""
-        return np.arange(len(self), dtype=np.int32)
+        """(n) ascending: those of the rows of all other arrays. They are 0 to n-1 unless grains come and go."""
+        return self._live.rows()["ids"]
 
     @property
     def positions(self) -> np.ndarray:
@@ -248,13 +258,56 @@ class Simulation:
 
     @property
     def velocities(self) -> np.ndarray:
-        """(n, dim) [m/s]."""
+        """(n, dim) [m/s]. Set it to give the grains others, between two steps."""
         return self._live.rows()["velocities"]
+
+    @velocities.setter
+    def velocities(self, values: np.ndarray) -> None:
+        self._live.set_velocities(self._motion("velocities", values, self.spins))
 
     @property
     def spins(self) -> np.ndarray:
-        """(n) in 2D, (n, 3) in 3D [rad/s]; 0 without friction."""
+        """(n) in 2D, (n, 3) in 3D [rad/s]; 0 without friction. Set it to give the grains others, between two steps."""
         return self._live.rows()["spins"]
+
+    @spins.setter
+    def spins(self, values: np.ndarray) -> None:
+        self._live.set_velocities(self._motion("spins", self.velocities, values))
+
+    @property
+    def forces(self) -> np.ndarray:
+        """(n, dim) external force on each grain besides gravity [N]. Set it between two steps; it stays until it is set anew.
+
+        So another code, of a fluid say, can act on the grains.
+        """
+        return self._live.loads()[:, : self.dimension]
+
+    @forces.setter
+    def forces(self, values: np.ndarray) -> None:
+        self._live.set_loads(self._motion("forces", values, self.torques))
+
+    @property
+    def torques(self) -> np.ndarray:
+        """(n) in 2D, (n, 3) in 3D external torque [N m], as forces; 0 without friction."""
+        loads = self._live.loads()
+        if loads.shape[1] == self.dimension:
+            return np.zeros(len(loads) if self.dimension == 2 else (len(loads), 3))
+        return loads[:, 2] if self.dimension == 2 else loads[:, 3:]
+
+    @torques.setter
+    def torques(self, values: np.ndarray) -> None:
+        self._live.set_loads(self._motion("torques", self.forces, values))
+
+    def _motion(self, name: str, linear: Any, angular: Any) -> np.ndarray:
+        """Both in one array of rows, as the kernel has them."""
+        n, dimension = len(self), self.dimension
+        linear = _array(name, linear, (n, dimension)) if name in ("velocities", "forces") else linear
+        angular = _array(name, angular, (n,) if dimension == 2 else (n, 3)) if name in ("spins", "torques") else angular
+        if self._live.law() != "frictionless":
+            return np.column_stack([linear, angular])
+        if np.any(angular):
+            raise ValueError(f"Simulation: {name} need friction, grains do not turn without")
+        return np.ascontiguousarray(linear)
 
     @property
     def radii(self) -> np.ndarray:
@@ -376,8 +429,9 @@ def read(
     state: Optional[Path] = None,
     adopt: bool = False,
     scheme: Optional[str] = None,
-    subdomains: int = 1,
+    subdomains: Optional[int] = None,
     threads: int = 1,
+    comm: Any = None,
     partition: Optional[str] = None,
     grid: Optional[Sequence[int]] = None,
     imbalance: Optional[float] = None,
@@ -391,9 +445,36 @@ def read(
     state    file to go on from; with adopt=True one of another scene
     The other options are those of Simulation, and take the place of what the scene says.
     """
+    options = _options(locals())
     simulation = Simulation.__new__(Simulation)
-    simulation._set(_core.from_file(os.fspath(scene), _options(locals())))
+    simulation._set(_core.from_file(os.fspath(scene), options, _over_mpi(comm, options)), comm)
     return simulation
+
+
+_over_processes: weakref.WeakSet = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """Before mpi4py ends MPI, which communicators must not outlive."""
+    for live in list(_over_processes):
+        live.close()
+
+
+def _over_mpi(comm: Any, options: dict) -> Any:
+    """What the extension is to know of a communicator of mpi4py; sets the number of subdomains."""
+    if comm is None:
+        return None
+    try:
+        from . import _mpi
+    except ImportError as missing:
+        raise ValueError(f"comm: this build of nscdd has no MPI ({missing})") from None
+    if not hasattr(comm, "py2f"):
+        raise ValueError(f"comm: must be a communicator of mpi4py, found a {type(comm).__name__}")
+    options.setdefault("subdomains", comm.Get_size())
+    if options["subdomains"] < comm.Get_size():
+        raise ValueError(f"subdomains: {options['subdomains']} for {comm.Get_size()} processes, which need one each")
+    return _mpi.make(comm.py2f(), options["subdomains"])
 
 
 def _options(given: Mapping[str, Any]) -> dict:

@@ -71,7 +71,8 @@ def solve(
     start    (m dim) impulses to begin with; 0 unless given
 
     At each contact u_n >= 0, r_n >= 0, u_n r_n = 0, |r_t| <= mu r_n, and r_t = -mu r_n u_t / |u_t| where it slides.
-    Objects with attributes M, q, mu (and H, b) that SciPy can read, as Siconos' problems, may be the first argument.
+    The first argument may be a problem of Siconos in their place, a FrictionContactProblem or a GlobalFrictionContactProblem,
+    or any object with attributes M, q, mu (and H, b).
     """
     if isinstance(W, (str, os.PathLike)):
         parts = _core.read_problem(os.fspath(W))
@@ -218,6 +219,10 @@ def _csc(name: str, matrix: Any, shape: tuple) -> dict:
         return matrix
     import scipy.sparse
 
+    if type(matrix).__module__.startswith("siconos"):  # a NumericsMatrix, of any storage
+        from siconos import numerics
+
+        matrix = numerics.NM_csc(matrix)
     csc = scipy.sparse.csc_matrix(matrix, dtype=np.float64)
     csc.sum_duplicates()
     if csc.shape != shape:

@@ -95,16 +95,30 @@ RunArguments to_arguments(const py::dict& options) {
 
 // ---- a run, and who is at work on it
 
+// Where a run is made: in this process, or on the ranks of a communicator of nscdd._mpi, one a process and more.
+struct Place {
+    std::unique_ptr<Communicator> comm;  // null: in this process
+    Share share;
+
+    explicit Place(const py::object& over_mpi) {
+        if (over_mpi.is_none()) return;
+        const auto parts = over_mpi.cast<py::tuple>();  // a capsule, the number of this process, that of all
+        comm = std::move(*parts[0].cast<py::capsule>().get_pointer<std::unique_ptr<Communicator>>());
+        share = {parts[1].cast<int>(), parts[2].cast<int>()};
+    }
+};
+
 class Handle {
   public:
-    Handle(RunRequest request) : made_in_(getpid()), threads_(*request.threads) {
-        auto comm = std::make_unique<InProcess>(*request.subdomains, threads_);
+    Handle(RunRequest request, Place place) : made_in_(getpid()), threads_(*request.threads) {
+        if (!place.comm) place.comm = std::make_unique<InProcess>(*request.subdomains, threads_);
         const py::gil_scoped_release release;
-        live_ = make_live(std::move(request), std::move(comm));
+        live_ = make_live(std::move(request), std::move(place.comm));
     }
 
     // To look at the run, between steps.
     Live& live() {
+        if (!live_) throw std::logic_error("Simulation: it ended with the process's last use of MPI");
         if (busy_) throw std::logic_error("Simulation: another thread is within step()");
         if (threads_ > 1 && getpid() != made_in_)
             throw std::logic_error("Simulation: its threads have stayed behind in the process that was forked");
@@ -124,8 +138,26 @@ class Handle {
         recording_ = true;
     }
     void stop() {
-        live().stop();
+        Live& live = this->live();
         recording_ = false;
+        live.stop();
+    }
+    void close() {
+        if (!busy_) live_.reset();
+    }
+
+    // (n, numbers of a load); forces, then torques.
+    py::array loads() {
+        Live& live = this->live();
+        std::vector<double> loads = live.loads();
+        const py::ssize_t size = live.load_size();
+        const auto rows = static_cast<py::ssize_t>(loads.size()) / size;
+        return owned(std::move(loads), {rows, size});
+    }
+    void set_loads(const Doubles& loads) { live().set_loads(list(loads)); }
+    void set_velocities(const Doubles& velocities) {
+        live().set_velocities(list(velocities));
+        rows_ = {};
     }
 
     // Arrays by id, the same until the next step.
@@ -143,6 +175,7 @@ class Handle {
         rows["materials"] = owned(std::move(state.material), {n});
         rows["subdomains"] = owned(std::move(state.subdomain), {n});
         rows["multiplicities"] = owned(std::move(state.multiplicity), {n});
+        rows["ids"] = owned(live.ids(), {n});
         rows["masses"] = owned(live.masses(), {n});
         return rows_.emplace(std::move(rows));
     }
@@ -196,28 +229,52 @@ class Handle {
 };
 
 std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& name, const Doubles& positions,
-                                    const Doubles& radii, const py::dict& more, const py::dict& options) {
-    Packing packing;
-    packing.dim = static_cast<int>(positions.shape(1));
-    packing.x = list(positions);
-    packing.radius = list(radii);
+                                    const Doubles& radii, const py::dict& more, const py::dict& options,
+                                    const py::object& over_mpi) {
+    Place place(over_mpi);
+    const auto total = static_cast<hsize_t>(radii.size());
+    const hdf5::Rows rows = place.share.of(total);  // of this process; each has all arrays
+    const auto cut = [&]<class Number>(const std::vector<Number>& all) {
+        if (all.empty()) return all;
+        const auto width = static_cast<std::ptrdiff_t>(all.size() / total);
+        const auto at = [&](hsize_t row) { return all.begin() + static_cast<std::ptrdiff_t>(row) * width; };
+        return std::vector<Number>(at(rows.begin), at(rows.end));
+    };
     const auto take = [&more](const char* key) {
         const auto found = find<Doubles>(more, key);
         return found ? list(*found) : std::vector<double>();
     };
+    Packing packing;
+    packing.dim = static_cast<int>(positions.shape(1));
+    packing.x = cut(list(positions));
+    packing.radius = cut(list(radii));
     packing.box = take("box");
-    packing.velocity = take("velocities");
-    packing.spin = take("spins");
-    if (const auto found = find<Ints>(more, "material")) packing.material = list(*found);
+    packing.velocity = cut(take("velocities"));
+    packing.spin = cut(take("spins"));
+    if (const auto found = find<Ints>(more, "material")) packing.material = cut(list(*found));
+    packing.before = rows.begin;
+    packing.after = total - rows.end;
     RunArguments arguments = to_arguments(options);
     arguments.start.adopt = !arguments.start.from.empty();  // the scene does not say which grains it had
-    return std::make_unique<Handle>(prepare_run(arguments, scene_of(to_table(scene), name), std::move(packing)));
+    RunRequest request =
+        prepare_run(arguments, scene_of(to_table(scene), name), std::move(packing), place.share, place.comm != nullptr);
+    request.masses = take("masses");
+    const Packing& start = request.goes_on() ? request.from.packing : request.packing;
+    if (!request.masses.empty()) {
+        if (request.masses.size() != start.total())
+            throw InputError("Simulation: masses must be as many as the grains");
+        const auto first = request.masses.begin() + static_cast<std::ptrdiff_t>(start.before);
+        request.masses = {first, first + static_cast<std::ptrdiff_t>(start.size())};
+    }
+    return std::make_unique<Handle>(std::move(request), std::move(place));
 }
 
-std::unique_ptr<Handle> from_file(const std::string& path, const py::dict& options) {
+std::unique_ptr<Handle> from_file(const std::string& path, const py::dict& options, const py::object& over_mpi) {
+    Place place(over_mpi);
     RunArguments arguments = to_arguments(options);
     arguments.start.scene = path;
-    return std::make_unique<Handle>(prepare_run(arguments, {}, {}, false));
+    RunRequest request = prepare_run(arguments, {}, place.share, place.comm != nullptr);
+    return std::make_unique<Handle>(std::move(request), std::move(place));
 }
 
 py::dict as_dict(const SeriesRow& row) {
@@ -264,6 +321,10 @@ void add_simulation(py::module_& module) {
         .def("step", &Handle::step)
         .def("record", &Handle::record)
         .def("stop", &Handle::stop)
+        .def("close", &Handle::close)
+        .def("loads", &Handle::loads)
+        .def("set_loads", &Handle::set_loads)
+        .def("set_velocities", &Handle::set_velocities)
         .def("save", [](Handle& h, const std::string& path) { h.live().save(path); })
         .def("rows", &Handle::rows)
         .def("contacts", &Handle::contacts)
