@@ -40,7 +40,7 @@ motion = "fixed"
 h = 0.02
 count = 30
 """
-LAWS = {"cohesive": "cohesion = 3.0\nrange = 1e-3"}
+LAWS = {"cohesive": "cohesion = 3.0\nrange = 1e-3", "rolling": "rolling = 0.05"}
 
 
 class Laws(ProgramTest):
@@ -87,6 +87,23 @@ class Laws(ProgramTest):
         self.assertGreaterEqual(impulses.min(), -3.0 * 0.02 * (1 + 1e-12))
         self.assertGreater((impulses < 0).sum(), 5)
 
+    def test_a_column_collapses_less_with_resistance_to_rolling(self):
+        scene = self.scene("rolling")
+        text = (
+            scene.read_text()
+            .replace("gravity = [1.0, -5.0]", "gravity = [0.0, -5.0]")
+            .replace('[[wall]]\nname = "left"\nside = "x-"\nmaterial = "glass"\nmotion = "fixed"\n', "")
+        )
+        reached = []
+        for rolling in (0.0, 0.05, 0.25):
+            scene.write_text(text.replace("rolling = 0.05", f"rolling = {rolling}"))
+            self.run_scene(scene, "run", "--steps", 300)
+            with h5py.File(self.folder / "run.h5") as state:
+                reached.append((state["x"][:, 0].std(), state["x"][:, 1].max()))
+        self.assertEqual(reached, sorted(reached, key=lambda r: -r[0]), "the stronger, the less it spreads")
+        self.assertLess(reached[2][0], 0.8 * reached[0][0])
+        self.assertGreater(reached[2][1], reached[0][1])
+
     def test_what_cannot_be_meant_is_refused_in_one_line(self):
         cohesive = self.scene("cohesive").read_text()
         for spoilt, problem in (
@@ -94,7 +111,7 @@ class Laws(ProgramTest):
             (cohesive.replace("range", "restitution = 0.5\nrange"), "pair 'glass'-'glass': cohesion needs restitution 0"),
             (cohesive.replace("cohesion = 3.0", "cohesion = -3.0"), "cohesion"),
             (cohesive.replace('"cohesive"', '"coulomb"'), "unknown key 'cohesion'"),
-            (cohesive.replace('"cohesive"', '"sticky"'), "cohesive, found 'sticky'"),
+            (cohesive.replace('"cohesive"', '"sticky"'), "cohesive, rolling, found 'sticky'"),
         ):
             scene = self.write("spoilt.toml", spoilt)
             done = self.run_program("run", scene, "--quiet")

@@ -242,7 +242,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"name = \"plate\"", "name = 3", "bad.toml:15: [[material]] 1: name must be a string, found 3"},
         {"friction = 0.3", "friction = -0.3", "bad.toml:19: pair 'plate'-'glass': friction must be >= 0, found -0.3"},
         {"dimension = 3", "dimension = 3\nlaw = \"glue\"",
-         "bad.toml:3: law must be one of frictionless, coulomb, cohesive, found 'glue'"},
+         "bad.toml:3: law must be one of frictionless, coulomb, cohesive, rolling, found 'glue'"},
         {"dimension = 3", "dimension = 3\nlaw = \"frictionless\"",
          "bad.toml:20: pair 'plate'-'glass': unknown key 'friction' (known here: materials, restitution)"},
         {"restitution = 0.1", "restitution = 1.1",

@@ -111,6 +111,10 @@ State read_state(const std::string& path, const Share& share) {
                       .gap = file.read<double>("contacts/gap", {c}, rows),
                       .subdomain = file.read<int>("contacts/subdomain", {c}, rows),
                       .normal_impulse = file.read<double>("contacts/normal_impulse", {c}, rows)};
+    if (file.has("contacts/couple")) {
+        state.contacts.couple = file.read<double>("contacts/couple", {c, static_cast<hsize_t>(state.spins())}, rows);
+        state.contacts.have_couples = true;
+    }
     const int last = static_cast<int>(n) - 1;
     require_range(file, "contacts/i", state.contacts.i, rows.begin, 0, last);
     require_range(file, "contacts/j", state.contacts.j, rows.begin, -static_cast<int>(w), last);
@@ -146,7 +150,10 @@ std::string xdmf_beside(const std::string& path) {
 
 StateWriter::StateWriter(FileSet& files, const std::string& path, const State& head, std::size_t grains,
                          std::size_t contacts, For use)
-    : file_(files, path), pictured_(use == For::pictures), flat_(head.packing.dim == 2) {
+    : file_(files, path),
+      pictured_(use == For::pictures),
+      flat_(head.packing.dim == 2),
+      couples_(head.contacts.have_couples) {
     const hsize_t n = grains, c = contacts, w = head.walls.offset.size();
     const auto dim = static_cast<hsize_t>(head.packing.dim);
     file_.declare<double>("x", {n, dim});
@@ -193,6 +200,7 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     for (const char* dataset : {"contacts/i", "contacts/j", "contacts/subdomain"}) file_.declare<int>(dataset, {c});
     for (const char* dataset : {"contacts/impulse", "contacts/normal"}) file_.declare<double>(dataset, {c, dim});
     for (const char* dataset : {"contacts/gap", "contacts/normal_impulse"}) file_.declare<double>(dataset, {c});
+    if (couples_) file_.declare<double>("contacts/couple", {c, static_cast<hsize_t>(head.spins())});
 
     file_.texts("rough/kind", {head.rough.kind});
     file_.write("rough/partition", head.rough.partition, {head.rough.partition.size()});
@@ -236,6 +244,7 @@ void StateWriter::append(const State& rows) {
     file_.append("contacts/gap", rows.contacts.gap);
     file_.append("contacts/subdomain", rows.contacts.subdomain);
     file_.append("contacts/normal_impulse", rows.contacts.normal_impulse);
+    if (couples_) file_.append("contacts/couple", rows.contacts.couple);
 }
 
 void StateWriter::save() { file_.save(); }

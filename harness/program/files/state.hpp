@@ -40,6 +40,8 @@ struct State {
         std::vector<double> gap;             // (c) [m], negative where they overlap
         std::vector<int> subdomain;          // (c)
         std::vector<double> normal_impulse;  // (c) [N s]; without friction that of the solver, to the last bit
+        std::vector<double> couple = {};     // (c, spins) on i [N m s], of a law with couples
+        bool have_couples = false;           // told to a writer before rows come
     } contacts;
 
     // Where the scene repeats; all empty where it does not.
@@ -103,7 +105,7 @@ class StateWriter {
 
   private:
     hdf5::Writer file_;
-    bool pictured_, flat_, fixed_ = false;
+    bool pictured_, flat_, couples_, fixed_ = false;
     int vertices_ = 0;  // that have come
 };
 

@@ -179,8 +179,11 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     }
     for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
         const typename M::Vec impulse = Eigen::Map<const typename M::Vec>(from.contacts.impulse.data() + c * M::dim);
+        typename M::Couple couple = M::Couple::Zero();  // of a state of another law
+        if (!from.contacts.couple.empty() && M::rolling)
+            couple = Eigen::Map<const typename M::Couple>(from.contacts.couple.data() + c * M::couples);
         if constexpr (M::friction)
-            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], impulse});
+            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], with_couple<M>(impulse, couple)});
         else
             built.impulses.push_back(
                 {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});

@@ -50,6 +50,7 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         append(head.cell.rough_tilt, rows_of(rough.cell.tilt));
         append(head.cell.stretch, rows_of(rough.stretch));
     }
+    head.contacts.have_couples = M::rolling;
     head.rough.kind = rough.kind;
     head.rough.partition = rough.partition;
     head.rough.imbalance = rough.imbalance;
@@ -92,6 +93,7 @@ State gather_grain_rows(const Simulation<M>& simulation, Ids ids = {}) {
 template <class M>
 State::Contacts gather_contact_rows(const Simulation<M>& simulation, Ids ids = {}) {
     State::Contacts rows;
+    rows.have_couples = M::rolling;
     const auto append = [](std::vector<double>& to, const typename M::Vec& vector) {
         to.insert(to.end(), vector.data(), vector.data() + M::dim);
     };
@@ -103,6 +105,7 @@ State::Contacts gather_contact_rows(const Simulation<M>& simulation, Ids ids = {
         rows.normal_impulse.push_back(c.normal_impulse);
         append(rows.normal, c.normal);
         append(rows.impulse, c.impulse);
+        rows.couple.insert(rows.couple.end(), c.couple.data(), c.couple.data() + M::couples);
     }
     return rows;
 }

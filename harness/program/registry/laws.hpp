@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "nscdd/core/cohesive.hpp"
+#include "nscdd/core/rolling.hpp"
 
 namespace nscdd {
 
@@ -43,6 +44,9 @@ inline constexpr std::tuple laws{
     offer_law<Cohesive>("cohesive", LawKey<Cohesive::Pairing>{"friction", &Cohesive::Pairing::friction},
                         LawKey<Cohesive::Pairing>{"cohesion", &Cohesive::Pairing::cohesion},
                         LawKey<Cohesive::Pairing>{"range", &Cohesive::Pairing::range}),
+    offer_law<Rolling>("rolling", LawKey<Rolling::Pairing>{"friction", &Rolling::Pairing::friction},
+                       LawKey<Rolling::Pairing>{"rolling", &Rolling::Pairing::rolling},
+                       LawKey<Rolling::Pairing>{"twisting", &Rolling::Pairing::twisting}),
 };
 
 inline constexpr int law_count = std::tuple_size_v<decltype(laws)>;

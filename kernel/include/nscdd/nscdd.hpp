@@ -6,6 +6,7 @@
 
 #include "nscdd/comm/in_process.hpp"
 #include "nscdd/core/cohesive.hpp"
+#include "nscdd/core/rolling.hpp"
 #include "nscdd/core/validate.hpp"
 #include "nscdd/decompose/ccs.hpp"
 #include "nscdd/decompose/dcs.hpp"

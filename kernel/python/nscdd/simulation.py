@@ -354,6 +354,7 @@ class Simulation:
         gap             now [m], negative where they overlap
         impulse         (dim) on i, in world axes [N s]; over h it is the mean force of the step
         normal_impulse  along the normal [N s]
+        couple          (3), or (1) in 2D, on i [N m s]; with the law "rolling"
         subdomain       that has the contact
         """
         rows = self._live.contacts()

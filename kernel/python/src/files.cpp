@@ -63,6 +63,7 @@ py::dict read_state_dict(const std::string& path) {
     contacts["gap"] = owned(std::move(c.gap), {m});
     contacts["impulse"] = owned(std::move(c.impulse), {m, dim});
     contacts["normal_impulse"] = owned(std::move(c.normal_impulse), {m});
+    if (c.have_couples) contacts["couple"] = owned(std::move(c.couple), {m, dim == 3 ? 3 : 1});
     contacts["subdomain"] = owned(std::move(c.subdomain), {m});
     out["dimension"] = dim;
     out["walls"] = walls;

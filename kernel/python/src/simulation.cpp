@@ -191,6 +191,7 @@ class Handle {
         rows["gap"] = owned(std::move(found.gap), {n});
         rows["impulse"] = owned(std::move(found.impulse), {n, dim});
         rows["normal_impulse"] = owned(std::move(found.normal_impulse), {n});
+        if (found.have_couples) rows["couple"] = owned(std::move(found.couple), {n, dim == 3 ? 3 : 1});
         rows["subdomain"] = owned(std::move(found.subdomain), {n});
         return contacts_.emplace(std::move(rows));
     }

@@ -1,6 +1,6 @@
 /// @file
 /// The concept of a contact law, and the two laws on Coulomb's cone. Further ones are shipped in headers of their own:
-/// core/cohesive.hpp.
+/// core/cohesive.hpp and core/rolling.hpp.
 /// ```
 /// using Model = nscdd::Model<3, nscdd::Coulomb>;
 /// ```
@@ -121,6 +121,14 @@ template <class L, class Real>
 concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real x, const typename L::Coefficients& k) {
                                 { L::limit(x, k) } -> std::same_as<Real>;
                             });
+/// Whether contacts have couples.
+template <class L>
+constexpr bool law_rolls = requires { requires L::rolling; };
+template <class L, class Real>
+concept LawLimitsCouples = !law_rolls<L> || (L::friction && requires(Real x, const typename L::Coefficients& k) {
+    { L::rolling_limit(x, k) } -> std::same_as<Real>;
+    { L::twisting_limit(x, k) } -> std::same_as<Real>;
+});
 
 }  // namespace detail
 
@@ -144,15 +152,17 @@ concept LawLimitsFriction = LawSaysFriction<L> && (!L::friction || requires(Real
 ///                     the contact must not open, (v_n + bias) excess = 0 at an answer
 /// ```
 /// A law that acts at a distance has `range(pairing)` besides, the gap up to which a pair is a contact, however slowly
-/// it moves [m]: a law that may pull needs it.
-/// The kernel makes these of them: the solve of one contact and of a packet; eta, velocity error and energies
+/// it moves [m]: a law that may pull needs it. A law with `rolling`, a constant that is true, gives contacts a couple,
+/// and has rolling_limit(normal, k) and twisting_limit(normal, k), its largest parts across and along the normal [N m
+/// s]. The kernel makes these of them: the solve of one contact and of a packet; eta, velocity error and energies
 /// (law/residual.hpp); and the warm start. The warm start makes the last step's impulse admissible by normal() and
 /// limit().
 template <class L>
 concept ContactLaw =
     detail::LawSaysFriction<L> && detail::LawHasCoefficients<L> && detail::LawHasPairing<L> &&
     detail::LawNamesFaults<L> && detail::LawSolvesNormal<L, double> && detail::LawSolvesNormal<L, Packet> &&
-    detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet>;
+    detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet> &&
+    detail::LawLimitsCouples<L, double> && detail::LawLimitsCouples<L, Packet>;
 
 /// The gap up to which pairs are contacts, however slowly they move [m]; of a law that does not say 0.
 template <class L>
@@ -181,6 +191,7 @@ consteval int first_lack() {
            : !LawSolvesNormal<L, double>                                    ? 5
            : !LawSolvesNormal<L, Packet>                                    ? 6
            : !LawLimitsFriction<L, double> || !LawLimitsFriction<L, Packet> ? 7
+           : !LawLimitsCouples<L, double> || !LawLimitsCouples<L, Packet>   ? 8
                                                                             : 0;
 }
 
@@ -200,6 +211,10 @@ consteval bool complete_law() {
     static_assert(lack != 6,
                   "contact law: `normal(x, k)` and `excess(x, k)` must be templates that take and return a Packet too");
     static_assert(lack != 7, "contact law with friction: needs `limit(normal, k)`, static, for double and Packet");
+    static_assert(
+        lack != 8,
+        "contact law with couples: needs friction, and `rolling_limit(normal, k)` and `twisting_limit(normal, "
+        "k)`, static, for double and Packet");
     return true;
 }
 

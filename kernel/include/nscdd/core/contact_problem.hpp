@@ -51,9 +51,19 @@ struct ContactFriction {
 template <>
 struct ContactFriction<false> {};
 
+/// The part of a contact that only a couple needs, set by prepare_contacts() for the scalar sweep.
+template <bool rolling>
+struct ContactCouple {
+    double inv_ws = 0;    ///< omega/W_s of the split masses [kg m^2]
+    double coupling = 0;  ///< l_i/I_i - l_j/I_j of the split masses [1/(kg m)]
+};
+/// Without couples nothing is stored for them.
+template <>
+struct ContactCouple<false> {};
+
 /// One contact. The law's coefficients are a base class, so a law without any takes no memory.
 template <class M>
-struct Contact : ContactFriction<M::friction>, M::Law::Coefficients {
+struct Contact : ContactFriction<M::friction>, ContactCouple<M::rolling>, M::Law::Coefficients {
     int i = 0;               ///< number of the grain in ContactProblem::bodies
     int j = 0;               ///< number of the other grain in bodies, or of the wall in walls
     typename M::Vec normal;  ///< unit, from j to i

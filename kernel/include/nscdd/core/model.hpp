@@ -16,17 +16,49 @@ struct Model {
     static_assert(Dimension == 2 || Dimension == 3, "nscdd models disks (2) and spheres (3)");
     static_assert(detail::complete_law<ContactLaw>());
 
-    using Law = ContactLaw;                                          ///< contact law of all contacts
-    static constexpr int dim = Dimension;                            ///< 2: disks, 3: spheres
-    static constexpr bool friction = Law::friction;                  ///< whether impulses have a tangential part
-    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;  ///< spins of one grain
-    static constexpr int dof = dim + spins;                          ///< degrees of freedom of one grain
+    using Law = ContactLaw;                                              ///< contact law of all contacts
+    static constexpr int dim = Dimension;                                ///< 2: disks, 3: spheres
+    static constexpr bool friction = Law::friction;                      ///< whether impulses have a tangential part
+    static constexpr int spins = friction ? (dim == 3 ? 3 : 1) : 0;      ///< spins of one grain
+    static constexpr int dof = dim + spins;                              ///< degrees of freedom of one grain
+    static constexpr bool rolling = friction && detail::law_rolls<Law>;  ///< whether impulses have a couple
+    static constexpr int couples = rolling ? spins : 0;                  ///< components of it
 
     using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;       ///< a place, a direction, a translation
     using Spin = Eigen::Matrix<double, spins, 1, Eigen::DontAlign>;    ///< [rad/s]; of size 0 without friction
     using Velocity = Eigen::Matrix<double, dof, 1, Eigen::DontAlign>;  ///< translations, then spins
-    using Impulse = Eigen::Matrix<double, friction ? dim : 1, 1, Eigen::DontAlign>;  ///< world axes, or along n alone
+    /// World axes, or along n alone; then the couple, if there is one.
+    using Impulse = Eigen::Matrix<double, (friction ? dim : 1) + couples, 1, Eigen::DontAlign>;
+    using Couple = Eigen::Matrix<double, couples, 1, Eigen::DontAlign>;  ///< [N m s]; of size 0 without couples
 };
+
+///@{
+/// The parts of an impulse: without the couple, in world axes or along n alone [N s]; and the couple [N m s]. Of a
+/// relative velocity likewise: at the contact point [m/s], and the relative spin [rad/s].
+template <class M>
+decltype(auto) force_of(const typename M::Impulse& r) {
+    if constexpr (M::rolling)
+        return typename M::Vec(r.template head<M::dim>());
+    else
+        return (r);
+}
+template <class M>
+typename M::Couple couple_of(const typename M::Impulse& r) {
+    return r.template tail<M::couples>();
+}
+/// An impulse or a relative velocity of both parts. Without couples the second one is not looked at.
+template <class M>
+typename M::Impulse with_couple(const auto& force, const auto& couple) {
+    if constexpr (M::rolling) {
+        typename M::Impulse both;
+        both.template head<M::dim>() = force;
+        both.template tail<M::couples>() = couple;
+        return both;
+    } else {
+        return force;
+    }
+}
+///@}
 
 /// Velocity spin x arm of a point at `arm` from the centre [m/s].
 template <class M>

@@ -68,6 +68,11 @@ std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
         sideways += c.lever_i * c.lever_i * problem.bodies[i].inv_inertia;
         if (!wall) sideways += c.lever_j * c.lever_j * problem.bodies[j].inv_inertia;
     }
+    if constexpr (M::rolling) {
+        double turns = problem.bodies[i].inv_inertia;
+        if (!wall) turns += problem.bodies[j].inv_inertia;
+        if (!(turns > 0)) return "neither side can turn: both inverse inertias are 0";
+    }
     if (!(inverse > 0) || (M::friction && !(sideways > 0))) return "neither side can move: both inverse masses are 0";
     return {};
 }
@@ -134,6 +139,7 @@ void validate(const ContactProblem<M>& problem) {
         sound &= detail::is_mass(body.inv_mass);
         all_move &= body.inv_mass > 0;
         if constexpr (M::friction) sound &= detail::is_mass(body.inv_inertia);
+        if constexpr (M::rolling) all_move &= body.inv_inertia > 0;
     }
     for (const WallBody<M>& wall : problem.walls) {
         sound &= detail::is_finite(wall.prescribed.sum());

@@ -11,6 +11,7 @@
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
 #include "nscdd/detect/paths.hpp"
+#include "nscdd/law/couples.hpp"
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
@@ -34,10 +35,16 @@ template <class M>
                                                              const typename M::Vec& normal,
                                                              const typename M::Law::Coefficients& k) {
     if constexpr (M::friction) {
-        const double along = r.dot(normal), rn = M::Law::normal(along, k), limit = M::Law::limit(rn, k);
-        const typename M::Vec rt = r - along * normal;
+        const auto& force = force_of<M>(r);
+        const double along = force.dot(normal), rn = M::Law::normal(along, k), limit = M::Law::limit(rn, k);
+        const typename M::Vec rt = force - along * normal;
         constexpr double least = (std::numeric_limits<double>::min)();  // no 0/0
-        return rn * normal + limit / (std::max)({rt.norm(), limit, least}) * rt;
+        if constexpr (M::rolling) {
+            const typename M::Spin couple = allowed_couple<M>(couple_of<M>(r), normal, rn, k);
+            return with_couple<M>(rn * normal + limit / (std::max)({rt.norm(), limit, least}) * rt, couple);
+        } else {
+            return rn * normal + limit / (std::max)({rt.norm(), limit, least}) * rt;
+        }
     } else {
         (void)normal;
         return typename M::Impulse{M::Law::normal(r[0], k)};

@@ -119,14 +119,23 @@ typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, 
         return none(opening, excess) ? (std::max)(-opening, 0.0) : -opening;
     };
     if constexpr (M::friction) {
-        const double vn = v.dot(c.normal), rn = c.r.dot(c.normal), limit = M::Law::limit(rn, c);
+        const auto& velocity = force_of<M>(v);
+        const auto& force = force_of<M>(c.r);
+        const double vn = velocity.dot(c.normal), rn = force.dot(c.normal), limit = M::Law::limit(rn, c);
         const typename M::Vec normal = normal_miss(vn + c.bias, M::Law::excess(rn, c)) * c.normal;
-        if (!(limit > 0) || none(vn + c.bias, M::Law::excess(rn, c))) return normal;
-        const typename M::Vec slip = v - vn * c.normal, rt = c.r - rn * c.normal;
-        const double along = rt.dot(slip), square = rt.squaredNorm();
-        // as large as it may be, but for round-off, r_t may oppose a slip; else it holds the contact
-        if (along < 0 && square >= limit * limit * (1 - 1e-9)) return normal + along / square * rt - slip;
-        return normal - slip;
+        if constexpr (M::rolling) {
+            if (none(vn + c.bias, M::Law::excess(rn, c))) return with_couple<M>(normal, M::Spin::Zero());
+            return with_couple<M>(
+                normal + held_miss<typename M::Vec>(force - rn * c.normal, velocity - vn * c.normal, limit),
+                couple_miss(c, couple_of<M>(v), rn));
+        } else {
+            if (!(limit > 0) || none(vn + c.bias, M::Law::excess(rn, c))) return normal;
+            const typename M::Vec slip = v - vn * c.normal, rt = c.r - rn * c.normal;
+            const double along = rt.dot(slip), square = rt.squaredNorm();
+            // as large as it may be, but for round-off, r_t may oppose a slip; else it holds the contact
+            if (along < 0 && square >= limit * limit * (1 - 1e-9)) return normal + along / square * rt - slip;
+            return normal - slip;
+        }
     } else {
         return typename M::Impulse{normal_miss(v[0] + c.bias, M::Law::excess(c.r[0], c))};
     }
@@ -136,9 +145,16 @@ typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, 
 template <class M>
 double contact_miss(const Contact<M>& c, const typename M::Impulse& v, const DelassusDiagonal& w) {
     if constexpr (M::friction) {
-        const typename M::Vec change = solve_contact<M>(c, v, 1 / w.normal, 1 / w.tangential) - c.r;
+        SpinBlock spin;
+        if constexpr (M::rolling) spin = {1 / w.spin, w.coupling};
+        const typename M::Impulse changes = solve_contact<M>(c, v, 1 / w.normal, 1 / w.tangential, spin) - c.r;
+        const auto& change = force_of<M>(changes);
         const double normal = change.dot(c.normal), tangential = (change - normal * c.normal).norm();
-        return std::hypot(w.normal * normal, w.tangential * tangential);
+        const double miss = std::hypot(w.normal * normal, w.tangential * tangential);
+        if constexpr (M::rolling)  // a spin counts by the length sqrt(W_n/W_s)
+            return std::hypot(miss, std::sqrt(w.normal * w.spin) * couple_of<M>(changes).norm());
+        else
+            return miss;
     } else {
         return w.normal * std::abs(solve_contact<M>(c, v, 1 / w.normal, 0)[0] - c.r[0]);
     }
@@ -240,9 +256,11 @@ class DistanceSums {
         const typename M::Impulse miss = law_miss(c, v, w.normal);
         double opening, excess, along = 0, limit = 0;
         if constexpr (M::friction) {
-            const double vn = v.dot(c.normal), rn = c.r.dot(c.normal);
+            const auto& velocity = force_of<M>(v);
+            const double vn = velocity.dot(c.normal), rn = force_of<M>(c.r).dot(c.normal);
             opening = vn + c.bias, excess = M::Law::excess(rn, c);
-            along = c.r.dot(v) - rn * vn, limit = M::Law::limit(rn, c) * (v - vn * c.normal).norm();
+            along = c.r.dot(v) - rn * vn, limit = M::Law::limit(rn, c) * (velocity - vn * c.normal).norm();
+            if constexpr (M::rolling) limit += couple_limit(c, couple_of<M>(v), rn);
             sums.made += rn * opening + along;
         } else {
             opening = v[0] + c.bias, excess = M::Law::excess(c.r[0], c);
@@ -259,7 +277,9 @@ class DistanceSums {
         double radius = problem.radii[static_cast<std::size_t>(c.i)];
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
             radius = (std::min)(radius, problem.radii[static_cast<std::size_t>(c.j)]);
-        sums.gap_error = (std::max)(sums.gap_error, problem.h * miss.norm() / radius);
+        double way = force_of<M>(miss).norm();
+        if constexpr (M::rolling) way = std::hypot(way, radius * couple_of<M>(miss).norm());
+        sums.gap_error = (std::max)(sums.gap_error, problem.h * way / radius);
     }
 
     /// What an acting contact asks of its bodies. It holds its normal, and all directions where friction holds it.
@@ -267,9 +287,11 @@ class DistanceSums {
         typename Asked<M>::Matrix holds = c.normal * c.normal.transpose();
         typename M::Vec misses;
         if constexpr (M::friction) {
-            const double rn = c.r.dot(c.normal);
-            misses = miss.dot(c.normal) * c.normal;
-            if ((c.r - rn * c.normal).norm() < M::Law::limit(rn, c) * (1 - 1e-9)) holds.setIdentity(), misses = miss;
+            const auto& force = force_of<M>(c.r);
+            const double rn = force.dot(c.normal);
+            misses = force_of<M>(miss).dot(c.normal) * c.normal;
+            if ((force - rn * c.normal).norm() < M::Law::limit(rn, c) * (1 - 1e-9))
+                holds.setIdentity(), misses = force_of<M>(miss);
         } else {
             misses = miss[0] * c.normal;
         }

@@ -31,7 +31,7 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
     if constexpr (M::friction) {
         if (problem.flow) v += (c.lever_i + c.lever_j) * flow_over<M>(problem.flow_gradient(), c.normal);
         const typename M::Spin spin = c.lever_i * a.spin() + c.lever_j * b.spin();
-        return v - spin_cross<M>(spin, c.normal);
+        return with_couple<M>(v - spin_cross<M>(spin, c.normal), a.spin() - b.spin());
     } else {
         return typename M::Impulse{v.dot(c.normal)};
     }
@@ -44,7 +44,7 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
     const typename M::Vec v = a.linear() - wall.prescribed - wall.speed * c.normal;
     if constexpr (M::friction) {
         const typename M::Spin spin = c.lever_i * a.spin();
-        return v - spin_cross<M>(spin, c.normal);
+        return with_couple<M>(v - spin_cross<M>(spin, c.normal), a.spin());
     } else {
         return typename M::Impulse{v.dot(c.normal)};
     }
@@ -55,7 +55,7 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
 template <class M>
 typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::Vec& normal) {
     if constexpr (M::friction)
-        return r;
+        return force_of<M>(r);
     else
         return r[0] * normal;
 }
@@ -74,6 +74,10 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
         const typename M::Spin turn = arm_cross<M>(c.normal, impulse);
         a.spin() -= (c.lever_i * a.inv_inertia) * turn;
         b.spin() -= (c.lever_j * b.inv_inertia) * turn;
+        if constexpr (M::rolling) {
+            a.spin() += a.inv_inertia * couple_of<M>(dr);
+            b.spin() -= b.inv_inertia * couple_of<M>(dr);
+        }
         problem.each_side([&](WallBody<M>& side, int d) {
             side.speed += side.inv_mass * impulse[d] * (c.lever_i + c.lever_j) * c.normal[d] / problem.flow->length;
         });
@@ -86,6 +90,7 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
     const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
     a.linear() += a.inv_mass * impulse;
     if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
+    if constexpr (M::rolling) a.spin() += a.inv_inertia * couple_of<M>(dr);
     WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
     wall.speed -= wall.inv_mass * impulse.dot(c.normal);
 }
@@ -103,9 +108,12 @@ void replace_impulses(ContactProblem<M>& problem, auto&& next) {
 }
 
 /// The diagonal of the Delassus block, diag(W_n, W_t, W_t). W_nt = 0, and W_t is isotropic, for disks and spheres.
+/// Where contacts have couples, W_s of these, and what friction does to spins.
 struct DelassusDiagonal {
-    double normal;      ///< W_n [1/kg]
-    double tangential;  ///< W_t [1/kg]; 0 in a frictionless scene
+    double normal;        ///< W_n [1/kg]
+    double tangential;    ///< W_t [1/kg]; 0 in a frictionless scene
+    double spin = 0;      ///< W_s [1/(kg m^2)]; 0 without couples
+    double coupling = 0;  ///< l_i/I_i - l_j/I_j [1/(kg m)]; 0 without couples
 };
 
 ///@{
@@ -119,6 +127,10 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     if constexpr (M::friction)
         w.tangential =
             w.normal + si * c.lever_i * c.lever_i * a.inv_inertia + sj * c.lever_j * c.lever_j * b.inv_inertia;
+    if constexpr (M::rolling) {
+        w.spin = si * a.inv_inertia + sj * b.inv_inertia;
+        w.coupling = si * c.lever_i * a.inv_inertia - sj * c.lever_j * b.inv_inertia;
+    }
     return w;
 }
 
@@ -130,6 +142,10 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     DelassusDiagonal w{si * a.inv_mass, 0};
     // a driven wall gives way along its normal only, so it adds nothing to W_t
     if constexpr (M::friction) w.tangential = w.normal + si * c.lever_i * c.lever_i * a.inv_inertia;
+    if constexpr (M::rolling) {
+        w.spin = si * a.inv_inertia;
+        w.coupling = si * c.lever_i * a.inv_inertia;
+    }
     const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
     w.normal += sw * problem.walls[j].inv_mass;
     return w;

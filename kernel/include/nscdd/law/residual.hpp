@@ -70,31 +70,45 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const double inv_wt = M::friction ? 1.0 / w.tangential : 0.0;
-        const typename M::Impulse next = solve_contact<M>(c, v, 1.0 / w.normal, inv_wt), dr = next - c.r;
-        // sum of x_n^2 over normal parts and |x_t|^2 over tangential ones, each times its weight
-        const auto weighed = [&](const typename M::Impulse& x, double normal, double tangential) {
+        SpinBlock block;
+        if constexpr (M::rolling) block = {1.0 / w.spin, w.coupling};
+        const typename M::Impulse next = solve_contact<M>(c, v, 1.0 / w.normal, inv_wt, block), dr = next - c.r;
+        // sum of x_n^2 over normal parts, |x_t|^2 over tangential ones and those of couples, each times its weight
+        const auto weighed = [&](const typename M::Impulse& x, double normal, double tangential, double spin) {
             if constexpr (M::friction) {
-                const double xn = x.dot(c.normal);
-                return normal * xn * xn + tangential * (x - xn * c.normal).squaredNorm();
+                const auto& force = force_of<M>(x);
+                const double xn = force.dot(c.normal);
+                const double sum = normal * xn * xn + tangential * (force - xn * c.normal).squaredNorm();
+                if constexpr (M::rolling)
+                    return sum + spin * couple_of<M>(x).squaredNorm();
+                else
+                    return (void)spin, sum;
             } else {
-                (void)tangential;
+                (void)tangential, (void)spin;
                 return normal * x[0] * x[0];
             }
         };
         double vn = v[0], rn = c.r[0], along = 0, limit = 0;  // r_t.v_t, and |v_t| times the largest |r_t|
         if constexpr (M::friction) {
-            vn = v.dot(c.normal), rn = c.r.dot(c.normal);
-            const typename M::Vec slip = v - vn * c.normal;
-            along = c.r.dot(slip), limit = M::Law::limit(rn, c) * slip.norm();
+            const auto& velocity = force_of<M>(v);
+            const auto& force = force_of<M>(c.r);
+            vn = velocity.dot(c.normal), rn = force.dot(c.normal);
+            const typename M::Vec slip = velocity - vn * c.normal;
+            along = force.dot(slip), limit = M::Law::limit(rn, c) * slip.norm();
+            if constexpr (M::rolling) {
+                along += couple_of<M>(c.r).dot(couple_of<M>(v));
+                limit += detail::couple_limit(c, couple_of<M>(v), rn);
+            }
         }
-        parts.change += weighed(dr, w.normal, w.tangential);
-        parts.energy += weighed(c.r, w.normal, w.tangential);
-        parts.next_energy += weighed(next, w.normal, w.tangential);
+        parts.change += weighed(dr, w.normal, w.tangential, w.spin);
+        parts.energy += weighed(c.r, w.normal, w.tangential, w.spin);
+        parts.next_energy += weighed(next, w.normal, w.tangential, w.spin);
         parts.round_off += problem.bodies[static_cast<std::size_t>(c.i)].linear().squaredNorm() / w.normal;
         parts.work += std::abs(M::Law::excess(rn, c) * (vn + c.bias)) + limit + along;
         parts.made += rn * (vn + c.bias) + along;
         parts.penetration = (std::max)(parts.penetration, problem.h * (-vn - c.bias));
-        parts.miss = (std::max)(parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential)));
+        parts.miss = (std::max)(
+            parts.miss, std::sqrt(weighed(dr, w.normal * w.normal, w.tangential * w.tangential, w.normal * w.spin)));
     }
     parts.contacts += static_cast<double>(contacts.size());
 }

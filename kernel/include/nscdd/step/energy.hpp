@@ -43,7 +43,7 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
         const auto add = [&](const Contact<M>& c, auto kind) {
             const typename M::Impulse v = relative_velocity(mean, c, kind);
             if constexpr (M::friction) {
-                const double normal = c.r.dot(c.normal) * v.dot(c.normal);
+                const double normal = force_of<M>(c.r).dot(c.normal) * force_of<M>(v).dot(c.normal);
                 e.normal += normal;
                 e.friction += c.r.dot(v) - normal;
             } else {
@@ -54,7 +54,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
             add(c, BetweenGrains{});
             if constexpr (M::friction)
                 if (flows)
-                    e.walls -= (c.lever_i + c.lever_j) * c.r.dot(flow_over<M>(part.problem.flow->gradient, c.normal));
+                    e.walls -= (c.lever_i + c.lever_j) *
+                               force_of<M>(c.r).dot(flow_over<M>(part.problem.flow->gradient, c.normal));
         }
         for (const auto& c : part.problem.wall_contacts) {
             add(c, WithWall{});

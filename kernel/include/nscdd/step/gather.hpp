@@ -28,19 +28,20 @@ struct Ids {
 /// A contact of the last step. Vectors are in world axes.
 template <class M>
 struct GatheredContact {
-    int i;                    ///< id
-    int j;                    ///< id; j < 0: wall -1-j
-    int subdomain;            ///< rank that has it
-    double gap;               ///< now [m]; negative where the two overlap
-    double normal_impulse;    ///< r_n [N s]; without friction, that of the solver to the last bit
-    typename M::Vec normal;   ///< unit, from j to i, when contacts were found
-    typename M::Vec impulse;  ///< on i [N s]
-    typename M::Vec branch;   ///< now, to the centre of i from that of j, or from its foot on the wall [m]
+    int i;                      ///< id
+    int j;                      ///< id; j < 0: wall -1-j
+    int subdomain;              ///< rank that has it
+    double gap;                 ///< now [m]; negative where the two overlap
+    double normal_impulse;      ///< r_n [N s]; without friction, that of the solver to the last bit
+    typename M::Vec normal;     ///< unit, from j to i, when contacts were found
+    typename M::Vec impulse;    ///< on i [N s]
+    typename M::Couple couple;  ///< on i, where contacts have couples [N m s]
+    typename M::Vec branch;     ///< now, to the centre of i from that of j, or from its foot on the wall [m]
 
     /// The impulse to hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
         if constexpr (M::friction)
-            return {i, j, impulse};
+            return {i, j, with_couple<M>(impulse, couple)};
         else
             return {i, j, typename M::Impulse{normal_impulse}};
     }
@@ -99,7 +100,7 @@ BroadPhaseState<M> gather_rough(const Simulation<M>& simulation) {
 /// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
 std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, Ids ids = {}) {
-    constexpr std::size_t size = 5 + 3 * M::dim;
+    constexpr std::size_t size = 5 + 3 * M::dim + M::couples;
     const auto& parts = simulation.parts();
     std::vector<Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -107,12 +108,13 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
         const auto put = [&](const Contact<M>& c, int j, double gap, const typename M::Vec& branch) {
             if (!ids.contain(grain(c.i).id)) return;
             double normal_impulse = c.r[0];
-            if constexpr (M::friction) normal_impulse = c.r.dot(c.normal);
+            if constexpr (M::friction) normal_impulse = force_of<M>(c.r).dot(c.normal);
             out[k][0].insert(out[k][0].end(),
                              {double(grain(c.i).id), double(j), double(parts[k].rank), gap, normal_impulse});
             detail::Serialise<M>::put(c.normal, out[k][0]);
             detail::Serialise<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
             detail::Serialise<M>::put(branch, out[k][0]);
+            detail::Serialise<M>::put(couple_of<M>(c.r), out[k][0]);
         };
         for (const auto& c : parts[k].problem.contacts) {
             const typename M::Vec branch = parts[k].cell.apart(grain(c.i).position, grain(c.j).position);
@@ -132,6 +134,7 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
             contacts.push_back({static_cast<int>(record[0]), static_cast<int>(record[1]), static_cast<int>(record[2]),
                                 record[3], record[4], Eigen::Map<const typename M::Vec>(record + 5),
                                 Eigen::Map<const typename M::Vec>(record + 5 + M::dim),
+                                Eigen::Map<const typename M::Couple>(record + 5 + 3 * M::dim),
                                 Eigen::Map<const typename M::Vec>(record + 5 + 2 * M::dim)});
         }
     std::sort(contacts.begin(), contacts.end(),

@@ -40,12 +40,12 @@ struct Measures {
     double mean_force() const { return contacts > 0 ? forces / contacts : 0; }  ///< of contacts that carry [N]
 };
 
-/// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The shipped laws
-/// can only push; what round-off leaves below zero does not count.
+/// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The laws on
+/// Coulomb's cone can only push; what round-off leaves below zero does not count.
 template <class M>
 bool carries_impulse(const Contact<M>& c) {
     double normal = c.r[0];
-    if constexpr (M::friction) normal = c.r.dot(c.normal);
+    if constexpr (M::friction) normal = force_of<M>(c.r).dot(c.normal);
     return SolvedOnCone<typename M::Law> ? normal > 0 : normal != 0;
 }
 

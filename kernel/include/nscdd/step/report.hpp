@@ -17,7 +17,7 @@ struct StepEnergy {
     double external = 0;  ///< work of gravity and of the grains' loads [J]
     double walls = 0;   ///< work of the walls: prescribed motion, forces on driven walls; and of a cell that flows [J]
     double normal = 0;  ///< work of the contacts along their normals [J]
-    double friction = 0;  ///< work of the contacts along their tangents [J]
+    double friction = 0;  ///< work of the contacts along their tangents, and of their couples [J]
 
     double contacts() const { return normal + friction; }  ///< not above zero where no energy is made [J]
     auto summed() { return std::tie(before, kinetic, external, walls, normal, friction); }  ///< reduce() adds them up

@@ -110,7 +110,12 @@ struct OneByOne {
     }
     void after(const Contact<M>& c, const typename M::Impulse& change) {
         typename M::Impulse weighted = *metric * change;
-        if constexpr (M::friction) {
+        if constexpr (M::rolling) {
+            constexpr double t = Anderson::tangential_weight;
+            const typename M::Vec force = weighted.template head<M::dim>();
+            weighted.template head<M::dim>() = t * force + (1 - t) * force.dot(c.normal) * c.normal;
+            weighted.template tail<M::couples>() *= t * c.inv_wn / c.inv_ws;  // W_s/W_n
+        } else if constexpr (M::friction) {
             constexpr double t = Anderson::tangential_weight;
             weighted = t * weighted + (1 - t) * weighted.dot(c.normal) * c.normal;
         }

@@ -17,10 +17,12 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// (frictionless), where rho^2 = kappa I/m, kappa = 5/2 (2 for disks), and s = rho omega: rho is the radius of solid
 /// spheres, and s answers an angular impulse with kappa/m whatever the inertia. In 3D a contact keeps lever - rho,
 /// which is half the gap on both sides, 0 at a wall, instead of two levers over rho. In 2D with friction impulses and
-/// relative velocities are in the frame of the contact, along n and along n turned to the left.
+/// relative velocities are in the frame of the contact, along n and along n turned to the left. Couples and relative
+/// spins follow the impulses and the velocities. For them a contact in 2D has 1/rho of its bodies.
 template <class M>
 struct BatchLayout {
-    static constexpr int dim = M::dim, spins = M::spins, components = M::friction ? dim : 1;
+    static constexpr int dim = M::dim, spins = M::spins, forces = M::friction ? dim : 1, couples = M::couples,
+                         components = forces + couples;
     static constexpr bool half_gap = M::friction && dim == 3, framed = M::friction && dim == 2;
     static constexpr double kappa = dim == 3 ? 2.5 : 2.0;  ///< m r^2 / I of a solid sphere, a disk
 
@@ -29,7 +31,8 @@ struct BatchLayout {
 
     /// Fields of a contact, each of them of all contacts of a batch.
     static constexpr int normal_at = 0, impulse_at = dim, bias_at = dim + components, lever_at = bias_at + 1;
-    static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0);
+    static constexpr int radius_field = lever_at + 2;  ///< in 2D with couples
+    static constexpr int fields = lever_at + (M::friction ? (half_gap ? 1 : 2) : 0) + (framed && M::rolling ? 2 : 0);
 };
 
 template <class M, class Other>
@@ -159,6 +162,7 @@ template <class M, class Other>
 struct Batch : BatchLayout<M> {
     using Layout = BatchLayout<M>;
     using Layout::components, Layout::dim, Layout::spins, Layout::kappa, Layout::half_gap, Layout::framed;
+    using Layout::forces, Layout::couples;
     using Law = typename M::Law;
     using Coefficients = typename Law::Coefficients;
     static constexpr bool wall = !std::is_base_of_v<Rows<Layout::row>, Other>;
@@ -169,6 +173,7 @@ struct Batch : BatchLayout<M> {
     Packet n[dim], r[components], v[components], bias;
     Packet ratio_i, ratio_j;  ///< lever over rho
     Packet mass_i, mass_j;    ///< inverse
+    Packet rho_i, rho_j;      ///< inverse, where there are couples
 
     EIGEN_ALWAYS_INLINE static Packet dot(const Packet* x, const Packet* y) {
         Packet total = x[0] * y[0];
@@ -240,6 +245,14 @@ struct Batch : BatchLayout<M> {
                 cross(spin, n, turning);
                 for (int d = 0; d < dim; ++d) v[d] = relative[d] - turning[d];
             }
+            if constexpr (M::rolling) {
+                rho_i = half_gap ? a[Layout::radius_at] : field(Layout::radius_field);
+                for (int d = 0; d < couples; ++d) v[forces + d] = rho_i * a[dim + d];
+                if constexpr (!wall) {
+                    rho_j = half_gap ? b[Layout::radius_at] : field(Layout::radius_field + 1);
+                    for (int d = 0; d < couples; ++d) v[forces + d] = v[forces + d] - rho_j * b[dim + d];
+                }
+            }
         } else {
             v[0] = dot(relative, n);
         }
@@ -289,6 +302,44 @@ struct Batch : BatchLayout<M> {
         }
     }
 
+    /// W_s, and what friction does to spins, as delassus(); only with couples.
+    struct SpinBlock {
+        Packet spin, coupling;
+    };
+    EIGEN_ALWAYS_INLINE SpinBlock spin_block(Packet share_i, Packet share_j) const {
+        const Packet turn_i = Packet(kappa) * share_i * mass_i * rho_i;
+        SpinBlock block{turn_i * rho_i, turn_i * ratio_i};
+        if constexpr (!wall) {
+            const Packet turn_j = Packet(kappa) * share_j * mass_j * rho_j;
+            block.spin = madd(turn_j, rho_j, block.spin);
+            block.coupling = block.coupling - turn_j * ratio_j;
+        }
+        return block;
+    }
+
+    /// The couple of solve_contact(), behind the impulse that solve() has left in `next`.
+    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, const Coefficients& k, Packet* next) const {
+        const Packet inverse = Packet(1) / block.spin;
+        if constexpr (framed) {
+            const Packet spin = v[2] - block.coupling * (next[1] - r[1]);
+            const Packet most = Law::rolling_limit(next[0], k);
+            next[2] = larger(Packet(0) - most, smaller(most, r[2] - inverse * spin));
+        } else {
+            Packet change[dim], turn[dim], trial[dim];
+            for (int d = 0; d < dim; ++d) change[d] = next[d] - r[d];
+            cross(n, change, turn);
+            for (int d = 0; d < dim; ++d)
+                trial[d] = r[forces + d] - inverse * (v[forces + d] - block.coupling * turn[d]);
+            const Packet normal = dot(next, n), twist = dot(trial, n);
+            for (int d = 0; d < dim; ++d) trial[d] = trial[d] - twist * n[d];
+            const Packet square = larger(dot(trial, trial), Packet(1e-300));
+            const Packet scale = smaller(Packet(1), Law::rolling_limit(normal, k) * inverse_root(square));
+            const Packet most = Law::twisting_limit(normal, k);
+            const Packet along = larger(Packet(0) - most, smaller(most, twist));
+            for (int d = 0; d < dim; ++d) next[forces + d] = madd(scale, trial[d], along * n[d]);
+        }
+    }
+
     /// V += M^-1 H dr, in the rows.
     EIGEN_ALWAYS_INLINE void apply(const Packet* dr) {
         Packet impulse[dim];
@@ -319,6 +370,14 @@ struct Batch : BatchLayout<M> {
                 for (int d = 0; d < spins; ++d) b[dim + d] = b[dim + d] - turn_j * turn[d];
             }
         }
+        if constexpr (M::rolling) {
+            const Packet own_i = Packet(kappa) * mass_i * rho_i;
+            for (int d = 0; d < couples; ++d) a[dim + d] = madd(own_i, dr[forces + d], a[dim + d]);
+            if constexpr (!wall) {
+                const Packet own_j = Packet(kappa) * mass_j * rho_j;
+                for (int d = 0; d < couples; ++d) b[dim + d] = b[dim + d] - own_j * dr[forces + d];
+            }
+        }
     }
 
     /// Adds to ResidualParts::work and made, by lane.
@@ -342,11 +401,24 @@ struct Batch : BatchLayout<M> {
             rn = r[0];
             opening = v[0] + bias;
         }
+        if constexpr (M::rolling) {
+            for (int d = 0; d < couples; ++d) along = madd(r[forces + d], v[forces + d], along);
+            if constexpr (framed) {
+                limit = madd(Law::rolling_limit(rn, k), magnitude(v[2]), limit);
+            } else {
+                const Packet twist = dot(v + forces, n);
+                Packet roll[dim];
+                for (int d = 0; d < dim; ++d) roll[d] = v[forces + d] - twist * n[d];
+                const Packet square = dot(roll, roll), speed = square * inverse_root(larger(square, Packet(1e-300)));
+                limit = madd(Law::rolling_limit(rn, k), speed, limit);
+                limit = madd(Law::twisting_limit(rn, k), magnitude(twist), limit);
+            }
+        }
         work = work + magnitude(Law::excess(rn, k) * opening) + limit + along;
         made = made + rn * opening + along;
     }
 
-    /// An impulse with its normal part times wn and its tangential part times wt.
+    /// An impulse with its normal part times wn and its tangential part times wt; its couple times wt W_s/W_n.
     EIGEN_ALWAYS_INLINE void weigh(const Packet* impulse, Packet wn, Packet wt, Packet* out) const {
         if constexpr (framed) {
             out[0] = wn * impulse[0];
@@ -358,9 +430,20 @@ struct Batch : BatchLayout<M> {
             (void)wt;
             out[0] = wn * impulse[0];
         }
+        if constexpr (M::rolling) {
+            const Packet weight = wt * spin_block(Packet(1), Packet(1)).spin / (mass_i + mass_j);
+            for (int d = 0; d < couples; ++d) out[forces + d] = weight * impulse[forces + d];
+        }
     }
 
-    /// r^T W r by lane.
+    /// The part of couples in r^T W r, but for what friction does to spins, by lane.
+    EIGEN_ALWAYS_INLINE Packet couple_energy(const Packet* impulse, Packet ws) const {
+        Packet sum = impulse[forces] * impulse[forces];
+        for (int d = 1; d < couples; ++d) sum = madd(impulse[forces + d], impulse[forces + d], sum);
+        return ws * sum;
+    }
+
+    /// r^T W r by lane, without couples.
     EIGEN_ALWAYS_INLINE Packet energy(const Packet* impulse, Packet wn, Packet wt) const {
         if constexpr (framed) {
             return madd(wn * impulse[0], impulse[0], wt * impulse[1] * impulse[1]);

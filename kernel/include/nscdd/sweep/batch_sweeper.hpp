@@ -250,6 +250,11 @@ class BatchSweeper {
                 wn = wn * inverse_relaxation;
                 if constexpr (M::friction) wt = wt * inverse_relaxation;
                 batch.solve(wn, wt, group.coefficients[k], next);
+                if constexpr (M::rolling) {
+                    auto block = batch.spin_block(Packet(1), Packet(1));
+                    block.spin = block.spin * inverse_relaxation;
+                    batch.solve_couple(block, group.coefficients[k], next);
+                }
                 double* impulses = group.fields(k) + Layout::impulse_at * batch_size + lane;
                 for (int d = 0; d < Layout::components; ++d) {
                     dr[d] = next[d] - batch.r[d];
@@ -287,16 +292,29 @@ class BatchSweeper {
                 if (group.shared[k]) load_shares<Other>(group, k, lane, share_i, share_j);
                 batch.delassus(share_i, share_j, wn, wt);
                 batch.solve(wn, wt, group.coefficients[k], next);
+                Packet ws(0);
+                if constexpr (M::rolling) {
+                    const auto block = batch.spin_block(share_i, share_j);
+                    batch.solve_couple(block, group.coefficients[k], next);
+                    ws = block.spin;
+                }
                 for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
                 change[p] = change[p] + batch.energy(dr, wn, wt);
                 energy[p] = energy[p] + batch.energy(batch.r, wn, wt);
                 next_energy[p] = next_energy[p] + batch.energy(next, wn, wt);
+                if constexpr (M::rolling) {
+                    change[p] = change[p] + batch.couple_energy(dr, ws);
+                    energy[p] = energy[p] + batch.couple_energy(batch.r, ws);
+                    next_energy[p] = next_energy[p] + batch.couple_energy(next, ws);
+                }
                 Packet speed[M::dim];
                 for (int d = 0; d < M::dim; ++d) speed[d] = batch.a[d];
                 round_off[p] = round_off[p] + batch.dot(speed, speed) / wn;
                 batch.add_work(group.coefficients[k], work[p], made[p]);
                 closing[p] = larger(closing[p], Packet(0) - batch.normal_speed() - batch.bias);
-                miss[p] = larger(miss[p], batch.energy(dr, wn * wn, M::friction ? wt * wt : wt));
+                Packet missed = batch.energy(dr, wn * wn, M::friction ? wt * wt : wt);
+                if constexpr (M::rolling) missed = missed + batch.couple_energy(dr, wn * ws);
+                miss[p] = larger(miss[p], missed);
             }
         }
         parts.change += sum(change);

@@ -70,6 +70,8 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
             group.i[k] = static_cast<int>(rows.no_body(k / lanes));
             group.j[k] = wall ? -1 : static_cast<int>(rows.no_other_body(k / lanes));
             field(Layout::normal_at) = 1;  // at rest, without an impulse: that satisfies every law
+            if constexpr (Layout::framed && M::rolling)
+                field(Layout::radius_field) = field(Layout::radius_field + 1) = 1;
             continue;
         }
         const Contact<M>& c = at(order[k]);
@@ -80,8 +82,9 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
             group.shared[k / lanes] = 1;
         for (int d = 0; d < M::dim; ++d) field(Layout::normal_at + d) = c.normal[d];
         if constexpr (Layout::framed) {
-            field(Layout::impulse_at) = c.normal.dot(c.r);
+            field(Layout::impulse_at) = c.normal.dot(force_of<M>(c.r));
             field(Layout::impulse_at + 1) = c.normal[0] * c.r[1] - c.normal[1] * c.r[0];
+            if constexpr (M::rolling) field(Layout::impulse_at + 2) = c.r[2];
         } else {
             for (int d = 0; d < Layout::components; ++d) field(Layout::impulse_at + d) = c.r[d];
         }
@@ -96,6 +99,10 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
             } else {
                 field(Layout::lever_at) = c.lever_i * rows.inverse_rho(i);
                 if constexpr (!wall) field(Layout::lever_at + 1) = c.lever_j * rows.inverse_rho(j);
+                if constexpr (M::rolling) {
+                    field(Layout::radius_field) = rows.inverse_rho(i);
+                    if constexpr (!wall) field(Layout::radius_field + 1) = rows.inverse_rho(j);
+                }
             }
         }
     }
@@ -114,7 +121,10 @@ void read_impulses(const BatchGroup<M>& group, auto& contacts, auto&& impulses, 
         auto& c = contacts[number];
         const double* from = impulses(k / lanes) + k % lanes;
         typename M::Impulse r;
-        if constexpr (Layout::framed)
+        if constexpr (Layout::framed && M::rolling)
+            r = {from[0] * c.normal[0] - from[lanes] * c.normal[1], from[0] * c.normal[1] + from[lanes] * c.normal[0],
+                 from[2 * lanes]};
+        else if constexpr (Layout::framed)
             r = {from[0] * c.normal[0] - from[lanes] * c.normal[1], from[0] * c.normal[1] + from[lanes] * c.normal[0]};
         else
             for (std::size_t d = 0; d < std::size_t{Layout::components}; ++d) r[static_cast<int>(d)] = from[d * lanes];

@@ -21,7 +21,9 @@ void sweep_contacts(ContactProblem<M>& problem, std::vector<Contact<M>>& contact
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         double inv_wt = 0;
         if constexpr (M::friction) inv_wt = c.inv_wt;
-        const typename M::Impulse next = solve_contact<M>(c, v, c.inv_wn, inv_wt);
+        SpinBlock spin;
+        if constexpr (M::rolling) spin = {c.inv_ws, c.coupling};
+        const typename M::Impulse next = solve_contact<M>(c, v, c.inv_wn, inv_wt, spin);
         const typename M::Impulse dr = next - c.r;
         acceleration.after(c, dr);
         c.r = next;
@@ -50,6 +52,7 @@ void prepare_contacts(ContactProblem<M>& problem, double relaxation = 1) {
         const DelassusDiagonal w = delassus(problem, c, true, kind);
         c.inv_wn = relaxation / w.normal;
         if constexpr (M::friction) c.inv_wt = relaxation / w.tangential;
+        if constexpr (M::rolling) c.inv_ws = relaxation / w.spin, c.coupling = w.coupling;
     });
 }
 
