@@ -153,6 +153,28 @@ def kolmogorov(values, weights, up_to):
     return max(np.abs(wanted - shares).max(), np.abs(wanted - np.concatenate([[0], shares[:-1]])).max())
 
 
+class AutomaticStep(GrainsTest):
+    """h = "auto": 5 % of the least radius over the speed that is to be expected, a fifth of it with rebounds, in two digits."""
+
+    def test_steps(self):
+        fall = HEAD + grain(0, 4.5) + FLOOR + step('"auto"', 30)
+        speed = math.sqrt(2 * 10 * 4.5)
+        for text, h in (
+            (fall, 0.05 * 0.5 / speed),
+            (fall.replace("friction = 0.3", "friction = 0.3\nrestitution = 0.5"), 0.01 * 0.5 / speed),
+            (fall.replace("radius = 0.5", "radius = 0.5\nvelocity = [0, -3]"), 0.05 * 0.5 / (speed + 3)),
+            (HEAD.replace("gravity = [0, -10]", "") + grain(0, 4.5, "velocity = [2, 0]\n") + step('"auto"', 3), 0.05 * 0.5 / 2),
+        ):
+            with self.subTest(text=text):
+                report, _, _ = self.run_scene(text)
+                unit = 10 ** (math.floor(math.log10(h)) - 1)
+                self.assertAlmostEqual(report["h"], math.floor(h / unit + 1e-9) * unit, delta=1e-9 * h)
+                self.assertTrue(any(f"h = {report['h']:g} s by" in note for note in report["notes"]), report["notes"])
+        self.check_goes_on(fall, 13)  # with the step that was chosen at the start
+        self.refused(HEAD.replace("gravity = [0, -10]", "") + grain(0, 4.5) + step('"auto"', 3), 'h = "auto" finds nothing that moves')
+        self.refused(HEAD + grain(0, 4.5) + step('"small"', 3), "step: h must be one of auto, found 'small'")
+
+
 class Radii(GrainsTest):
     def packed(self, radii, generator="own", dimension=2, grains=200):
         text = f"dimension = {dimension}\ngrains = {grains}\nseed = 4\nsolid_fraction = {0.7 if dimension == 2 else 0.45}\n[radii]\n{radii}\n"

@@ -77,12 +77,14 @@ State read_state(const std::string& path, const Share& share) {
                       .stretch = file.read<double>("rough/stretch", {dim, dim})};
 
     if (file.has("so_far/edges"))
-        state.so_far = {.edges = file.read<double>("so_far/edges", {dim}),
+        state.so_far = {.h = {},
+                        .edges = file.read<double>("so_far/edges", {dim}),
                         .flowed = file.read<double>("so_far/flowed", {dim, dim}),
                         .inserted = {},
                         .removed = {},
                         .came = {},
                         .left = {}};
+    if (file.has("so_far/h")) state.so_far.h = file.read<double>("so_far/h", {1});
     if (file.has("so_far/inserted")) {
         const auto list = [&file](const char* name) {
             const hdf5::Shape shape = file.shape(name);
@@ -188,6 +190,7 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
         file_.write("so_far/edges", head.so_far.edges, {dim});
         file_.write("so_far/flowed", head.so_far.flowed, {dim, dim});
     }
+    if (!head.so_far.h.empty()) file_.write("so_far/h", head.so_far.h, {1});
     if (!head.so_far.came.empty()) {
         file_.write("so_far/inserted", head.so_far.inserted, {head.so_far.inserted.size()});
         file_.write("so_far/removed", head.so_far.removed, {head.so_far.removed.size()});

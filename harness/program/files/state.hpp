@@ -66,6 +66,7 @@ struct State {
 
     // What has happened since the start of the scene, of scenes that ask for it; all empty in others.
     struct SoFar {
+        std::vector<double> h;       // (1) the step, where the program chose it [s]
         std::vector<double> edges;   // (dim) of the box at the start [m], 0 where there is none
         std::vector<double> flowed;  // (dim, dim) gradients of the cell times the step, added up [1]
 

@@ -150,6 +150,11 @@ int TomlTable::integer(std::string_view key, const OptionRange& range, std::opti
     return static_cast<int>(value->get());
 }
 
+bool TomlTable::is_text(std::string_view key) {
+    const toml::node* node = find(key);
+    return node && node->is_string();
+}
+
 bool TomlTable::flag(std::string_view key) {
     const toml::node* node = find(key);
     if (!node) return false;

@@ -32,6 +32,7 @@ class TomlTable {
 
     double number(std::string_view key, const OptionRange& range, std::optional<double> fallback = {});
     int integer(std::string_view key, const OptionRange& range, std::optional<int> fallback = {});
+    bool is_text(std::string_view key);      // whether the key has a string
     bool flag(std::string_view key);         // true or false; false where the key is absent
     std::string text(std::string_view key);  // not empty, no control characters
     int choice(std::string_view key, const std::vector<std::string>& names);  // index into names

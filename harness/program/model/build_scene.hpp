@@ -3,6 +3,7 @@
 
 #include <ranges>
 
+#include "model/automatic_step.hpp"
 #include "model/exact_sum.hpp"
 #include "model/run_request.hpp"
 #include "nscdd/step/simulation.hpp"
@@ -177,6 +178,9 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
             wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.box)));
         }
     }
+    if (scene.step.automatic)
+        settings.h =
+            request.so_far.h.empty() ? automatic_step<M>(scene, built.grains, settings, comm) : request.so_far.h[0];
     for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
         const typename M::Vec impulse = Eigen::Map<const typename M::Vec>(from.contacts.impulse.data() + c * M::dim);
         typename M::Couple couple = M::Couple::Zero();  // of a state of another law
@@ -206,6 +210,14 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         }
     }
     return built;
+}
+
+// Notes the step that was chosen for a scene, as if it had been given.
+template <class M>
+void keep_automatic_step(RunRequest& request, const BuiltScene<M>& built) {
+    if (!request.scene.step.automatic) return;
+    request.scene.step.h = built.settings.h;
+    request.so_far.h = {built.settings.h};
 }
 
 // The two walls across an axis, by number; -1 of none.

@@ -20,6 +20,7 @@ class LiveModel final : public Live {
           kept_(std::make_shared<Grains>()),
           exchange_(request_.scene, request_.so_far) {
         BuiltScene<M> built = build_scene<M>(request_, *comm_);
+        keep_automatic_step(request_, built);
         request_.packing = {};
         request_.from = {};
         const SolveOptions options = request_.scene.solver.options(sweeps(request_.scheme));

@@ -40,6 +40,10 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
     const Scene& scene = request.scene;
     std::vector<std::string> lines;
     if (const std::string line = unpaired(scene, grains_of); !line.empty()) lines.push_back(line);
+    if (scene.step.automatic)
+        lines.push_back(fmt::format(
+            "{}: h = {:g} s by \"auto\": the smallest grain moves by {:g} % of its radius in a step, or less",
+            scene.file, scene.step.h, 100 * StepSettings::automatic_way));
     if (!scene.gravity.isZero(0) && scene.exchange.removals.empty() &&
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(

@@ -201,6 +201,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     if (request.export_options && !SolvedOnCone<typename M::Law>)
         throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
     BuiltScene<M> built = build_scene<M>(request, comm);
+    keep_automatic_step(request, built);
     std::vector<int> periodic = std::move(request.packing.periodic);
     request.packing = {};
     request.packing.periodic = std::move(periodic);  // of which a note may tell

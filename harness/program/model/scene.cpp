@@ -322,10 +322,15 @@ class SceneReader {
     }
 
     void read_step(TomlTable& table) {
-        visit_step(scene_.step, [&table](const OptionInfo& info, auto& value) {
+        visit_step(scene_.step, [this, &table](const OptionInfo& info, auto& value) {
             using Value = std::remove_reference_t<decltype(value)>;
             const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
             const std::string_view key = table.key_of(info.name, earlier_name(info.name));
+            if (key == "h" && table.is_text(key)) {
+                table.choice(key, {"auto"});
+                scene_.step.automatic = true;
+                return;
+            }
             if constexpr (std::is_same_v<Value, int>)
                 value = table.integer(key, info.range, otherwise);
             else

@@ -72,6 +72,8 @@ struct SceneWall {
 };
 
 struct StepSettings {
+    static constexpr double automatic_way = 0.05;  // of the least radius, in a step (automatic_step.hpp)
+    bool automatic = false;                        // h is chosen
     double h = 0;
     int count = 0;
     double theta = 0.5;
