@@ -141,7 +141,7 @@ class LiveModel final : public Live {
         for (const auto& force : seen.wall_force) forces.insert(forces.end(), force.data(), force.data() + M::dim);
         add("kinetic_energy", {}, {m.kinetic_energy});
         add("momentum", {M::dim}, list(m.momentum));
-        add("angular_momentum", {m.rotations}, list(m.angular_momentum));
+        add("angular_momentum", {Measures<M>::rotations}, list(m.angular_momentum));
         add("box", {M::dim}, list(box));
         add("stress", {M::dim, M::dim}, list(stress));
         add("solid_fraction", {}, {m.grains_volume / volume});
