@@ -18,6 +18,12 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class M>
 using Path = std::function<typename M::Vec(double)>;
 
+/// A path at a steady velocity [m/s].
+template <class M>
+Path<M> steady(typename M::Vec velocity) {
+    return [=](double time) -> typename M::Vec { return time * velocity; };
+}
+
 /// A harmonic path: `amplitude` (sin(2 pi frequency t + phase) - sin phase). amplitude [m], frequency [1/s], phase
 /// [rad].
 template <class M>

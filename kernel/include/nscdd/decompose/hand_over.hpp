@@ -41,12 +41,18 @@ class CollectedComponent {
         const auto put_contact = [&](const Contact<M>& c, std::size_t number, bool wall) {
             const double id = part.grains[static_cast<std::size_t>(c.i)].id,
                          other = wall ? c.j : part.grains[static_cast<std::size_t>(c.j)].id;
-            contacts.insert(contacts.end(), {double(part.rank), double(number), double(wall), id, other, c.bias});
+            const std::size_t walls = problem.walls.size() - part.touches.size();  // of the scene
+            const bool obstacle = wall && static_cast<std::size_t>(c.j) >= walls;
+            contacts.insert(contacts.end(),
+                            {double(part.rank), double(number), double(wall), id, obstacle ? -1.0 : other, c.bias});
             if constexpr (M::friction)
                 contacts.insert(contacts.end(), {c.lever_i, c.lever_j, c.friction_coefficient});
             else
                 contacts.insert(contacts.end(), {0, 0, 0});
             Serialise<M>::put(c.normal, contacts);
+            Serialise<M>::put(
+                obstacle ? problem.walls[static_cast<std::size_t>(c.j)].prescribed : typename M::Vec(M::Vec::Zero()),
+                contacts);
         };
         for (std::size_t c = 0; c < problem.wall_contacts.size(); ++c)
             if (labels.of_wall_contact(problem.wall_contacts[c]) == label)
@@ -66,17 +72,23 @@ class CollectedComponent {
         for (; contacts != in; contacts += contact_size) take_contact(contacts);
     }
 
-    /// Solves it, with walls as `of` has them; true if it has converged. Newton's method may fail where damped sweeps,
-    /// with half of each correction, do not. Restitution with strong friction may leave no answer: rebounds are given
-    /// up then.
-    bool solve(const ContactProblem<M>& of, const FreeVelocities<M>& free, const NewtonOptions& options) {
+    /// Solves it, with the first `walls` walls as `of` has them; true if it has converged. Newton's method may fail
+    /// where damped sweeps, with half of each correction, do not. Restitution with strong friction may leave no answer:
+    /// rebounds are given up then.
+    bool solve(const ContactProblem<M>& of, std::size_t walls, const FreeVelocities<M>& free,
+               const NewtonOptions& options) {
         problem_.h = of.h;
         problem_.flow = of.flow;
         problem_.least_radius = of.least_radius;
-        problem_.walls = of.walls;
-        for (std::size_t w = 0; w < of.walls.size(); ++w) {
+        problem_.walls.assign(of.walls.begin(), of.walls.begin() + static_cast<std::ptrdiff_t>(walls));
+        for (std::size_t w = 0; w < walls; ++w) {
             problem_.walls[w].inv_mass /= of.wall_copies(w);
             problem_.walls[w].speed = free.walls[w];
+        }
+        for (std::size_t c = 0; c < problem_.wall_contacts.size(); ++c) {
+            if (problem_.wall_contacts[c].j >= 0) continue;
+            problem_.wall_contacts[c].j = static_cast<int>(problem_.walls.size());
+            problem_.walls.push_back({.prescribed = prescribed_[c]});
         }
         NewtonOptions from_rest = options;
         from_rest.warm_sweeps = 0;  // sweeps may run away
@@ -157,7 +169,7 @@ class CollectedComponent {
         int rank;
         double place;
     };
-    static constexpr std::size_t body_size = 6 + M::dim + M::dof, contact_size = 9 + M::dim;
+    static constexpr std::size_t body_size = 6 + M::dim + M::dof, contact_size = 9 + 2 * M::dim;
 
     void take_body(const double* in) {
         const auto [at, fresh] = body_of_.try_emplace(static_cast<int>(in[2]), static_cast<int>(copies_.size()));
@@ -181,10 +193,12 @@ class CollectedComponent {
         c.bias = in[5];
         if constexpr (M::friction) c.lever_i = in[6], c.lever_j = in[7], c.friction_coefficient = in[8];
         c.normal = Eigen::Map<const typename M::Vec>(in + 9);
+        if (wall) prescribed_.emplace_back(Eigen::Map<const typename M::Vec>(in + 9 + M::dim));
     }
 
     std::size_t rebounds_given_up_ = 0;
     ContactProblem<M> problem_;
+    std::vector<typename M::Vec> prescribed_;  ///< velocities of obstacles at contacts with walls [m/s]
     std::map<int, int> body_of_;               ///< place of a grain in the problem, by its id
     std::vector<std::vector<Place>> copies_;   ///< of each body
     std::vector<Place> places_, wall_places_;  ///< where each contact comes from
@@ -227,7 +241,8 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::spa
             component.take(at);
         }
         for (auto& [number, component] : collected)
-            if (component.solve(parts[k].problem, sums[k].free(), exact)) {
+            if (component.solve(parts[k].problem, parts[k].problem.walls.size() - parts[k].touches.size(),
+                                sums[k].free(), exact)) {
                 component.answer(answers[k], comm.size());
                 solved[k].contacts += double(component.contacts());
                 solved[k].rebounds_given_up += double(component.rebounds_given_up());

@@ -110,10 +110,11 @@ void agree_on_multiplicities(std::vector<Subdomain<M>>& parts, Communicator& com
     for (auto& part : parts) {
         part.wall_active.assign(driven ? bodies : 0, 0);
         part.wall_touched = part.wall_active;
-        part.problem.wall_multiplicity.assign(bodies, 1);
+        part.problem.wall_multiplicity.assign(bodies + part.touches.size(), 1);
         const auto mark = [&](const auto& touching) {
             for (const auto& c : touching)
-                if (walls[static_cast<std::size_t>(c.j)].driven) part.wall_active[static_cast<std::size_t>(c.j)] = 1;
+                if (const auto w = static_cast<std::size_t>(c.j); w < walls.size() && walls[w].driven)
+                    part.wall_active[w] = 1;
         };
         which == Multiplicity::predicted ? mark(part.wall_pairs) : mark(part.problem.wall_contacts);
         const bool any = which == Multiplicity::predicted ? !part.pairs.empty() : !part.problem.contacts.empty();
@@ -187,6 +188,7 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
             problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
+        for (const auto& touch : part.touches) problem.walls.push_back({.prescribed = touch.velocity});
         problem.flow.reset();
         if (flows) set_flow(part, h);
     }

@@ -273,6 +273,11 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
                     part.wall_pairs.push_back({static_cast<int>(g), static_cast<int>(w)});
                     uses[k][g] = Use::here;
                 }
+            if (part.obstacles && !grain.fixed())
+                part.obstacles->visit_near(grain.position, grain.radius + skin, [&](int number) {
+                    part.wall_pairs.push_back({static_cast<int>(g), number});
+                    uses[k][g] = Use::here;
+                });
             std::vector<int>& receivers = owners[k];
             find_owners(partition, part.cell, grain.position, reach(grain, skin, largest_radius), receivers);
             if (receivers.size() == 1) uses[k][g] = Use::here_only;

@@ -80,6 +80,10 @@ void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::P
     }
 }
 
+template <class M>
+void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const MaterialsOf<M>& materials,
+                           double h, double alert, Overlap& worst);
+
 /// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
 /// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
 template <class M>
@@ -124,8 +128,15 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
 
     problem.wall_contacts.clear();
     part.wall_source.clear();
+    part.touches.clear();
     for (std::size_t k = 0; k < part.wall_pairs.size(); ++k) {
         Candidate<M>& candidate = part.wall_pairs[k];
+        if (static_cast<std::size_t>(candidate.j) >= walls.size()) {
+            const std::size_t begin = k;
+            while (k + 1 < part.wall_pairs.size() && part.wall_pairs[k + 1].i == candidate.i) ++k;
+            add_obstacle_contacts(part, begin, k + 1, materials, h, alert, worst);
+            continue;
+        }
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Wall<M>& wall = walls[static_cast<std::size_t>(candidate.j)];
         const double gap = wall.distance(a.position) - a.radius;
@@ -141,3 +152,5 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
 }
 
 }}}  // namespace nscdd::NSCDD_ABI::detail
+
+#include "nscdd/detect/obstacle_contacts.hpp"

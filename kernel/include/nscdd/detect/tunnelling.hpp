@@ -11,6 +11,7 @@
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
+#include "nscdd/detect/obstacle_contacts.hpp"
 #include "nscdd/detect/paths.hpp"
 #include "nscdd/law/kinematics.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
@@ -32,6 +33,31 @@ struct Passage {
     }
 };
 
+/// How a grain approaches a facet.
+template <class M>
+struct Approach {
+    double when;   ///< their overlap exceeds what is allowed [s]; infinity if it does not within the time
+    double speed;  ///< at which they come nearer now, 0 where they separate [m/s]
+};
+
+/// Of a grain that goes straight at a velocity [m/s] for a time [s], and a facet that goes to the frames `then`
+/// meanwhile.
+template <class M>
+Approach<M> approach_of(const PlacedObstacles<M>& obstacles, const typename PlacedObstacles<M>::Frames& then,
+                        int number, const Grain<M>& grain, const typename M::Vec& velocity, double time,
+                        double allowed) {
+    const std::size_t o = obstacles.name(number).obstacle;
+    const Closest<M> now = obstacles.closest(number, obstacles.now(), grain.position);
+    typename M::Vec own = M::Vec::Zero();
+    if (obstacles.obstacles()[o].moves()) own = obstacles.velocity(o, now.point);
+    Approach<M> found{std::numeric_limits<double>::infinity(), (std::max)(0.0, now.normal.dot(own - velocity))};
+    if (!std::isfinite(time)) return found;
+    const double share = when_meets<M>(obstacles, number, then, grain.position, grain.position + time * velocity,
+                                       grain.radius - allowed);
+    if (share < 1) found.when = share * time;
+    return found;
+}
+
 /// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s].
 /// Overlaps are allowed up to `largest_overlap` times the smaller radius.
 template <class M>
@@ -39,6 +65,8 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
                            double h, double theta, double largest_overlap) {
     Passage worst;
     const double time = (1 - theta) * h;
+    typename PlacedObstacles<M>::Frames then;
+    if (part.obstacles) then = part.obstacles->at(part.obstacles->time() + time);
     const auto note = [&](double when, double allowed, double speed, const auto& pairing, int i, int j) {
         if (!(when < time)) return;
         const double until_seen = pairing.restitution > 0 ? allowed / speed : h;
@@ -56,6 +84,13 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
     }
     for (const auto& c : part.wall_pairs) {
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
+        if (static_cast<std::size_t>(c.j) >= walls.size()) {
+            const double allowed = largest_overlap * a.radius;
+            const Approach<M> at =
+                approach_of<M>(*part.obstacles, then, c.j, a, a.velocity.template head<M::dim>(), time, allowed);
+            note(at.when, allowed, at.speed, materials(a.material, part.obstacles->of(c.j).material), a.id, -1 - c.j);
+            continue;
+        }
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         const double allowed = largest_overlap * a.radius;
         const double closing = wall.normal_speed() - a.velocity.template head<M::dim>().dot(wall.normal);
@@ -88,6 +123,14 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
     }
     for (const auto& c : part.wall_pairs) {
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
+        if (static_cast<std::size_t>(c.j) >= walls.size()) {
+            if (!(materials(a.material, part.obstacles->of(c.j).material).restitution > 0)) continue;
+            const double allowed = largest_overlap * a.radius;
+            const Approach<M> at =
+                approach_of<M>(*part.obstacles, part.obstacles->next(), c.j, a, velocity(c.i), always, allowed);
+            note(at.speed > 0 ? 0 : always, allowed, at.speed);
+            continue;
+        }
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         if (!(materials(a.material, wall.material).restitution > 0)) continue;
         const double allowed = largest_overlap * a.radius, closing = speed(c.j) - velocity(c.i).dot(wall.normal);
@@ -113,7 +156,7 @@ bool mark_passing(Subdomain<M>& part, double h) {
         const Contact<M>& c = part.problem.contacts[k];
         Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
         const bool open = c.bias > 0 && candidate.free_gap == Candidate<M>::held;  // at first, and without restitution
-        const bool pulls = M::Law::excess(0.0, c.coefficients()) > 0;  // whichever way the grains go
+        const bool pulls = M::Law::excess(0.0, c.coefficients()) > 0;              // whichever way the grains go
         if (!open || c.r.isZero(0) || candidate.missed || pulls) continue;
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
@@ -170,6 +213,14 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         c.closes = false;
         if (!near(c)) continue;
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
+        if (static_cast<std::size_t>(c.j) >= walls.size()) {
+            const bool impact = materials(a.material, part.obstacles->of(c.j).material).restitution > 0;
+            const double allowed = (impact ? largest_overlap : touches_unseen) * a.radius;
+            const Approach<M> at =
+                approach_of<M>(*part.obstacles, part.obstacles->next(), c.j, a, velocity(c.i), h, allowed);
+            impact ? note(at.when, allowed, at.speed, a.id, -1 - c.j) : check_law(c, at.when < h);
+            continue;
+        }
         const Wall<M>& wall = walls[static_cast<std::size_t>(c.j)];
         double closing = wall.velocity.dot(wall.normal) - velocity(c.i).dot(wall.normal);
         closing += part.problem.walls[static_cast<std::size_t>(c.j)].speed;

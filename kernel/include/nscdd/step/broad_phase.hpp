@@ -21,11 +21,12 @@ class BroadPhase {
     double spare_skin(const SimulationSettings<M>& settings) const {
         return skin_ - largest_range<M>(settings.materials);
     }
-    int steps_since() const { return steps_since_; }                     ///< steps begun since the last broad phase
-    const std::vector<double>& offsets() const { return offsets_; }      ///< of the walls at the last broad phase [m]
-    const Gradient<M>& stretch() const { return stretch_; }              ///< of places by the cell's flow since then
-    const Cell<M>& cell() const { return cell_; }                        ///< at the last broad phase
-    const Partition<M>& partition() const { return *partition_; }        ///< of the last broad phase
+    int steps_since() const { return steps_since_; }                 ///< steps begun since the last broad phase
+    const std::vector<double>& offsets() const { return offsets_; }  ///< of the walls at the last broad phase [m]
+    double time() const { return time_; }                            ///< of the scene then, where it has obstacles [s]
+    const Gradient<M>& stretch() const { return stretch_; }          ///< of places by the cell's flow since then
+    const Cell<M>& cell() const { return cell_; }                    ///< at the last broad phase
+    const Partition<M>& partition() const { return *partition_; }    ///< of the last broad phase
     double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
     /// Counts a step. Returns true when the broad phase is due by the number of steps since the last one.
@@ -48,6 +49,10 @@ class BroadPhase {
         const Extent extent = find_extent(parts, comm);
         double speed = (std::max)(extent.speed, settings.h * settings.gravity.norm());
         for (const auto& wall : settings.walls) speed = (std::max)(speed, std::abs(wall.normal_speed()));
+        if (const auto& obstacles = parts[0].obstacles) {
+            time_ = obstacles->time();
+            speed = (std::max)(speed, obstacles->moved(time_, time_ + settings.h) / settings.h);
+        }
         speed += M::dim * settings.cell.gradient.cwiseAbs().maxCoeff() * 1.25 * radii.largest;
         const double step_reach = settings.h * speed;
         const double wanted =
@@ -86,6 +91,7 @@ class BroadPhase {
         stretch_ = last.stretch;
         for (auto& part : parts) part.cell = cell_;
         steps_since_ = last.steps_since;
+        time_ = last.time;
         offsets_ = last.offsets;
         if (partition_) {
             imbalance_when_made_ = last.imbalance;
@@ -165,7 +171,7 @@ class BroadPhase {
     }
 
     std::optional<Partition<M>> partition_;
-    double imbalance_when_made_ = 1, skin_ = 0;
+    double imbalance_when_made_ = 1, skin_ = 0, time_ = 0;
     std::vector<double> offsets_;
     Cell<M> cell_{};
     Gradient<M> stretch_ = Gradient<M>::Identity();

@@ -59,7 +59,8 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
         }
         for (const auto& c : part.problem.wall_contacts) {
             add(c, WithWall{});
-            e.walls += impulse_vector<M>(c.r, c.normal).dot(walls[static_cast<std::size_t>(c.j)].velocity);
+            e.walls +=
+                impulse_vector<M>(c.r, c.normal).dot(part.problem.walls[static_cast<std::size_t>(c.j)].prescribed);
         }
         return e;
     });

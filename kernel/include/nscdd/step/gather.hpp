@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "nscdd/decompose/serialise.hpp"
-#include "nscdd/step/simulation.hpp"
+#include "nscdd/step/foot.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -29,7 +29,7 @@ struct Ids {
 template <class M>
 struct GatheredContact {
     int i;                      ///< id
-    int j;                      ///< id; j < 0: wall -1-j
+    int j;                      ///< id; j < 0: wall -1-j, or facet of an obstacle (PlacedObstacles)
     int subdomain;              ///< rank that has it
     double gap;                 ///< now [m]; negative where the two overlap
     double normal_impulse;      ///< r_n [N s]; without friction, that of the solver to the last bit
@@ -85,6 +85,7 @@ BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
             .steps_since = broad.steps_since(),
             .positions = {},
             .offsets = broad.offsets(),
+            .time = broad.time(),
             .cell = broad.cell(),
             .stretch = broad.stretch()};
 }
@@ -121,9 +122,9 @@ std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation,
             put(c, grain(c.j).id, branch.norm() - grain(c.i).radius - grain(c.j).radius, branch);
         }
         for (const auto& c : parts[k].problem.wall_contacts) {
-            const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
-            const double distance = wall.distance(grain(c.i).position);
-            put(c, -1 - c.j, distance - grain(c.i).radius, distance * wall.normal);
+            const Foot<M> foot = foot_of(simulation, k, c);
+            put(c, -1 - parts[k].number_of(c, simulation.walls().size()), foot.distance - grain(c.i).radius,
+                foot.distance * foot.normal);
         }
     }
     const std::vector<Buffer> in = simulation.comm().route(out);

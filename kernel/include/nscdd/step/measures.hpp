@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "nscdd/step/simulation.hpp"
+#include "nscdd/step/foot.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -79,13 +79,12 @@ Measures<M> measure(const Simulation<M>& simulation) {
             m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
         for (const auto& c : part.problem.wall_contacts) {
-            const Wall<M>& wall = simulation.walls()[static_cast<std::size_t>(c.j)];
-            const double distance = wall.distance(grain(c.i).position);
+            const auto [distance, normal] = foot_of(simulation, part_index, c);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius - distance);
             if (carries_impulse<M>(c))
                 m.forces += c.r.norm() / h, ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
             if (!detail::acts_on_grains<M>(c)) continue;
-            m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * wall.normal).transpose();
+            m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * normal).transpose();
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;

@@ -15,13 +15,14 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// pulls.
 template <class M>
 struct Observables {
-    Measures<M> measures;                     ///< `touched` is exact here
-    typename Measures<M>::Tensor fabric;      ///< mean of n (x) n over contacts that carry [1]; NaN of none
-    double grains = 0;                        ///< in the scene
-    double mass = 0;                          ///< of the grains, but those that are fixed [kg]
-    double moving_volume = 0;                 ///< of the same grains [m^3], area [m^2] in 2D
-    double mean_radius = 0;                   ///< [m]
-    std::vector<typename M::Vec> wall_force;  ///< (W) force of the grains on each wall, mean of the step [N]
+    Measures<M> measures;                         ///< `touched` is exact here
+    typename Measures<M>::Tensor fabric;          ///< mean of n (x) n over contacts that carry [1]; NaN of none
+    double grains = 0;                            ///< in the scene
+    double mass = 0;                              ///< of the grains, but those that are fixed [kg]
+    double moving_volume = 0;                     ///< of the same grains [m^3], area [m^2] in 2D
+    double mean_radius = 0;                       ///< [m]
+    std::vector<typename M::Vec> wall_force;      ///< (W) force of the grains on each wall, mean of the step [N]
+    std::vector<typename M::Vec> obstacle_force;  ///< the same on each obstacle
 
     /// Share of grains without a contact that carries.
     double rattlers() const { return 1 - measures.touched / grains; }
@@ -97,14 +98,18 @@ Observables<M> observe(const Simulation<M>& simulation) {
         return sum;
     });
     const std::size_t walls = simulation.walls().size();
-    const std::span<const double> forces = reduce(simulation.comm(), M::dim * walls, [&](std::size_t k) {
-        Buffer on_walls(M::dim * walls);
-        for (const auto& c : parts[k].problem.wall_contacts)
-            Eigen::Map<Vec>(&on_walls[M::dim * static_cast<std::size_t>(c.j)]) -=
-                impulse_vector<M>(c.r, c.normal) / simulation.settings().h;
-        return on_walls;
+    const std::size_t bodies = walls + simulation.settings().obstacles.size();
+    const std::span<const double> forces = reduce(simulation.comm(), M::dim * bodies, [&](std::size_t k) {
+        Buffer on_them(M::dim * bodies);
+        for (const auto& c : parts[k].problem.wall_contacts) {
+            auto body = static_cast<std::size_t>(c.j);
+            if (body >= walls) body = walls + parts[k].obstacles->name(parts[k].number_of(c, walls)).obstacle;
+            Eigen::Map<Vec>(&on_them[M::dim * body]) -= impulse_vector<M>(c.r, c.normal) / simulation.settings().h;
+        }
+        return on_them;
     });
-    for (std::size_t w = 0; w < walls; ++w) total.wall_force.emplace_back(Eigen::Map<const Vec>(&forces[M::dim * w]));
+    for (std::size_t b = 0; b < bodies; ++b)
+        (b < walls ? total.wall_force : total.obstacle_force).emplace_back(Eigen::Map<const Vec>(&forces[M::dim * b]));
     const double contacts = total.measures.contacts;
     total.fabric = sums.fabric / (contacts > 0 ? contacts : std::numeric_limits<double>::quiet_NaN());
     total.grains = static_cast<double>(simulation.grain_count());

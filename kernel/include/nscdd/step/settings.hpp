@@ -13,6 +13,7 @@
 #include "nscdd/core/cell.hpp"
 #include "nscdd/core/grain.hpp"
 #include "nscdd/core/materials.hpp"
+#include "nscdd/core/obstacle.hpp"
 #include "nscdd/core/wall.hpp"
 #include "nscdd/decompose/serialise.hpp"
 #include "nscdd/partition/grid.hpp"
@@ -25,6 +26,7 @@ template <class M>
 struct SimulationSettings {
     Cell<M> cell{};                            ///< along which axes the scene repeats; along none unless it is set
     std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
+    std::vector<Obstacle<M>> obstacles{};      ///< their facets are numbered behind the walls (PlacedObstacles)
     MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
     typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
     double h = 0;                              ///< time step [s], has to be set
@@ -49,6 +51,7 @@ struct BroadPhaseState {
     int steps_since = 0;                     ///< steps made since
     std::vector<typename M::Vec> positions;  ///< of the grains that the process has, at the detection [m]
     std::vector<double> offsets;             ///< of the walls, at the detection [m]
+    double time = 0;                         ///< of the scene then [s]; only obstacles need it
     Cell<M> cell{};                          ///< at the detection
     /// Of places by the flow of the cell since the detection (BroadPhase::stretch()).
     Gradient<M> stretch = Gradient<M>::Identity();
@@ -102,6 +105,9 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!std::isfinite(settings.start_time) || settings.steps_before < 0)
         throw std::invalid_argument("the time of the start must be finite, and the steps before it none or more");
     check_walls<M>(settings.walls, settings.materials.count());
+    check_obstacles<M>(settings.obstacles, settings.materials.count());
+    if (!settings.obstacles.empty() && settings.cell.flows())
+        throw std::invalid_argument("cell: one that flows has no obstacles");
     if (!settings.partition.make) throw std::invalid_argument("the partition cannot be made: `make` is empty");
 }
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -108,6 +109,11 @@ class Simulation {
     const SimulationSettings<M>& settings() const { return settings_; }  ///< with walls and cell as they are now
     std::span<Wall<M>> walls() { return settings_.walls; }  ///< to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }  ///< as they are now
+    /// Obstacles where they are now; null where there are none.
+    const PlacedObstacles<M>* obstacles() const {
+        check_there();
+        return parts_[0].obstacles.get();
+    }
     const PhaseSeconds& seconds() const { return seconds_; }  ///< time of this process so far, by phases [s]
     std::size_t grain_count() const { return grains_; }       ///< of the whole scene
     double least_radius() const { return radii_.least; }      ///< of the whole scene [m]
@@ -149,6 +155,7 @@ class Simulation {
         for (auto& wall : settings_.walls)
             wall.offset +=
                 wall.path ? wall.normal.dot(wall.path(time(end)) - wall.path(time(begin))) : dt * wall.normal_speed();
+        place_obstacles(time(end));
         if (!flows) return;
         broad_.flow(flow, dt);
         cell.move_images(flow, dt);
@@ -158,6 +165,20 @@ class Simulation {
     /// Time of the scene after a share of the next step [s]. Of a simulation that goes on, the same to the last bit.
     double time(double share) const {
         return settings_.start_time + (double(settings_.steps_before + steps_) + share) * settings_.h;
+    }
+    /// Tells subdomains where obstacles are at a time [s], and what they do in the next step.
+    void place_obstacles(double now) {
+        if (settings_.obstacles.empty()) return;
+        PlacedObstacles<M> placed =
+            parts_[0].obstacles
+                ? *parts_[0].obstacles
+                : PlacedObstacles<M>(std::make_shared<const std::vector<Obstacle<M>>>(settings_.obstacles),
+                                     settings_.walls.size());
+        const double detection = 1 - settings_.theta;
+        placed.move_to(now);
+        placed.begin_step(time(detection - 1), time(detection + 1), settings_.h);
+        const auto shared = std::make_shared<const PlacedObstacles<M>>(std::move(placed));
+        for (auto& part : parts_) part.obstacles = shared;
     }
     /// Sets the velocities of walls with a path for the next step.
     void follow_paths() {
@@ -192,6 +213,10 @@ class Simulation {
         detail::Motion all = detail::find_motion<M>(parts_, comm_, settings_.walls, broad_.offsets(), broad_.stretch(),
                                                     which, lookahead);
         all.speed += settings_.h * settings_.gravity.norm();
+        if (const auto& obstacles = parts_[0].obstacles) {
+            all.note(obstacles->moved(broad_.time(), obstacles->time() + lookahead),
+                     obstacles->moved(obstacles->time(), obstacles->time() + settings_.h) / settings_.h);
+        }
         if (settings_.cell.flows()) {
             all.moved += 0.5 * broad_.strained(settings_.cell.gradient, lookahead, radii_.largest);
             all.speed +=
@@ -274,19 +299,20 @@ class Simulation {
     /// candidate.
     void keep_impulses(Subdomain<M>& part) const {
         const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
-                              std::vector<Candidate<M>>& candidates, const char* name) {
+                              std::vector<Candidate<M>>& candidates, const char* name, auto&& other) {
             for (std::size_t c = 0; c < contacts.size(); ++c) {
                 const auto from = c < source.size() ? static_cast<std::size_t>(source[c]) : candidates.size();
                 if (from >= candidates.size() || candidates[from].i != contacts[c].i ||
-                    candidates[from].j != contacts[c].j)
+                    candidates[from].j != other(contacts[c]))
                     throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
                                            std::to_string(part.rank) + ": the solver has made " + name +
                                            std::to_string(c) + " another one");
                 candidates[from].r = contacts[c].r;
             }
         };
-        keep(part.problem.contacts, part.source, part.pairs, "contact ");
-        keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ");
+        keep(part.problem.contacts, part.source, part.pairs, "contact ", [](const Contact<M>& c) { return c.j; });
+        keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ",
+             [&](const Contact<M>& c) { return part.number_of(c, settings_.walls.size()); });
     }
 
     /// Checks the motion of (1 - theta) h before the first detection. No step has checked it, and a stored state may
@@ -431,10 +457,10 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
     for (auto& part : parts_) part.cell = settings_.cell;
     Stopwatch watch(comm_);
-    if (last)
-        broad_.repeat(parts_, comm_, settings_, radii_, *last);
-    else
-        detect_roughly(0);
+    if (last) place_obstacles(last->time);
+    if (last) broad_.repeat(parts_, comm_, settings_, radii_, *last);
+    place_obstacles(time(0));
+    if (!last) detect_roughly(0);
     std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
     handed[0].assign(impulses.begin(), impulses.end());
     detail::hand_out_impulses(parts_, comm_, handed);

@@ -12,7 +12,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class M>
 struct Candidate {
     int i;  ///< place in Candidates::grains; the grain with the lower id of the two
-    int j;  ///< place of the other grain, or number of the wall
+    int j;  ///< place of the other grain, or number of the wall or facet (PlacedObstacles)
     typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
     /// Value of `free_gap` for a contact that the law holds.
     static constexpr double held = std::numeric_limits<double>::infinity();
@@ -31,7 +31,7 @@ struct Candidates {
     std::vector<Grain<M>> grains;                       ///< those with a copy on this rank, in spatial order
     std::vector<typename M::Vec> broad_phase_position;  ///< of the grains, when the candidates were found [m]
     std::vector<Candidate<M>> pairs;                    ///< between grains, by ascending lower place
-    std::vector<Candidate<M>> wall_pairs;               ///< with walls, by grain
+    std::vector<Candidate<M>> wall_pairs;               ///< with walls, then with facets of obstacles, by grain
 };
 
 /// Candidates from which the contacts of a step come. The narrow phase, detect_contacts(), writes them.

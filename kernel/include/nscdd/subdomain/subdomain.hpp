@@ -5,13 +5,14 @@
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/subdomain/candidates.hpp"
 #include "nscdd/subdomain/halo.hpp"
+#include "nscdd/subdomain/placed_obstacles.hpp"
 #include "nscdd/sweep/sweeper.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
 /// All that one rank holds. Each base class says who writes it.
 template <class M>
-struct Subdomain : Halo, Candidates<M>, ContactSources, ActiveCopies {
+struct Subdomain : Halo, Candidates<M>, ContactSources, NearObstacles<M>, ActiveCopies {
     ContactProblem<M> problem;  ///< of this step; the narrow phase fills it, the step solver solves it
     Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, during a solve
 
