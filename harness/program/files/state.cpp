@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <numeric>
 
 #include "files/replace_file.hpp"
 #include "files/xdmf.hpp"
@@ -67,6 +68,13 @@ State read_state(const std::string& path, const Share& share) {
                    .velocity = file.read<double>("walls/velocity", {w, dim}),
                    .normal_speed = file.read<double>("walls/normal_speed", {w})};
 
+    if (file.has("obstacles/facets")) {
+        const hdf5::Shape obstacles = file.shape("obstacles/facets");
+        const hsize_t o = obstacles.empty() ? 0 : obstacles[0];
+        state.obstacles = {.name = file.texts("obstacles/name", o), .facets = file.read<int>("obstacles/facets", {o})};
+    }
+    const int facets = std::accumulate(state.obstacles.facets.begin(), state.obstacles.facets.end(), 0);
+
     if (file.has("cell/periodic"))
         state.cell = {.periodic = file.read<int>("cell/periodic", {dim}),
                       .gradient = file.read<double>("cell/gradient", {dim, dim}),
@@ -119,7 +127,7 @@ State read_state(const std::string& path, const Share& share) {
     }
     const int last = static_cast<int>(n) - 1;
     require_range(file, "contacts/i", state.contacts.i, rows.begin, 0, last);
-    require_range(file, "contacts/j", state.contacts.j, rows.begin, -static_cast<int>(w), last);
+    require_range(file, "contacts/j", state.contacts.j, rows.begin, -static_cast<int>(w) - facets, last);
 
     const hdf5::Shape numbers = file.shape("rough/partition");
     state.rough = {.kind = file.texts("rough/kind", 1)[0],
@@ -128,7 +136,8 @@ State read_state(const std::string& path, const Share& share) {
                    .x = file.read<double>("rough/x", {n, dim}, grains),
                    .offset = file.read<double>("rough/offset", {w}),
                    .skin = file.read<double>("rough/skin", {1})[0],
-                   .steps_since = file.read<int>("rough/steps_since", {1})[0]};
+                   .steps_since = file.read<int>("rough/steps_since", {1})[0],
+                   .time = file.has("rough/time") ? file.read<double>("rough/time", {1})[0] : 0.0};
     if (!(state.rough.imbalance >= 1)) throw file.error("rough/imbalance", "must be >= 1");
     if (!(state.rough.skin > 0)) throw file.error("rough/skin", "must be > 0");
     if (state.rough.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
@@ -176,6 +185,11 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     file_.texts("materials/name", head.materials.name);
     file_.write("materials/density", head.materials.density, {head.materials.density.size()});
 
+    if (!head.obstacles.name.empty()) {
+        file_.texts("obstacles/name", head.obstacles.name);
+        file_.write("obstacles/facets", head.obstacles.facets, {head.obstacles.facets.size()});
+        file_.write("rough/time", std::vector{head.rough.time}, {1});
+    }
     if (!head.cell.periodic.empty()) {
         file_.write("cell/periodic", head.cell.periodic, {dim});
         file_.write("cell/size", head.cell.size, {dim});

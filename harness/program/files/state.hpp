@@ -27,6 +27,11 @@ struct State {
         std::vector<double> normal_speed;  // (w) of a wall that a force drives, to the last bit [m/s]
     } walls;
 
+    struct Obstacles {
+        std::vector<std::string> name;  // (o) in the scene
+        std::vector<int> facets;        // (o) number of each; contacts number them behind the walls
+    } obstacles;
+
     struct Materials {
         std::vector<std::string> name;  // (m) in the scene
         std::vector<double> density;    // (m)
@@ -34,7 +39,7 @@ struct State {
 
     struct Contacts {
         std::vector<int> i;                  // (c) grain
-        std::vector<int> j;                  // (c) grain, or wall -1-j where j < 0
+        std::vector<int> j;                  // (c) grain, or wall -1-j where j < 0, or facet
         std::vector<double> impulse;         // (c, dim) on i, world axes [N s]
         std::vector<double> normal;          // (c, dim) from j to i
         std::vector<double> gap;             // (c) [m], negative where they overlap
@@ -62,6 +67,7 @@ struct State {
         std::vector<double> offset;     // (w) of the walls then [m]
         double skin = 0;                // [m], > 0
         int steps_since = 0;            // >= 0
+        double time = 0;                // of the scene then, where it has obstacles [s]
     } rough;
 
     // What has happened since the start of the scene, of scenes that ask for it; all empty in others.

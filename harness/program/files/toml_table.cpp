@@ -232,6 +232,43 @@ std::vector<Eigen::VectorXd> TomlTable::rows(std::string_view key, int count, in
     return rows;
 }
 
+std::vector<Eigen::VectorXd> TomlTable::points(std::string_view key, int size, int least) {
+    const toml::array* array = require(key).as_array();
+    const int count = array ? static_cast<int>(array->size()) : 0;
+    if (count < least) fail(key, fmt::format("must be at least {} lists of {} numbers", least, size));
+    return rows(key, count, size);
+}
+
+std::vector<std::vector<int>> TomlTable::index_lists(std::string_view key, int least, int count) {
+    const toml::array* array = require(key).as_array();
+    if (!array || array->empty()) fail(key, "must be a list of lists of integers");
+    std::vector<std::vector<int>> lists;
+    for (const toml::node& node : *array) {
+        std::vector<int>& list = lists.emplace_back();
+        const toml::array* entries = node.as_array();
+        if (entries)
+            for (const toml::node& entry : *entries) {
+                const std::int64_t index = entry.is_integer() ? entry.as_integer()->get() : -1;
+                if (index < 0 || index >= count || std::ranges::count(list, static_cast<int>(index)) > 0) {
+                    list.clear();
+                    break;
+                }
+                list.push_back(static_cast<int>(index));
+            }
+        if (static_cast<int>(list.size()) < least)
+            fail_at(node.source(), key,
+                    fmt::format("must be lists of at least {} different integers from 0 to {}", least, count - 1));
+    }
+    return lists;
+}
+
+bool TomlTable::flag(std::string_view key, bool fallback) {
+    const toml::node* node = find(key);
+    if (!node) return fallback;
+    if (!node->is_boolean()) fail(key, fmt::format("must be true or false, found {}", describe(*node)));
+    return node->as_boolean()->get();
+}
+
 std::vector<std::string> TomlTable::texts(std::string_view key, int least, int most) {
     const toml::array* array = require(key).as_array();
     const int size = array && array->is_homogeneous<std::string>() ? static_cast<int>(array->size()) : -1;

@@ -40,6 +40,10 @@ class TomlTable {
     Eigen::VectorXd vector(std::string_view key, int size, const Eigen::VectorXd& fallback);
     int length(std::string_view key);  // of a list, at least 1
     std::vector<Eigen::VectorXd> rows(std::string_view key, int count, int size);
+    std::vector<Eigen::VectorXd> points(std::string_view key, int size, int least);  // at least so many of this size
+    // Lists of at least `least` different numbers from 0 to count - 1.
+    std::vector<std::vector<int>> index_lists(std::string_view key, int least, int count);
+    bool flag(std::string_view key, bool fallback);
     std::vector<int> axes(std::string_view key, int dimension);  // some of "x" to "z", from 0 on
     std::vector<std::string> texts(std::string_view key, int least, int most);
 

@@ -18,6 +18,7 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
     SimulationSettings<M> settings;
     std::vector<PairImpulse<M>> impulses;
     std::optional<BroadPhaseState<M>> rough;  // of a state to go on from
+    std::vector<std::string> notes;           // on what only shows once scene and packing meet
 };
 
 namespace build_detail {
@@ -61,11 +62,73 @@ void load(Grain<M>& grain, const SceneGrain& single) {
 
 template <class M>
 Path<M> path_of(const ScenePath& path) {
+    if (path.kind == ScenePath::Kind::Steady) return steady<M>(typename M::Vec(path.velocity));
     if (path.kind == ScenePath::Kind::Oscillating)
         return oscillation<M>(typename M::Vec(path.amplitude), path.frequency, path.phase);
     if (path.kind == ScenePath::Kind::Table)
         return along_table<M>(path.times, {path.places.begin(), path.places.end()});
     return {};
+}
+
+// Throws InputError for one that is no surface.
+template <class M>
+Obstacle<M> obstacle_of(const SceneObstacle& source, const std::string& scene_file) {
+    Obstacle<M> obstacle;
+    obstacle.material = source.material;
+    obstacle.path = path_of<M>(source.path);
+    obstacle.turn = {source.turn.centre, source.turn.axis, source.turn.rate};
+    try {
+        if (source.cylinder) {
+            Cylinder<M> cylinder{.centre = source.cylinder->centre, .radius = source.cylinder->radius};
+            cylinder.axis = source.cylinder->axis;
+            if (source.cylinder->length) cylinder.length = *source.cylinder->length;
+            obstacle.surface = make_surface<M>(cylinder);
+            return obstacle;
+        }
+        std::vector<Facet<M>> facets;
+        for (const auto& corners : source.facets) {
+            Facet<M>& facet = facets.emplace_back();
+            for (std::size_t k = 0; k < facet.size(); ++k) facet[k] = corners[k];
+        }
+        obstacle.surface = make_surface<M>(std::move(facets));
+    } catch (const std::invalid_argument& error) {
+        throw InputError(fmt::format("{}: obstacle '{}': {}", scene_file, source.name, error.what()));
+    }
+    return obstacle;
+}
+
+// Of obstacles a thousand times larger or smaller than the box of the grains: their unit may be another one.
+// Collective.
+template <class M>
+std::vector<std::string> notes_on_units(const BuiltScene<M>& built, const Scene& scene, Communicator& comm) {
+    if (scene.obstacles.empty()) return {};
+    const std::span<const double> box = reduce(comm, 0, [&built](std::size_t k) {
+        Buffer extent(2 * M::dim, -std::numeric_limits<double>::max());  // minus low corner, high corner
+        if (k > 0) return extent;
+        for (const Grain<M>& grain : built.grains)
+            for (int d = 0; d < M::dim; ++d) {
+                double &low = extent[static_cast<std::size_t>(d)], &high = extent[static_cast<std::size_t>(M::dim + d)];
+                low = std::max(low, grain.radius - grain.position[d]);
+                high = std::max(high, grain.position[d] + grain.radius);
+            }
+        return extent;
+    });
+    double grains = 0;
+    for (std::size_t d = 0; d < M::dim; ++d) grains = std::max(grains, box[d] + box[M::dim + d]);
+    std::vector<std::string> notes;
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+        const SceneObstacle& source = scene.obstacles[o];
+        Eigen::VectorXd low = Eigen::VectorXd::Constant(M::dim, infinite), high = -low;
+        for (const auto& facet : source.facets)
+            for (const Eigen::VectorXd& corner : facet) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+        const double size = source.cylinder ? 2 * source.cylinder->radius : (high - low).maxCoeff();
+        if (size > 1000 * grains || 1000 * size < grains)
+            notes.push_back(
+                fmt::format("{}: obstacle '{}' has the size {:.2g}, the box of the grains {:.2g}: is its "
+                            "unit of length another one?",
+                            scene.file, source.name, size, grains));
+    }
+    return notes;
 }
 
 // Adds the scene's own grains behind those of the packing. A state has these grains already, but for their loads.
@@ -105,7 +168,7 @@ void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
 template <class M>
 BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const Scene& scene = request.scene;
-    BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}};
+    BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}, {}};
     build_detail::add_own_grains<M>(request, built.grains);
     if (request.has_fixed && (!scene.cell.gradient.empty() || !scene.cell.stress.empty()))
         throw InputError(scene.file + ": a grain is fixed, which a [cell] with a gradient or a stress would move");
@@ -117,11 +180,6 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
 
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
-    // if the run goes on with the same h, the times of the uninterrupted run to the last bit
-    if (request.start_time == double(request.start_step) * settings.h)
-        settings.steps_before = request.start_step;
-    else
-        settings.start_time = request.start_time;
     settings.theta = scene.step.theta;
     settings.may_be_empty = !scene.exchange.insertions.empty();
     settings.broad_phase_every = scene.step.broad_phase_every;
@@ -178,9 +236,17 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
             wall.offset = wall.normal.dot(typename M::Vec(wall_point(scene, source, request.box)));
         }
     }
+    for (const SceneObstacle& obstacle : scene.obstacles)
+        settings.obstacles.push_back(build_detail::obstacle_of<M>(obstacle, scene.file));
+    built.notes = build_detail::notes_on_units(built, scene, comm);
     if (scene.step.automatic)
         settings.h =
             request.so_far.h.empty() ? automatic_step<M>(scene, built.grains, settings, comm) : request.so_far.h[0];
+    // if the run goes on with the same h, the times of the uninterrupted run to the last bit
+    if (request.start_time == double(request.start_step) * settings.h)
+        settings.steps_before = request.start_step;
+    else
+        settings.start_time = request.start_time;
     for (std::size_t c = 0; c < from.contacts.i.size(); ++c) {
         const typename M::Vec impulse = Eigen::Map<const typename M::Vec>(from.contacts.impulse.data() + c * M::dim);
         typename M::Couple couple = M::Couple::Zero();  // of a state of another law
@@ -202,6 +268,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         for (std::size_t g = 0; g < from.packing.size(); ++g)
             rough.positions.emplace_back(Eigen::Map<const typename M::Vec>(from.rough.x.data() + g * M::dim));
         rough.offsets = from.rough.offset;
+        rough.time = from.rough.time;
         rough.cell = settings.cell;
         if (!from.cell.size.empty()) {
             rough.cell.size = vector(from.cell.rough_size);

@@ -14,6 +14,7 @@ std::string unpaired(const Scene& scene, const std::vector<double>& grains_of) {
     for (const ScenePair& pair : scene.pairs) paired.insert({pair.a, pair.b});
     std::set<int> of_walls;
     for (const SceneWall& wall : scene.walls) of_walls.insert(wall.material);
+    for (const SceneObstacle& obstacle : scene.obstacles) of_walls.insert(obstacle.material);
 
     const int shown = 3, materials = static_cast<int>(scene.materials.size());
     int count = 0;
@@ -44,7 +45,7 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
         lines.push_back(fmt::format(
             "{}: h = {:g} s by \"auto\": the smallest grain moves by {:g} % of its radius in a step, or less",
             scene.file, scene.step.h, 100 * StepSettings::automatic_way));
-    if (!scene.gravity.isZero(0) && scene.exchange.removals.empty() &&
+    if (!scene.gravity.isZero(0) && scene.exchange.removals.empty() && scene.obstacles.empty() &&
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(
             fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));

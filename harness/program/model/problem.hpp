@@ -32,6 +32,7 @@ void add(std::string& bytes, const auto& values)
 
 inline void add_path(std::string& bytes, const ScenePath& path) {
     for (const double value : {path.frequency, path.phase}) add(bytes, value);
+    add(bytes, path.velocity);
     add(bytes, path.amplitude);
     add(bytes, path.times);
     for (const Eigen::VectorXd& place : path.places) add(bytes, place);
@@ -103,6 +104,19 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
         else
             add_path(bytes, path);
     }
+    for (const SceneObstacle& obstacle : scene.obstacles) {
+        for (const auto& facet : obstacle.facets)
+            for (const auto& corner : facet) add(bytes, corner);
+        if (const auto& c = obstacle.cylinder) {
+            add(bytes, c->centre);
+            add(bytes, c->axis);
+            for (const double value : {c->radius, c->length.value_or(0)}) add(bytes, value);
+        }
+        add_path(bytes, obstacle.path);
+        add(bytes, obstacle.turn.centre);
+        add(bytes, obstacle.turn.axis);
+        for (const double value : {obstacle.turn.rate, double(obstacle.material)}) add(bytes, value);
+    }
     for (const ScenePair& pair : scene.pairs) {
         if (pair.restitution == 0 &&
             std::ranges::all_of(pair.coefficients, [](const auto& c) { return c.second == 0; }))
@@ -133,7 +147,8 @@ std::string answer_checksum(const Simulation<M>& simulation) {
         for (std::size_t g = 0; g < part.grains.size(); ++g)
             if (part.primary(g)) add_item({id(static_cast<int>(g))}, part.grains[g].position, part.grains[g].velocity);
         for (const auto& c : part.problem.contacts) add_item({id(c.i), id(c.j)}, c.r);
-        for (const auto& c : part.problem.wall_contacts) add_item({id(c.i), -1.0 - c.j}, c.r);
+        for (const auto& c : part.problem.wall_contacts)
+            add_item({id(c.i), -1.0 - part.number_of(c, simulation.walls().size())}, c.r);
         return mine;
     });
     std::string bytes = fmt::format("{:x}", problem_detail::total(all));

@@ -109,6 +109,9 @@ template <class M>
     refusal.step += static_cast<int>(request.start_step);
     std::vector<std::string> walls;
     for (const auto& wall : request.scene.walls) walls.push_back(wall.name);
+    for (std::size_t o = 0; o < request.scene.obstacles.size(); ++o)
+        walls.resize(walls.size() + simulation.settings().obstacles[o].surface->size(),
+                     request.scene.obstacles[o].name);
     std::string told = describe(refusal, walls);
     if (simulation.steps() > 0) {
         if (before)
@@ -186,6 +189,7 @@ void begin_run(const BuiltScene<M>& built, const RunRequest& request, Communicat
     const Problem problem = problem_of<M>(built, request.scene, comm);
     result.problem = problem.checksum;
     result.notes = notes(request, problem.grains_of);
+    result.notes.insert(result.notes.end(), built.notes.begin(), built.notes.end());
     for (const auto& material : request.scene.materials) result.densities.push_back(material.density);
     for (const auto& wall : built.settings.walls) result.wall_masses.push_back(wall.mass);
     if (!request.says_notes || comm.ranks()[0] != 0) return;

@@ -95,6 +95,15 @@ void require_fitting_state(const State& state, const std::string& state_file, co
     if (state.packing.dim != scene.dimension)
         refuse(fmt::format("{} dimensions", state.packing.dim), fmt::format("has {}", scene.dimension));
     if (w != scene.walls.size()) refuse(fmt::format("{} walls", w), fmt::format("has {}", scene.walls.size()));
+    if (const std::size_t o = state.obstacles.name.size(); o != scene.obstacles.size())
+        refuse(fmt::format("{} obstacles", o), fmt::format("has {}", scene.obstacles.size()));
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+        const SceneObstacle& obstacle = scene.obstacles[o];
+        const std::size_t facets = obstacle.cylinder ? 1 : obstacle.facets.size();
+        if (static_cast<std::size_t>(state.obstacles.facets[o]) != facets)
+            refuse(fmt::format("{} facets of obstacle '{}'", state.obstacles.facets[o], state.obstacles.name[o]),
+                   fmt::format("has {} of '{}'", facets, obstacle.name));
+    }
     if (n < scene.grains.size() && !scene.exchange.any())
         refuse(fmt::format("{} grains", n), fmt::format("has {} besides those of a packing", scene.grains.size()));
     const auto worst = std::max_element(state.material.begin(), state.material.end());
@@ -125,6 +134,8 @@ void require_same_scene(const State& state, const std::string& state_file, const
     const std::size_t inserted = state.so_far.inserted.size(), removed = state.so_far.removed.size();
     differences.compare("the number of [[insert]]", double(inserted), double(scene.exchange.insertions.size()));
     differences.compare("the number of [[remove]]", double(removed), double(scene.exchange.removals.size()));
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o)
+        differences.compare(fmt::format("obstacle {}", o + 1), state.obstacles.name[o], scene.obstacles[o].name);
     // the scene's own grains come behind those of the packing
     const std::size_t n = state.packing.total(), own = scene.grains.size(), packed = n - own;
     if (!scene.exchange.any() && (packing.total() > 0 || scene.packing_file.empty()))

@@ -35,7 +35,7 @@ class SceneReader {
     Scene read() {
         // Unknown ones first: [[materials]] is a slip, not a scene without a material.
         for (const char* key : {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "fix",
-                                "insert", "remove", "cell", "wall", "step", "stop", "solver"})
+                                "insert", "remove", "cell", "wall", "obstacle", "step", "stop", "solver"})
             top_.has(key);
         top_.finish();
         scene_.name = top_.text("name");
@@ -76,6 +76,7 @@ class SceneReader {
             scene_.exchange.insertions.back().material = of;
             require_open(table);
         }
+        for (TomlTable& table : top_.tables("obstacle")) read_obstacle_of(table);
 
         auto step = top_.table("step");
         if (!step) top_.fail("", "no [step]");
@@ -255,6 +256,20 @@ class SceneReader {
                 table.fail("side", fmt::format("'{}' is taken by wall '{}'", side_name(*wall.side), other.name));
         }
         scene_.walls.push_back(std::move(wall));
+    }
+
+    void read_obstacle_of(TomlTable& table) {
+        const std::string name = table.text("name");
+        SceneObstacle obstacle = read_obstacle(table, dim_, scene_.file);
+        obstacle.name = name;
+        obstacle.material = material(table);
+        table.finish();
+        if (!scene_.cell.gradient.empty() || !scene_.cell.stress.empty())
+            table.fail("", "there are no obstacles in a cell with a gradient or a stress");
+        const auto named = [&](const auto& thing) { return thing.name == obstacle.name; };
+        if (std::ranges::any_of(scene_.walls, named) || std::ranges::any_of(scene_.obstacles, named))
+            table.fail("name", "is given twice");
+        scene_.obstacles.push_back(std::move(obstacle));
     }
 
     void read_plane(TomlTable& table, SceneWall& wall) {

@@ -12,7 +12,7 @@
 #include "files/ranges.hpp"
 #include "model/exchange.hpp"
 #include "model/material_mix.hpp"
-#include "model/scene_motion.hpp"
+#include "model/scene_obstacle.hpp"
 #include "model/solve_settings.hpp"
 #include "model/stop.hpp"
 
@@ -104,6 +104,7 @@ struct Scene {
     std::vector<Region> fixed;       // where grains are fixed, as they lie at the start
     SceneExchange exchange;
     std::vector<SceneWall> walls;
+    std::vector<SceneObstacle> obstacles;
     SceneCell cell;
     StepSettings step;
     StopSettings stop;

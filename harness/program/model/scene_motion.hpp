@@ -11,7 +11,8 @@ namespace nscdd {
 
 // The way since time 0.
 struct ScenePath {
-    enum class Kind { None, Oscillating, Table } kind = Kind::None;
+    enum class Kind { None, Steady, Oscillating, Table } kind = Kind::None;
+    Eigen::VectorXd velocity;             // (dim) [m/s] for Steady
     Eigen::VectorXd amplitude;            // (dim) [m] for Oscillating
     double frequency = 0, phase = 0;      // [1/s], [rad]
     std::vector<double> times;            // for Table [s], ascending, one at least

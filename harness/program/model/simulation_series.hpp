@@ -18,6 +18,7 @@ class SeriesRows {
     SeriesRows(const Simulation<M>& simulation, const Scene& scene, const State::SoFar& before)
         : start_(edges(simulation)), last_(start_), came_(before.came), left_(before.left) {
         for (const auto& wall : scene.walls) walls_.push_back(wall.name);
+        for (const auto& obstacle : scene.obstacles) obstacles_.push_back(obstacle.name);
     }
 
     SeriesHead head(const Simulation<M>& simulation, const std::string& scene) const {
@@ -56,6 +57,7 @@ class SeriesRows {
         if (!walls_.empty())
             add(row, "wall_normal_force", "N", "of the grains on each wall, positive out of the sample",
                 normal_forces(simulation, seen.wall_force));
+        if (!obstacles_.empty()) add_obstacles(row, seen.obstacle_force);
         add(row, "solid_fraction", "1", "volume of the grains over that of the box", m.grains_volume / volume);
         add(row, "coordination", "1", "contacts that carry, per grain that has one",
             m.touched > 0 ? m.coordination() : NAN);
@@ -120,6 +122,17 @@ class SeriesRows {
     void add(SeriesRow& row, const std::string& name, const std::string& unit, const std::string& meaning,
              const std::vector<double>& of_walls) const {
         row.push_back({name, unit, meaning, {of_walls.size()}, walls_, of_walls});
+    }
+
+    void add_obstacles(SeriesRow& row, const std::vector<Vec>& force) const {
+        row.push_back(
+            {"obstacle_force", "N", "of the grains on each obstacle, mean of the step", {force.size(), dim}, {}, {}});
+        for (std::size_t o = 0; o < force.size(); ++o)
+            for (int d = 0; d < dim; ++d) {
+                std::string& label = row.back().labels.emplace_back(obstacles_[o]);
+                (label += '_') += "xyz"[d];
+                row.back().values.push_back(force[o][d]);
+            }
     }
 
     static double energy_of_walls(const Simulation<M>& simulation) {
@@ -201,7 +214,7 @@ class SeriesRows {
 
     Gradient<M> sheared_ = Gradient<M>::Zero();  // since the start of this run
     Vec start_, last_;                           // edges of the box before the run and before the step [m]
-    std::vector<std::string> walls_;
+    std::vector<std::string> walls_, obstacles_;
     std::vector<double> came_, left_;  // of the scene before the step
     double total_[4] = {0, 0, 0, 0};   // of the four terms of the balance [J]
     double initial_ = 0, scale_ = 0;   // [J]

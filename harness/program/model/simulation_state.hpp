@@ -36,6 +36,10 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         head.walls.normal_speed.push_back(wall.driven ? wall.speed : wall.normal_speed());
     }
     for (const auto& wall : request.scene.walls) head.walls.name.push_back(wall.name);
+    for (std::size_t o = 0; o < request.scene.obstacles.size(); ++o) {
+        head.obstacles.name.push_back(request.scene.obstacles[o].name);
+        head.obstacles.facets.push_back(static_cast<int>(simulation.settings().obstacles[o].surface->size()));
+    }
     for (const auto& material : request.scene.materials) {
         head.materials.name.push_back(material.name);
         head.materials.density.push_back(material.density);
@@ -59,6 +63,7 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     head.rough.steps_since = rough.steps_since;
     head.so_far = request.so_far;
     head.has_fixed = request.has_fixed;
+    head.rough.time = rough.time;
     head.step = request.start_step + simulation.steps();
     head.time = time_now(simulation, request);
     head.scene = request.scene.name;
