@@ -506,6 +506,12 @@ class Threads(unittest.TestCase):
         simulation.run(5)
         self.assertEqual(simulation.steps, 10)
 
+    def test_a_stop_of_scene_files_ends_a_run(self):
+        simulation = heap(10, stop={"time": 0.02})
+        simulation.run(100)
+        self.assertEqual((simulation.steps, simulation.stopped_by), (4, "time"))
+        self.assertIsNone(heap(10).stopped_by)
+
     @unittest.skipUnless(hasattr(os, "fork"), "there is no fork")
     def test_after_a_fork(self):
         one, two = heap(10), heap(10, subdomains=2, threads=2)

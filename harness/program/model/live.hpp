@@ -67,8 +67,9 @@ class Live {
     virtual const RunRequest& request() const = 0;
     virtual Communicator& comm() const = 0;
     virtual std::size_t grain_count() const = 0;
-    virtual std::int64_t steps() const = 0;  // since the start of the scene
-    virtual double time() const = 0;         // [s]
+    virtual std::int64_t steps() const = 0;      // since the start of the scene
+    virtual double time() const = 0;             // [s]
+    virtual std::string stopped_by() const = 0;  // key of [stop] that the last step has met; "": none
 
     virtual State grains() const = 0;          // rows of grains by id
     virtual std::vector<int> ids() const = 0;  // ascending, as the rows of all arrays

@@ -6,6 +6,7 @@
 #include "model/live.hpp"
 #include "model/recorder.hpp"
 #include "model/simulation_exchange.hpp"
+#include "model/simulation_stop.hpp"
 #include "nscdd/step/observables.hpp"
 #include "registry/schemes.hpp"
 
@@ -27,6 +28,7 @@ class LiveModel final : public Live {
         solve_ = choose_solver<M>(request_.scheme, request_.interface, options).solve;
         simulation_.emplace(*comm_, std::move(built.settings), built.grains, built.impulses,
                             built.rough ? &*built.rough : nullptr);
+        stop_.emplace(*simulation_, request_.scene.stop, request_.so_far);
     }
     ~LiveModel() override { detach(false); }
 
@@ -45,6 +47,7 @@ class LiveModel final : public Live {
             throw RefusedStep(*refused_);
         }
         if (recorder_) recorder_->after(report);
+        stopped_by_ = stop_->after(*simulation_, time());
         return report;
     }
 
@@ -80,6 +83,7 @@ class LiveModel final : public Live {
     Communicator& comm() const override { return *comm_; }
     std::size_t grain_count() const override { return simulation_->grain_count(); }
     std::int64_t steps() const override { return request_.start_step + simulation_->steps(); }
+    std::string stopped_by() const override { return stopped_by_ ? stopped_by_->condition : ""; }
     double time() const override { return time_now(*simulation_, request_); }
 
     State grains() const override { return gather_grain_rows(*simulation_); }
@@ -254,6 +258,8 @@ class LiveModel final : public Live {
     std::optional<Simulation<M>> simulation_;
     std::shared_ptr<Grains> kept_;  // empty; who shares it looks at the grains of the simulation
     Exchange<M> exchange_;
+    std::optional<StopTest<M>> stop_;
+    std::optional<Stopped> stopped_by_;
     std::unique_ptr<FileSet> files_;
     std::unique_ptr<Recorder<M>> recorder_;  // into files_
     std::optional<RefusedStep> refused_;

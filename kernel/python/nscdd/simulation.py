@@ -114,6 +114,7 @@ class Simulation:
                        unless subdomains says more
     partition, grid, imbalance, interface, multiplicity
                        as the options of `nscdd run` have it
+    stop               {"time": 2.0} and other keys of [stop] in a scene file, which end run()
     tables             further tables of a scene file, such as {"grain": [{...}]}
     method, tolerance, max_iterations, check_every, window, sweeps, relaxation, max_velocity_error, max_energy_gain,
     max_penetration, max_gap_error, max_distance, max_newton_contacts
@@ -149,6 +150,7 @@ class Simulation:
         law: Optional[str] = None,
         name: str = "nscdd",
         state: Optional[Path] = None,
+        stop: Optional[Mapping[str, float]] = None,
         tables: Optional[Mapping[str, Any]] = None,
         scheme: Optional[str] = None,
         subdomains: Optional[int] = None,
@@ -181,6 +183,7 @@ class Simulation:
             "pair": pair_tables(names, friction, restitution, pairs),
             "wall": [_wall(wall).table(k, names[0]) for k, wall in enumerate(walls)],
             "cell": cell.table(dimension) if cell is not None else None,
+            "stop": dict(stop) if stop is not None else None,
             "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
             **(tables or {}),
         }
@@ -212,14 +215,19 @@ class Simulation:
         """Makes n steps, of a scene file as many as it says, and returns the last report.
 
         callback(simulation, report) is called after each step; it may return True to end the run. Its exceptions end the
-        run too, between two steps, and so does Ctrl-C: all can go on from there.
+        run too, between two steps, and so does Ctrl-C: all can go on from there. [stop] of a scene ends it as in the program.
         """
         report = None
         for _ in range(self._live.count() if n is None else n):
             report = self._live.step()
-            if callback is not None and callback(self, report):
+            if (callback is not None and callback(self, report)) or self._live.stopped_by():
                 break
         return report
+
+    @property
+    def stopped_by(self) -> Optional[str]:
+        """Key of [stop] that the last step has met, such as "strain"; None where it has met none."""
+        return self._live.stopped_by() or None
 
     @property
     def time(self) -> float:

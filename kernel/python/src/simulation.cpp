@@ -339,6 +339,7 @@ void add_simulation(py::module_& module) {
         .def("set_wall_force", [](Handle& h, std::size_t w, double f) { h.live().set_wall_force(w, f); })
         .def("set_wall_pressure", [](Handle& h, std::size_t w, double p) { h.live().set_wall_pressure(w, p); })
         .def("steps", [](Handle& h) { return h.live().steps(); })
+        .def("stopped_by", [](Handle& h) { return h.live().stopped_by(); })
         .def("time", [](Handle& h) { return h.live().time(); })
         .def("grain_count", [](Handle& h) { return h.live().grain_count(); })
         .def("dimension", [scene](Handle& h) { return scene(h).dimension; })
