@@ -52,7 +52,7 @@ class Targets(ProgramTest):
             self.refused("does not exist", *command)
 
     def test_only_regular_files_are_replaced(self):
-        target = self.folder / "target"
+        target = self.folder / "target.h5"
         bound = socket.socket(socket.AF_UNIX)
         self.addCleanup(bound.close)
 

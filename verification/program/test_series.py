@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import unittest
+import xml.etree.ElementTree
 
 import h5py
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from harness import NSCDD, PACKED, SCENE, ProgramTest
 
 REDUCED = pathlib.Path(__file__).resolve().parents[2] / "cases/reduced"
-READ_XDMF = pathlib.Path(__file__).resolve().with_name("read_xdmf.py")
+READ_VTK = pathlib.Path(__file__).resolve().with_name("read_vtk.py")
 SIDES = 'motion = "pressure"\npressure = 1.0'
 
 
@@ -221,7 +222,6 @@ class Stopped(SeriesTest):
         self.assertEqual(read_h5(names["run.h5"])[0]["step"][-1], last)
         with h5py.File(names["frames.h5"]) as file:
             self.assertEqual([frame.attrs["step"] for frame in file.values()], list(range(2, last + 1, 2)))
-        self.assertTrue(names["frames.h5"].with_suffix(".xdmf").exists())
         self.assertEqual(list(self.folder.glob("*.part")), [])
 
 
@@ -243,8 +243,9 @@ class Targets(SeriesTest):
             ("--series is the same file as --series", "--series", out, "--series", out),
             ("--series is the same file as --state", "--series", out, "--state", out),
             ("--frames is the same file as --series", "--series", out, "--frames", out),
-            ("the .xdmf beside --frames is the same file as --frames", "--frames", self.folder / "out.xdmf"),
-            ("the .xdmf beside --frames is the same file as the .xdmf beside --state", "--frames", out, "--state", self.folder / "out.hdf5"),
+            ("expected a name that ends in .pvd, .h5 or .hdf5", "--frames", self.folder / "out.xdmf"),
+            ("the .walls.pvd beside --frames is the same file as --json", "--frames", self.folder / "a.pvd", "--json", self.folder / "a.walls.pvd"),
+            ("--frames is the same file as --frames", "--frames", out, "--frames", out),
             ("--frame-every is of frames", "--frame-every", 5),
             ("--frame-every 5: the run makes steps 1 to 4", "--frames", out, "--frame-every", 5, "--steps", 4),
         ):
@@ -293,7 +294,7 @@ class Targets(SeriesTest):
 def pictures(path, out):
     """What VTK's readers find, by pvpython where it is there; None where no reader is."""
     for python in filter(None, (shutil.which("pvpython"), sys.executable)):
-        done = subprocess.run([python, READ_XDMF, path, out], capture_output=True, text=True, timeout=300)
+        done = subprocess.run([python, READ_VTK, path, out], capture_output=True, text=True, timeout=300)
         if done.returncode != 77:
             if done.returncode != 0 or "rror" in done.stderr or "nrecognized" in done.stderr:
                 raise AssertionError(done.stderr)
@@ -435,42 +436,116 @@ class Frames(SeriesTest):
             "falls.toml", SCENE.replace("0, 0, 0.5]", "0, 0, 0.52]").replace("[0.3, 0.1, 1.5]", "[0.3, 0.1, 2.5]").replace("h = 0.001", "h = 0.01")
         )
         for command in ((*self.biaxial(), "--scheme", "dcs", "-n", 2), self.triaxial(), ("run", falls, "--quiet")):
-            path, state = self.run_frames(*command)
-            with self.subTest(command=command):
-                self.check_paraview(path, state)
+            for old in self.folder.glob("vtk*"):
+                shutil.rmtree(old) if old.is_dir() else old.unlink()
+            path, state = self.run_frames(*command, "--frames", self.folder / "vtk.pvd")
+            with self.subTest(command=command), h5py.File(path) as frames:
+                listed = [self.listed(f"vtk{part}.pvd") for part in ("", ".contacts", ".walls")]
+                for files in listed:
+                    np.testing.assert_array_equal([time for time, _ in files], [frame.attrs["time"] for frame in frames.values()])
+                for frame, grains, contacts, walls in zip(frames.values(), *listed):
+                    self.check_grains(frame["grains"], self.read(grains[1]))
+                    self.check_contacts(frame["contacts"], frame["grains/radius"][...].min(), self.read(contacts[1]))
+                    self.check_walls(frame["walls"], self.read(walls[1]))
+                self.check_state(state)
 
-    def check_paraview(self, path, state):
-        found = pictures(path.with_suffix(".xdmf"), self.folder / "found.npz")
-        of_state = pictures(state.with_suffix(".xdmf"), self.folder / "found-state.npz")
+    def listed(self, name):
+        entries = xml.etree.ElementTree.parse(self.folder / name).iter("DataSet")
+        return [(float(entry.get("timestep")), self.folder / entry.get("file")) for entry in entries]
+
+    def read(self, path):
+        """What each reader finds, which is the same."""
+        found = pictures(path, self.folder / "found.npz")
         if found is None:
-            self.skipTest("neither pvpython nor VTK's Python with readers of XDMF is there")
-        for reader in {name.split("/")[0] for name in found}:
-            with h5py.File(path) as frames, h5py.File(state) as end:
-                np.testing.assert_allclose(found[f"{reader}/times"], [frame.attrs["time"] for frame in frames.values()])
-                for k, frame in enumerate(frames.values()):
-                    grains, contacts = frame["grains"], frame["contacts"]
-                    block = self.block(found, f"{reader}/{k}/", "/point/radius")
-                    expected = {f"{block}/point/{name}": grains[name] for name in ("id", "velocity", "spin", "radius", "subdomain", "multiplicity")}
-                    expected |= {f"{block}/points": grains["x"], f"{block}/cells": grains["id"]}
-                    if len(contacts["gap"]) > 0:
-                        block = self.block(found, f"{reader}/{k}/", "/cell/gap")
-                        expected |= {f"{block}/cell/{name}": contacts[name] for name in ("force", "normal_force", "gap", "subdomain")}
-                        expected |= {f"{block}/points": contacts["ends"], f"{block}/cells": contacts["lines"][...].ravel()}
-                    for name, values in expected.items():
-                        np.testing.assert_array_equal(found[name], values[...], name)
-                block, dim = self.block(of_state, f"{reader}/0/", "/point/radius"), end["x"].shape[1]
-                np.testing.assert_array_equal(of_state[f"{block}/points"][:, :dim], end["x"])
-                np.testing.assert_array_equal(of_state[f"{block}/cells"], np.arange(len(end["x"])))
-                np.testing.assert_array_equal(of_state[f"{block}/point/velocity"][:, :dim], end["velocity"])
-                self.assertEqual(of_state[f"{block}/point/velocity"].shape[1], 3)
-                for name in ("radius", "subdomain", "multiplicity"):
-                    np.testing.assert_array_equal(of_state[f"{block}/point/{name}"], end[name])
+            self.skipTest("neither pvpython nor VTK's Python is there")
+        by_reader = {name: {} for name in sorted({name.split("/")[0] for name in found})}
+        for name, values in found.items():
+            by_reader[name.split("/")[0]][name.split("/", 1)[1]] = values
+        first, *others = by_reader.values()
+        for other in others:
+            self.assertEqual(sorted(other), sorted(first))
+            for name in first:
+                np.testing.assert_array_equal(other[name], first[name], name)
+        return first
 
-    def block(self, found, begin, end):
-        """The one that has an array of that name."""
-        names = [name for name in found if name.startswith(begin) and name.endswith(end)]
-        self.assertEqual(len(names), 1, f"{begin} {end} {sorted(found)}")
-        return names[0].removesuffix(end)
+    def check_grains(self, grains, found):
+        for name in ("id", "velocity", "spin", "radius", "subdomain", "multiplicity"):
+            np.testing.assert_array_equal(found[f"point/{name}"], grains[name])
+        np.testing.assert_array_equal(found["points"], grains["x"])
+        np.testing.assert_array_equal(found["cells"], grains["id"])
+
+    def check_contacts(self, contacts, least, found):
+        for name in ("force", "normal_force", "gap", "subdomain", "grains"):
+            np.testing.assert_array_equal(found[f"cell/{name}"].reshape(contacts[name].shape), contacts[name])
+        force = contacts["normal_force"][...]
+        np.testing.assert_array_equal(found["points"], contacts["ends"])
+        np.testing.assert_array_equal(found["cells"], np.arange(2 * len(force)))
+        np.testing.assert_array_equal(found["point/normal_force"], np.repeat(force, 2))
+        share = np.abs(force) / max(force.max(initial=0), 1e-300)
+        np.testing.assert_allclose(found["point/radius"], np.repeat(0.5 * least * np.sqrt(share), 2), rtol=1e-12)
+
+    def check_walls(self, walls, found):
+        self.assertEqual(len(found["cell/wall"]), len(walls["wall"]))
+        np.testing.assert_array_equal(found["points"], walls["points"])
+
+    def check_state(self, path):
+        found = self.read(path.with_suffix(".xdmf"))
+        with h5py.File(path) as end:
+            dim = end["x"].shape[1]
+            np.testing.assert_array_equal(found["points"][:, :dim], end["x"])
+            np.testing.assert_array_equal(found["cells"], np.arange(len(end["x"])))
+            np.testing.assert_array_equal(found["point/velocity"][:, :dim], end["velocity"])
+            self.assertEqual(found["point/velocity"].shape[1], 3)
+            for name in ("radius", "subdomain", "multiplicity"):
+                np.testing.assert_array_equal(found[f"point/{name}"], end[name])
+
+    def test_walls_and_cell_are_drawn_as_far_as_the_scene_reaches(self):
+        path, state = self.run_frames(*self.triaxial())
+        with h5py.File(path) as frames, h5py.File(state) as end:
+            walls = list(frames.values())[-1]["walls"]
+            np.testing.assert_array_equal(walls["wall"], range(6))
+            np.testing.assert_array_equal(walls["corners"], [4] * 6)
+            normal, offset, box = (end[name][...] for name in ("walls/normal", "walls/offset", "box"))
+            for corners, n, at in zip(walls["points"][...].reshape(6, 4, 3), normal, offset):
+                np.testing.assert_allclose(corners @ n, at, atol=1e-12)
+                area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0]))
+                self.assertAlmostEqual(area, box.prod() / np.abs(box @ n), delta=1e-9)
+
+    def test_frames_of_vtk_are_the_same_over_ranks_and_those_that_are_there_stay_whole(self):
+        for name, ranks in (("own", 0), ("mpi", 2)):
+            how = ("--scheme", "dcs", *(() if ranks else ("-n", 2)))
+            done = self.run_program(*self.biaxial(), *how, "--steps", 4, "--frames", self.folder / f"{name}.pvd", "--frame-every", 2, ranks=ranks)
+            self.assertIn(done.returncode, (0, 3), done.stderr)
+        own, over_mpi = (sorted((self.folder / name).iterdir()) for name in ("own", "mpi"))
+        self.assertEqual([path.name for path in own], [path.name for path in over_mpi])
+        self.assertEqual(len(own), 6)
+        for a, b in zip(own, over_mpi):
+            self.assertEqual(a.read_bytes(), b.read_bytes())
+        self.assertEqual(list(self.folder.rglob("*.part")), [])
+
+
+class Log(SeriesTest):
+    def test_lines_of_the_log_are_those_of_the_series(self):
+        series, log = self.folder / "run.csv", self.folder / "run.log"
+        for _ in range(2):
+            done = self.run_program(*self.biaxial()[:-1], "--steps", 10, "--series", series, "--log", log, "--log-every", 4)
+            self.assertIn(done.returncode, (0, 3), done.stderr)
+        header, rows = read_csv(series)
+        told = log.read_text().splitlines()
+        self.assertEqual([line for line in done.stderr.splitlines() if "nscdd" not in line], told[len(told) // 2 :])
+        for half in (told[: len(told) // 2], told[len(told) // 2 :]):
+            self.assertEqual(half[0].split(), "step time iterations eta contacts kinetic energy stress left".split())
+            lines = np.array([line.split()[:7] for line in half[1:]], float)
+            np.testing.assert_array_equal(lines[:, 0], [4, 8, 10])
+            of = lambda name: rows[:, header.index(name)][[3, 7, 9]]
+            mean = 0.5 * (of("stress_contacts_xx") + of("stress_contacts_yy"))
+            for column, expected in zip(lines.T[1:], (of("time"), of("iterations"), of("residual"), of("contacts"), of("kinetic_energy"), mean)):
+                np.testing.assert_allclose(column, expected, rtol=0.06)
+
+    def test_by_itself_a_log_has_a_hundred_lines(self):
+        log = self.folder / "run.log"
+        self.run_program("run", self.write("scene.toml", SCENE), "--quiet", "--steps", 500, "--log", log)
+        self.assertEqual(len(log.read_text().splitlines()), 101)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 #include "commands/launch.hpp"
 #include "commands/same_files.hpp"
 #include "commands/session.hpp"
+#include "files/frames.hpp"
 #include "files/replace_file.hpp"
 #include "files/say.hpp"
 #include "model/run_json.hpp"
@@ -35,9 +36,14 @@ void check_run_outputs(const RunRequest& request) {
                                       {"--state", asked.state, 600 * grains},
                                       {"the .xdmf beside --state", xdmf_beside(asked.state)}};
     for (const auto& path : asked.series) outputs.push_back({"--series", path, 1000 * steps});
+    outputs.push_back({"--log", asked.log});
     const std::uint64_t frames = steps / static_cast<std::uint64_t>(request.frame_every());
-    outputs.push_back({"--frames", asked.frames, 2 * 600 * grains * frames});  // with the copy
-    outputs.push_back({"the .xdmf beside --frames", xdmf_beside(asked.frames), 4000 * frames});
+    for (const auto& path : asked.frames) {
+        outputs.push_back({"--frames", path, 2 * 600 * grains * frames});  // with the copy
+        const auto collections = frame_collections(path);
+        outputs.push_back({"the .contacts.pvd beside --frames", collections[1], 100 * frames});
+        outputs.push_back({"the .walls.pvd beside --frames", collections[2], 100 * frames});
+    }
     check_outputs(outputs, inputs);
 }
 

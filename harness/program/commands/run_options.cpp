@@ -75,11 +75,18 @@ void add_output_options(CLI::App& command, RunArguments::Outputs& outputs) {
         ->allow_extra_args(false);
     command
         .add_option("--frames", outputs.frames,
-                    "Grains and contacts with their forces to write on the way (HDF5), all frames in one file, with "
-                    "an .xdmf beside it for ParaView; they can be read at any time, also of a run that is killed")
-        ->check(file_name());
+                    "Grains, contacts with their forces, and walls to write on the way; may be given for each of: a "
+                    "name that ends in .pvd, for ParaView, with .contacts.pvd and .walls.pvd beside it; .h5, all in "
+                    "one HDF5 file. Frames can be read at any time, also of a run that is killed")
+        ->allow_extra_args(false);
     command.add_option("--frame-every", outputs.frame_every, "Steps between frames (default: 1)")
         ->check(whole_number());
+    command
+        .add_option("--log-every", outputs.log_every,
+                    "Steps between lines with step, time, iterations, eta, contacts, kinetic energy and stress, on "
+                    "standard error and in --log (default: 100 lines, with --log)")
+        ->check(whole_number());
+    command.add_option("--log", outputs.log, "File to append these lines to")->check(file_name());
     command
         .add_option("--checkpoint", outputs.checkpoint,
                     "State to write on the way, from which --from goes on to the end of this run, to the last bit "

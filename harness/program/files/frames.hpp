@@ -1,12 +1,13 @@
-// Frames of a run for ParaView: all of them in one HDF5 file, with one .xdmf beside it.
+// Frames of a run: grains, contacts and walls of some steps, as HDF5 for scripts or as VTK's files for ParaView.
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "files/hdf5.hpp"
+#include "files/replace_file.hpp"
 
 namespace nscdd {
 
@@ -29,35 +30,41 @@ struct FrameRows {
     } contacts;
 };
 
+// A part of a wall that is drawn, or an edge of the cell: two ends, or the corners of a polygon.
+struct FrameShape {
+    int wall = 0;  // -1: of the cell
+    std::vector<std::array<double, 3>> corners;
+};
+
 struct FrameHead {
     std::int64_t step = 0;
     double time = 0;  // [s]
     std::size_t grains = 0, contacts = 0;
+    double largest_force = 0;  // of all contacts, along the normal [N]
+    double least_radius = 0;   // of the scene [m]
+    std::vector<FrameShape> shapes;
 };
 
-// Writes frames so that whatever ends the process, the file and its .xdmf can be read: after each frame the file is
-// closed and takes its place, while the set goes on with a copy. Throws OutputError.
+// Writes frames one by one, so that whatever ends the process, those that are complete can be read.
 class FrameWriter {
   public:
-    FrameWriter(FileSet& files, const std::string& path, const std::string& scene);
-
-    void begin(const FrameHead& head);
-    void append(const FrameRows& rows);  // behind those that have come
-    void end();                          // of the frame
-    void save();                         // what the set is to commit
-
-  private:
-    std::string grid_of_grains(const FrameHead& head) const;
-    std::string grid_of_contacts(const FrameHead& head) const;
-    void add_xdmf();
-
-    FileSet& files_;
-    std::string path_;
-    std::optional<hdf5::Writer> file_;  // open during a frame
-    int points_ = 0, ends_ = 0;         // of the frame, that have come
-    FrameHead frame_;
-    std::size_t frames_ = 0, listed_ = 0;  // written; that the .xdmf has
-    std::string grains_, contacts_;        // grids of the frames so far
+    virtual ~FrameWriter() = default;
+    virtual void begin(const FrameHead& head) = 0;
+    virtual void append(const FrameRows& rows) = 0;  // behind those that have come
+    virtual void end() = 0;                          // of the frame
+    virtual void save() = 0;                         // what the set is to commit
 };
+
+// Throws InputError unless the name ends in .pvd, .h5 or .hdf5.
+void check_frames_name(const std::string& path);
+
+// By the ending of the name: .pvd for VTK's files, else HDF5. Each member of the writer throws OutputError.
+std::unique_ptr<FrameWriter> make_frame_writer(FileSet& files, const std::string& path, const std::string& scene);
+
+// Names of the files that lead ParaView to the frames: grains, contacts, walls; {"", "", ""} of frames in HDF5.
+std::array<std::string, 3> frame_collections(const std::string& path);
+
+// The writer of VTK's files.
+std::unique_ptr<FrameWriter> make_vtk_frames(FileSet& files, const std::string& path);
 
 }  // namespace nscdd

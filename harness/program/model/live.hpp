@@ -59,7 +59,7 @@ class Live {
 
     virtual StepReport step() = 0;
     // After each step from now on, until stop(): rows of series, and frames. Files take their places in stop().
-    virtual void record(std::vector<std::string> series, std::string frames, int frame_every) = 0;
+    virtual void record(std::vector<std::string> series, std::vector<std::string> frames, int frame_every) = 0;
     virtual void stop() = 0;
     // The state, as `nscdd run --state` writes it.
     virtual void save(const std::string& path) const = 0;

@@ -51,9 +51,10 @@ class LiveModel final : public Live {
         return report;
     }
 
-    void record(std::vector<std::string> series, std::string frames, int frame_every) override {
+    void record(std::vector<std::string> series, std::vector<std::string> frames, int frame_every) override {
         if (recorder_) throw InputError("the simulation is being recorded: end that first");
         for (const std::string& path : series) SeriesWriter::check_name(path);
+        for (const std::string& path : frames) check_frames_name(path);
         request_.outputs.series = std::move(series);
         request_.outputs.frames = std::move(frames);
         request_.outputs.frame_every = frame_every;

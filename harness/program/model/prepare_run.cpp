@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "files/frames.hpp"
 #include "files/series.hpp"
 #include "model/same_scene.hpp"
 #include "registry/registry.hpp"
@@ -17,6 +18,7 @@ namespace {
 void check_outputs_asked(const RunArguments& arguments) {
     const RunArguments::Outputs& outputs = arguments.outputs;
     for (const auto& path : outputs.series) SeriesWriter::check_name(path);
+    for (const auto& path : outputs.frames) check_frames_name(path);
     if (outputs.frame_every && outputs.frames.empty()) throw InputError("--frame-every is of frames: give --frames");
     if (outputs.every && outputs.checkpoint.empty()) throw InputError("--every is of checkpoints: give --checkpoint");
     if (!outputs.checkpoint.empty() && arguments.repeat > 1)

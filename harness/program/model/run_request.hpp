@@ -48,10 +48,12 @@ struct RunArguments {
     Transport transport = Transport::automatic;
     NodeTransport within_node = NodeTransport::memory;
     struct Outputs {
-        std::string json, state, checkpoint, frames;  // files to write, empty for none
-        std::vector<std::string> series;              // files to write a row a step into
-        std::optional<int> frame_every;               // steps between frames
-        std::optional<CheckpointEvery> every;         // between checkpoints
+        std::string json, state, checkpoint;      // files to write, empty for none
+        std::vector<std::string> series, frames;  // files to write a row a step into, and frames
+        std::optional<int> frame_every;           // steps between frames
+        std::optional<CheckpointEvery> every;     // between checkpoints
+        std::string log;                          // file to append lines to, empty for none
+        std::optional<int> log_every;             // steps between lines
     } outputs;
     bool quiet = false;
 };

@@ -2,9 +2,26 @@
 #pragma once
 
 #include "files/frames.hpp"
+#include "model/frame_shapes.hpp"
 #include "model/simulation_state.hpp"
 
 namespace nscdd {
+
+// Of all contacts of the last step, along the normal [N]. Collective.
+template <class M>
+double largest_force(const Simulation<M>& simulation) {
+    const double impulse = reduce(simulation.comm(), 0, [&simulation](std::size_t k) {
+        Buffer largest{0};
+        const auto take = [&largest](const auto& contacts) {
+            for (const auto& c : contacts)
+                largest[0] = std::max(largest[0], std::abs(impulse_vector<M>(c.r, c.normal).dot(c.normal)));
+        };
+        take(simulation.parts()[k].problem.contacts);
+        take(simulation.parts()[k].problem.wall_contacts);
+        return largest;
+    })[0];
+    return impulse / simulation.settings().h;
+}
 
 // Rows of the grains with these ids, and of the contacts whose first grain is one of them; on the process that hosts
 // rank 0, nothing elsewhere. Collective.
@@ -40,20 +57,29 @@ FrameRows gather_frame_rows(const Simulation<M>& simulation, Ids ids) {
     return rows;
 }
 
-// Collective; the process that hosts rank 0 has a writer and writes. Throws as write_state does.
+// Collective; the process that hosts rank 0 has the writers and writes. Throws as write_state does.
 template <class M>
-void write_frame(const Simulation<M>& simulation, const RunRequest& request, std::optional<FrameWriter>& writer) {
+void write_frame(const Simulation<M>& simulation, const RunRequest& request,
+                 std::vector<std::unique_ptr<FrameWriter>>& writers) {
     Writing writing(simulation.comm());
-    const FrameHead head{.step = request.start_step + simulation.steps(),
-                         .time = time_now(simulation, request),
-                         .grains = simulation.grain_count(),
-                         .contacts = count_contacts(simulation)};
-    writing.write([&] { writer->begin(head); });
+    FrameHead head{.step = request.start_step + simulation.steps(),
+                   .time = time_now(simulation, request),
+                   .grains = simulation.grain_count(),
+                   .contacts = count_contacts(simulation),
+                   .largest_force = largest_force(simulation),
+                   .least_radius = simulation.least_radius(),
+                   .shapes = frame_shapes(simulation, time_now(simulation, request))};
+    const auto each = [&](auto&& visit) {
+        writing.write([&] {
+            for (auto& writer : writers) visit(*writer);
+        });
+    };
+    each([&](FrameWriter& writer) { writer.begin(head); });
     visit_ranges(simulation, rows_at_once, [&](Ids ids) {
         const FrameRows rows = gather_frame_rows(simulation, ids);
-        writing.write([&] { writer->append(rows); });
+        each([&](FrameWriter& writer) { writer.append(rows); });
     });
-    writing.write([&] { writer->end(); });
+    each([](FrameWriter& writer) { writer.end(); });
     writing.end();
 }
 

@@ -5,6 +5,7 @@
     scripts/suite run paper --only table1      # a part: jobs whose title matches, and what they need
     scripts/suite run hard --quick             # small and short, to see that it works
     scripts/suite report results --out page    # the page of a folder of results
+    scripts/suite picture frames.h5 film.mp4   # grains, force chains and walls of a run: a picture of the last frame, or a film
     scripts/suite front                        # the picture of the README, from a state of the study reduced and the committed record of the paper
     scripts/suite counted results              # which of its counted numbers are those of the committed records?
     scripts/suite times 'A' 'B'                # does the command B take longer than A?
@@ -75,6 +76,12 @@ def parsed(arguments):
     add = command("report", "the page of a folder of results")
     add("results", type=Path, help="folder with records of studies, or JSON files of run and compare")
     add("--out", type=Path, required=True, metavar="DIR", help="folder of the page, made if needed")
+    add = command("picture", "grains, force chains and walls of a run")
+    add("frames", type=Path, help="what nscdd run --frames has written; of a .pvd ParaView draws")
+    add("out", type=Path, nargs="?", help="a picture (.png, .svg, .pdf) or a film (.gif, .mp4); default: FRAMES.png")
+    add("--frame", type=int, metavar="N", help="number of the frame, from 0; -1 is the last (default: the last)")
+    add("--colour", choices=("speed", "spin", "radius", "multiplicity", "subdomain"), default="speed", help="of the grains (default: speed)")
+    add("--rate", type=float, default=10, metavar="N", help="frames a second of a film (default: 10)")
     add = command("front", "the picture of the README")
     add("state", nargs="?", type=Path, default=RESULTS / "reduced/biaxial-dcs-16.h5", help="default: results/reduced/biaxial-dcs-16.h5")
     add = command("counted", "counted numbers beside the committed records")
@@ -101,6 +108,10 @@ def do(options):
         from .page.report import make  # matplotlib takes a while
 
         good = make(options.results, options.out)
+    elif options.what == "picture":
+        from .page.picture import draw as draw_run
+
+        print(draw_run(options.frames, options.out, options.frame, options.colour, options.rate))
     elif options.what == "front":
         from .page.front import draw
 

@@ -411,7 +411,7 @@ class Simulation:
 
         Files take their places at the end of the block, also where an exception ends it. reports/series.md has the columns.
         """
-        self._live.record([os.fspath(path) for path in series], "" if frames is None else os.fspath(frames), every)
+        self._live.record([os.fspath(path) for path in series], [] if frames is None else [os.fspath(frames)], every)
         try:
             yield self
         finally:

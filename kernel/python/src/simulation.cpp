@@ -133,7 +133,7 @@ class Handle {
         if (!recording_) release.emplace();  // two threads must not be within HDF5, which h5py uses too
         return live.step();
     }
-    void record(std::vector<std::string> series, std::string frames, int every) {
+    void record(std::vector<std::string> series, std::vector<std::string> frames, int every) {
         live().record(std::move(series), std::move(frames), every);
         recording_ = true;
     }

@@ -68,13 +68,20 @@ def partition_handles(labels, owner, of_subdomain):
     )
 
 
+TURN, TILT = np.radians(-52), np.radians(28)  # of who looks, from above a corner
+TOWARDS = np.array([np.cos(TURN) * np.cos(TILT), np.sin(TURN) * np.cos(TILT), np.sin(TILT)])
+RIGHT = np.array([np.cos(TURN + np.pi / 2), np.sin(TURN + np.pi / 2), 0])
+
+
+def from_a_corner(x):
+    """Places (..., 3) in the plane of the picture, (..., 2)."""
+    return x @ np.stack([RIGHT, np.cross(TOWARDS, RIGHT)], axis=1)
+
+
 def shaded_spheres(axis, x, radius, colours):
     """Spheres seen from above a corner, the nearest drawn last; four disks each, ever smaller and lighter towards the light."""
-    turn, tilt = np.radians(-52), np.radians(28)
-    right = np.array([np.cos(turn + np.pi / 2), np.sin(turn + np.pi / 2), 0])
-    towards = np.array([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)])
-    order = np.argsort(x @ towards)
-    centre, radius, colours = (x @ np.stack([right, np.cross(towards, right)], axis=1))[order], radius[order], colours[order]
+    order = np.argsort(x @ TOWARDS)
+    centre, radius, colours = from_a_corner(x)[order], radius[order], colours[order]
     disks = ((1.0, 0.0, 0.62 * colours), (0.86, 0.1, 0.85 * colours), (0.6, 0.24, colours), (0.25, 0.36, 1 - 0.8 * (1 - colours)))
     size = np.stack([share * radius for share, _, _ in disks], axis=1).ravel()
     place = np.stack([centre + shift * radius[:, None] * [-0.6, 0.8] for _, shift, _ in disks], axis=1).reshape(-1, 2)
