@@ -5,12 +5,13 @@ import functools
 @functools.cache
 def studies():
     """{name: study}, in the order of the page."""
-    from . import acceleration, accuracy, bits, hard, million, paper, partitions, peers, physics, reduced, rheology, scaling, velocity_error, wild
+    from . import acceleration, accuracy, bits, gallery, hard, million, paper, partitions, peers, physics, reduced, rheology, scaling, velocity_error, wild
 
     classes = (
         paper.Paper,
         physics.Physics,
         rheology.Rheology,
+        gallery.Gallery,
         peers.Peers,
         reduced.Reduced,
         bits.Bits,
