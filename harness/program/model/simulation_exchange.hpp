@@ -154,7 +154,8 @@ class Exchange {
         simulation.insert(mine ? std::span<const Grain<M>>(coming) : std::span<const Grain<M>>());
     }
 
-    // For each place of each grain that waits, 1 where a grain of the subdomain or a wall would overlap it.
+    // For each place of each grain that waits, 1 where a grain of the subdomain, a wall or an obstacle would overlap
+    // it.
     static Buffer blocked_places(const Simulation<M>& simulation, const Subdomain<M>& part,
                                  const std::vector<Waiting>& waiting) {
         Buffer blocked(waiting.size() * trials);
@@ -182,10 +183,18 @@ class Exchange {
                                             return cell.apart(other->position, place).norm() <= other->radius + radius;
                                         }) ||
                     std::ranges::any_of(simulation.walls(),
-                                        [&](const Wall<M>& wall) { return wall.distance(place) <= radius; });
+                                        [&](const Wall<M>& wall) { return wall.distance(place) <= radius; }) ||
+                    near_obstacle(simulation, place, radius);
                 blocked[w * trials + trial] = full;
             }
         return blocked;
+    }
+
+    static bool near_obstacle(const Simulation<M>& simulation, const Vec& place, double radius) {
+        bool near = false;
+        if (const PlacedObstacles<M>* obstacles = simulation.obstacles())
+            obstacles->visit_near(place, radius, [&near](int) { near = true; });
+        return near;
     }
 
     const Scene& scene_;
