@@ -7,7 +7,8 @@ nscdd_test(test_scenes "sanitized" unit/test_detection.cpp unit/test_passing.cpp
 nscdd_test(test_iteration "" unit/test_anderson.cpp unit/test_conservation.cpp unit/test_invariance.cpp unit/test_velocity_error.cpp
            unit/test_distance.cpp)
 nscdd_test(test_cell "" unit/test_cell.cpp)
-nscdd_test(test_moving "" unit/test_moving.cpp unit/test_obstacles.cpp)
+nscdd_test(test_moving "" unit/test_moving.cpp)
+nscdd_test(test_obstacles "" unit/test_obstacles.cpp)
 nscdd_test(test_exchange "" unit/test_exchange.cpp)
 nscdd_test(test_references "" unit/test_newton.cpp unit/test_gradient.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)

@@ -48,7 +48,7 @@ class Targets(ProgramTest):
         )
 
     def test_a_folder_that_is_not_there(self):
-        for command in self.commands(self.folder / "none" / "out"):
+        for command in self.commands(self.folder / "none" / "out.h5"):
             self.refused("does not exist", *command)
 
     def test_only_regular_files_are_replaced(self):

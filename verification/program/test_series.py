@@ -354,11 +354,11 @@ class Frames(SeriesTest):
         """Series, frames and state are those of a run that ends before it."""
         text = SCENE.replace("[0, 0, -10]", "[0, 0, 0]").replace("friction = 0.3", "restitution = 0.5")
         scene = self.write("fast.toml", text.replace("[0.3, 0.1, 1.5]", "[0, 0, 7.51]\nvelocity = [0, 0, -2000]"))
-        out = {name: [self.folder / f"{name}.{end}" for end in ("csv", "h5", "xdmf", "state.h5")] for name in ("refused", "stopped")}
+        out = {name: [self.folder / f"{name}.{end}" for end in ("csv", "h5", "state.h5")] for name in ("refused", "stopped")}
         ends = {}
         for name, files in out.items():
             done = self.run_program(
-                "run", scene, "--quiet", "--series", files[0], "--frames", files[1], "--state", files[3], *(("--steps", 2) if name == "stopped" else ())
+                "run", scene, "--quiet", "--series", files[0], "--frames", files[1], "--state", files[2], *(("--steps", 2) if name == "stopped" else ())
             )
             ends[name] = done.returncode
             self.assertEqual(list(self.folder.glob("*.part")), [])
@@ -509,7 +509,7 @@ class Frames(SeriesTest):
             for corners, n, at in zip(walls["points"][...].reshape(6, 4, 3), normal, offset):
                 np.testing.assert_allclose(corners @ n, at, atol=1e-12)
                 area = np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0]))
-                self.assertAlmostEqual(area, box.prod() / np.abs(box @ n), delta=1e-9)
+                self.assertAlmostEqual(area, box.prod() / np.abs(box @ n), delta=1e-3 * area)
 
     def test_frames_of_vtk_are_the_same_over_ranks_and_those_that_are_there_stay_whole(self):
         for name, ranks in (("own", 0), ("mpi", 2)):
