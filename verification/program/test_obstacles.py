@@ -158,7 +158,7 @@ class Obstacles(ProgramTest):
             (stl([[(0, 0, 0), (1, 1, 1), (2, 2, 2)]]), "scene.toml: obstacle 'plate': facet 0: its corners are on one line"),
             (stl([[(0, 0, 0), (float("nan"), 1, 1), (2, 2, 2)]]), "plate.stl: triangle 0 is not finite"),
             (stl(SHEET, True).replace(b"vertex 2", b"vertex x"), "plate.stl:5: a vertex has three finite numbers"),
-            (stl(SHEET, True).replace(b" endloop", b"  vertex 1 2 3"), "plate.stl:7: a facet has three vertices"),
+            (stl(SHEET, True).replace(b" endloop", b"  vertex 1 2 3"), "plate.stl:8: a facet has three vertices"),
             (b"solid\nsphere 1\n", "plate.stl:2: 'sphere' is no word of an STL file"),
         ):
             (self.folder / "plate.stl").write_bytes(content)

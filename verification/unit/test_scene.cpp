@@ -235,7 +235,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"radius = 0.5", "raduis = 0.5", "bad.toml:7: [[grain]] 0: radius is missing"},
         {"radius = 0.5", "radius = 1\nspin = 1", "bad.toml:10: [[grain]] 0: spin must be 3 numbers, found 1"},
         {"radius = 0.5", "radius = 1\ncolor = 1",
-         "bad.toml:10: [[grain]] 0: unknown key 'color' (known here: position, "},
+         "bad.toml:10: [[grain]] 0: unknown key 'color' (known here: fixed, position, "},
         // materials and pairs
         {"density = 2500.0", "density = 0", "bad.toml:13: material 'glass': density must be > 0, found 0"},
         {"name = \"plate\"", "name = \"glass\"", "bad.toml:15: material 'glass': name is given twice"},

@@ -189,18 +189,19 @@ class PlacedObstacles {
 template <class M>
 struct NearObstacles {
     std::shared_ptr<const PlacedObstacles<M>> obstacles;  ///< of the scene; null where it has none
-    /// Of each contact with an obstacle: the facet's number, and the obstacle's velocity there [m/s]. The k-th has a
-    /// wall of its own in the problem, the k-th behind those of the scene.
+    /// A contact with an obstacle.
     struct Touch {
-        int number;
-        typename M::Vec velocity;
+        int number;                ///< of the facet
+        typename M::Vec velocity;  ///< of the obstacle there [m/s]
     };
+    /// The k-th contact with an obstacle has a wall of its own in the problem, the k-th behind those of the scene.
     std::vector<Touch> touches;
 
     /// The number that candidates have for the wall or facet of a contact with a wall, among `walls`.
     int number_of(const Contact<M>& contact, std::size_t walls) const {
         const auto j = static_cast<std::size_t>(contact.j);
-        return j < walls ? contact.j : touches[j - walls].number;
+        // a solver may have left any number, of which the caller tells
+        return j < walls || j - walls >= touches.size() ? contact.j : touches[j - walls].number;
     }
 };
 
