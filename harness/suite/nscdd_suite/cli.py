@@ -111,7 +111,7 @@ def do(options):
     elif options.what == "picture":
         from .page.picture import draw as draw_run
 
-        print(draw_run(options.frames, options.out, options.frame, options.colour, options.rate))
+        draw_run(options.frames, options.out, options.frame, options.colour, options.rate)
     elif options.what == "front":
         from .page.front import draw
 

@@ -23,7 +23,7 @@ def show(frames, colour="speed"):
     shown.Opacity = 0.35
     tubes = Tube(Input=contacts, Scalars=["POINTS", "radius"], VaryRadius="By Absolute Scalar")
     shown = Show(tubes, view)
-    ColorBy(shown, None)
+    shown.ColorArrayName = ["POINTS", ""]
     shown.AmbientColor = shown.DiffuseColor = [0.76, 0.24, 0.17]
     shown = Show(walls, view)
     shown.Representation = "Wireframe"

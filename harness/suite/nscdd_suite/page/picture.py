@@ -98,7 +98,7 @@ def draw_hdf5(path, out, step, colour, rate):
     if out.suffix == ".mp4" and not shutil.which("ffmpeg"):
         raise InputError("picture: ffmpeg is not there, which makes .mp4: install it, or ask for .gif")
     writer = animation.FFMpegWriter(fps=rate) if out.suffix == ".mp4" else animation.PillowWriter(fps=rate)
-    with writer.saving(canvas.figure, out, dpi=100):
+    with plt.rc_context({"savefig.bbox": None}), writer.saving(canvas.figure, out, dpi=100):  # all of one size
         for frame in frames:
             canvas.draw(frame)
             writer.grab_frame()
@@ -113,11 +113,10 @@ def draw(path, out, step, colour, rate):
         raise InputError(f"picture: {path} is not there: nscdd run --frames makes it")
     if Path(path).suffix != ".pvd":
         draw_hdf5(path, out, step, colour, rate)
-        return out
+        return
     if not shutil.which("pvpython"):
         raise InputError("picture: pvpython is not there, which draws .pvd: scripts/setup --paraview installs it, or write --frames to a name in .h5")
     if ENDINGS[out.suffix] == "film" or out.suffix != ".png":
         raise InputError("picture: of a .pvd a .png is made; films are made of frames in .h5")
     script = Path(__file__).with_name("paraview_scene.py")
     subprocess.run(["pvpython", "--force-offscreen-rendering", script, path, out, colour, str(-1 if step is None else step)], check=True)
-    return out
