@@ -9,6 +9,7 @@ import pathlib
 import re
 import shutil
 import subprocess
+import sys
 import unittest
 import unittest.mock
 
@@ -77,6 +78,12 @@ def agrees(page, printed):
 class Page(ProgramTest):
     def run_block(self, commands):
         environment = {key: value for key, value in os.environ.items() if key != "NSCDD"}
+        python = self.folder / "bin/python3"  # the one that has the packages of scripts/setup
+        if not python.exists():
+            python.parent.mkdir(exist_ok=True)
+            python.write_text(f'#!/bin/sh\nexec {sys.executable} "$@"\n')
+            python.chmod(0o755)
+        environment["PATH"] = f"{python.parent}:{environment['PATH']}"
         return subprocess.run(
             ["bash", "-e", "-c", commands], cwd=self.folder, env=environment, text=True, timeout=300, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
         )
