@@ -168,8 +168,8 @@ class Obstacles(ProgramTest):
             (("[[0, 12], [0, 4], [3, 2]]", "[[0, 12]]"), f"{line + 5}: obstacle 'funnel': points must be at least 2 lists of 2 numbers"),
             (("points = [[0, 12]", 'stl = "x.stl"\n#'), f"{line + 5}: obstacle 'funnel': stl is for three dimensions: give points"),
             (('"right"', '"funnel"'), f"{line + 8}: obstacle 'funnel': name is given twice"),
-            (('motion = "velocity"', 'motion = "rotating"'), f"{line + 14}: obstacle 'gate': rate is missing"),
-            (("velocity = [3, 0]\n", "velocity = [3, 0]\nforce = 2\n"), f"{line + 19}: obstacle 'gate': unknown key 'force'"),
+            (('motion = "velocity"', 'motion = "rotating"'), f"{line + 13}: obstacle 'gate': rate is missing"),
+            (("velocity = [3, 0]\n", "velocity = [3, 0]\nforce = 2\n"), f"{line + 18}: obstacle 'gate': unknown key 'force'"),
         ):
             self.assertIn(f"nscdd: scene.toml:{problem}", self.refused(flow.replace(*change)))
         self.assertEqual(
