@@ -28,6 +28,7 @@ def show(frames, colour="speed"):
     shown = Show(walls, view)
     shown.Representation = "Wireframe"
     shown.AmbientColor = shown.DiffuseColor = [0.3, 0.3, 0.3]
+    view.UseColorPaletteForBackground = 0
     view.Background = [1, 1, 1]
     return view
 

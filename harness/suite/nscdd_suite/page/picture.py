@@ -1,6 +1,7 @@
 """A run as a picture or a film: grains, force chains, walls and cell, from frames that the program has written.
 
 Frames in HDF5 are drawn by matplotlib. Frames for ParaView (.pvd) are drawn by ParaView's pvpython, with real spheres and tubes."""
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -119,4 +120,7 @@ def draw(path, out, step, colour, rate):
     if ENDINGS[out.suffix] == "film" or out.suffix != ".png":
         raise InputError("picture: of a .pvd a .png is made; films are made of frames in .h5")
     script = Path(__file__).with_name("paraview_scene.py")
-    subprocess.run(["pvpython", "--force-offscreen-rendering", script, path, out, colour, str(-1 if step is None else step)], check=True)
+    screen = [] if os.environ.get("DISPLAY") else ["xvfb-run", "-a"]  # Debian's ParaView draws on one, if not a real one
+    if screen and not shutil.which(screen[0]):
+        raise InputError("picture: pvpython needs a display: give one, or install xvfb, whose xvfb-run makes one")
+    subprocess.run([*screen, "pvpython", "--force-offscreen-rendering", script, path, out, colour, str(-1 if step is None else step)], check=True)
