@@ -82,6 +82,7 @@ def parsed(arguments):
     add("--frame", type=int, metavar="N", help="number of the frame, from 0; -1 is the last (default: the last)")
     add("--colour", choices=("speed", "spin", "radius", "multiplicity", "subdomain"), default="speed", help="of the grains (default: speed)")
     add("--rate", type=float, default=10, metavar="N", help="frames a second of a film (default: 10)")
+    add("--size", type=int, default=960, metavar="N", help="pixels of the longer side of a picture of frames in .h5, about (default: 960)")
     add = command("front", "the picture of the README")
     add("state", nargs="?", type=Path, default=RESULTS / "reduced/biaxial-dcs-16.h5", help="default: results/reduced/biaxial-dcs-16.h5")
     add = command("counted", "counted numbers beside the committed records")
@@ -111,7 +112,7 @@ def do(options):
     elif options.what == "picture":
         from .page.picture import draw as draw_run
 
-        draw_run(options.frames, options.out, options.frame, options.colour, options.rate)
+        draw_run(options.frames, options.out, options.frame, options.colour, options.rate, options.size)
     elif options.what == "front":
         from .page.front import draw
 

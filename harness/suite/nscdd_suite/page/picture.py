@@ -1,6 +1,7 @@
 """A run as a picture or a film: grains, force chains, walls and cell, from frames that the program has written.
 
 Frames in HDF5 are drawn by matplotlib. Frames for ParaView (.pvd) are drawn by ParaView's pvpython, with real spheres and tubes."""
+import io
 import os
 import shutil
 import subprocess
@@ -12,11 +13,12 @@ from matplotlib import animation
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 
-from ..record import InputError
+from ..record import InputError, aside
 from .packings import add_disks, from_a_corner, shaded_spheres
-from .style import INK, plt
+from .style import INK, fewer_colours, plt
 
 ENDINGS = {".png": "picture", ".svg": "picture", ".pdf": "picture", ".gif": "film", ".mp4": "film"}
+INCHES = 6.4  # the longer side of what is drawn
 WALL = {"colors": "#6b6b66", "linewidths": 1.6}
 RIM = {"edgecolors": "#8a8a86", "linewidths": 0.3}
 
@@ -63,9 +65,11 @@ class Canvas:
         self.mean_force = forces.mean() if len(forces) else 1.0
         values = np.concatenate([f.values for f in frames])
         self.norm = Normalize(values.min(), max(values.max(), values.min() + 1e-300))
+        diameter = 2 * INCHES * 72 * np.mean(np.concatenate([f.radius for f in frames])) / max(high - low)  # as it is drawn, in points
+        self.width = min(5, 0.4 * diameter)  # of the thickest chain
         width, height = (high - low) / max(high - low)
         panels = 1 if disks else 2
-        self.figure, axes = plt.subplots(1, panels, figsize=(panels * (6.4 * width + 0.6), 6.4 * height + 0.9), squeeze=False)
+        self.figure, axes = plt.subplots(1, panels, figsize=(panels * (INCHES * width + 0.6), INCHES * height + 0.9), squeeze=False)
         self.axes = axes[0]
         self.map = plt.cm.ScalarMappable(self.norm, "viridis")
         self.figure.colorbar(self.map, ax=list(self.axes), label=colour, shrink=0.8)
@@ -79,7 +83,7 @@ class Canvas:
         else:
             shaded_spheres(self.axes[0], frame.x, frame.radius, colours)
             self.axes[1].set_title("force chains")
-        widths = np.minimum(0.8 * np.abs(frame.force) / self.mean_force, 5)
+        widths = self.width * np.minimum(0.16 * np.abs(frame.force) / self.mean_force, 1)
         chains = {"colors": INK if not self.disks else "#c33c2c", "linewidths": widths, "capstyle": "round"}
         self.axes[-1].add_collection(LineCollection(self.plane(frame.ends), **chains))
         for axis in self.axes:
@@ -89,31 +93,41 @@ class Canvas:
         self.axes[0].set_title(f"{len(frame.radius)} grains, time {frame.time:.4g}")
 
 
-def draw_hdf5(path, out, step, colour, rate):
+def draw_picture(frame, disks, out, colour, size):
+    """One frame, with extent and scales of its own; its longer side has about so many pixels."""
+    canvas, stream = Canvas([frame], disks, colour), io.BytesIO()
+    canvas.draw(frame)
+    canvas.figure.savefig(stream, format=out.suffix[1:], dpi=size / max(canvas.figure.get_size_inches()))
+    plt.close(canvas.figure)
+    aside(out, fewer_colours(stream.getvalue(), 192) if out.suffix == ".png" else stream.getvalue())
+
+
+def draw_hdf5(path, out, step, colour, rate, size):
     frames, disks = read_frames(path, colour)
-    canvas = Canvas(frames, disks, colour)
     if ENDINGS[out.suffix] == "picture":
-        canvas.draw(frames[-1] if step is None else frames[step])
-        canvas.figure.savefig(out, dpi=150)
+        if step is not None and not -len(frames) <= step < len(frames):
+            raise InputError(f"picture: {path} has {len(frames)} frames, counted from 0: there is no frame {step}")
+        draw_picture(frames[-1 if step is None else step], disks, out, colour, size)
         return
     if out.suffix == ".mp4" and not shutil.which("ffmpeg"):
         raise InputError("picture: ffmpeg is not there, which makes .mp4: install it, or ask for .gif")
     writer = animation.FFMpegWriter(fps=rate) if out.suffix == ".mp4" else animation.PillowWriter(fps=rate)
+    canvas = Canvas(frames, disks, colour)
     with plt.rc_context({"savefig.bbox": None}), writer.saving(canvas.figure, out, dpi=100):  # all of one size
         for frame in frames:
             canvas.draw(frame)
             writer.grab_frame()
 
 
-def draw(path, out, step, colour, rate):
-    """Writes the picture `out` of the frame number `step` (None: the last), or the film of all frames. Raises InputError."""
+def draw(path, out, step, colour, rate, size=960):
+    """Writes the picture `out` of the frame number `step` (None: the last) with `size` pixels on its longer side, or the film of all frames. Raises InputError."""
     out = Path(out) if out else Path(path).with_suffix(".png")
     if out.suffix not in ENDINGS:
         raise InputError(f"picture: {out}: expected a name that ends in one of {', '.join(ENDINGS)}")
     if not Path(path).exists():
         raise InputError(f"picture: {path} is not there: nscdd run --frames makes it")
     if Path(path).suffix != ".pvd":
-        draw_hdf5(path, out, step, colour, rate)
+        draw_hdf5(path, out, step, colour, rate, size)
         return
     if not shutil.which("pvpython"):
         raise InputError("picture: pvpython is not there, which draws .pvd: scripts/setup --paraview installs it, or write --frames to a name in .h5")

@@ -68,11 +68,11 @@ def shorter(svg):
     return re.sub(rb'<g((?: clip-path="[^"]*")?)>\n((?:<use [^>]*/>\n)+)</g>', hoist, svg)
 
 
-def fewer_colours(png):
+def fewer_colours(png, colours=96):
     """Of a picture of thousands of shaded spheres: a sixth of the bytes, and the eye sees no difference."""
     stream = io.BytesIO()
     picture = Image.open(io.BytesIO(png)).convert("RGB")
-    picture.quantize(96, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(stream, "png", optimize=True)
+    picture.quantize(colours, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(stream, "png", optimize=True)
     return stream.getvalue()
 
 
