@@ -55,7 +55,8 @@ def page(text, path):
         part = re.sub(r"\$\$(.+?)\$\$", r"\\f[\1\\f]", part, flags=re.DOTALL)
         part = re.sub(r"(?<![\\f])\$([^$\n]+(?:\n[^$\n]+)?)\$", r"\\f$\1\\f$", part)
         part = re.sub(r"(?<=\n\n)(?=\\f\$)", "\u200b", part)  # else a paragraph that begins so is a part of the list above it
-        return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", lambda found: linked(found, path, pages, children), part)
+        part = re.sub(r"!\[([^\]]+)\]\((?:[^)\s]*/)?([^)\s/]+)\)", r"![\1](\2)", part)  # Doxygen looks for a picture by its name
+        return re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", lambda found: linked(found, path, pages, children), part)
 
     def curly(paragraph):  # Doxygen loses formulas between quotation marks that are straight
         if "$" not in paragraph or re.match(r"```| {4}", paragraph):

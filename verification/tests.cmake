@@ -170,6 +170,7 @@ if(NSCDD_PROGRAM)
     endif()
     nscdd_program_test("the paper at its smallest" program test_paper)
     nscdd_program_test("granular physics" program test_physics)
+    nscdd_program_test("gallery" program test_gallery)
     # counts of the reduced scenes against those that were accepted: a minute on two cores
     add_test(NAME "regression of counts and simulated speed-ups" COMMAND ${NSCDD_TEST_PYTHON} -m nscdd_suite regression
              --results ${CMAKE_CURRENT_BINARY_DIR}/regression)

@@ -30,6 +30,9 @@ class Pages(unittest.TestCase):
             self.filtered("[x](energy.md), [again](energy.md)", "reports/findings/README.md"), '@subpage findings-energy "x", @ref findings-energy "again"'
         )
 
+    def test_pictures_are_found_by_their_name(self):
+        self.assertEqual(self.filtered("![a b](pictures/c.png) [d](../METHOD.md)", "kernel/python/x.md"), '![a b](c.png) @ref METHOD "d"')
+
     def test_the_text_of_a_link_is_one_line(self):
         self.assertEqual(self.filtered("[x\ny](REFERENCES.md)"), '@ref REFERENCES "x y"')
 
@@ -59,6 +62,7 @@ class Site(ProgramTest):
                 if target and not (html / target).exists() or anchor and anchor not in anchors.get(target or name, {anchor}):
                     dead.add((name, target, anchor))
         self.assertEqual(dead, set())
+        self.assertTrue((html / "silo.png").exists() and 'src="silo.png"' in texts["manual-18-gallery.html"])
         for name in ("METHOD.html", "manual.html", "floors.html", "findings-energy.html", "classnscdd_1_1Simulation.html"):
             self.assertTrue((html / name).exists(), name)
 

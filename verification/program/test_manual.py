@@ -29,6 +29,7 @@ PAGES = [
     "14-obstacles.md",
     "15-laws.md",
     "16-grains.md",
+    "18-gallery.md",
 ]
 OWN_CODE = "9-own-code.md"  # needs none of the others
 PYTHON = "17-python.md"  # neither does this

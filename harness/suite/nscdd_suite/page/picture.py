@@ -69,7 +69,8 @@ class Canvas:
         self.width = min(5, 0.4 * diameter)  # of the thickest chain
         width, height = (high - low) / max(high - low)
         panels = 1 if disks else 2
-        self.figure, axes = plt.subplots(1, panels, figsize=(panels * (INCHES * width + 0.6), INCHES * height + 0.9), squeeze=False)
+        size = (max(panels * (INCHES * width + 0.6), 2.6), INCHES * height + 0.9)  # the title wants room
+        self.figure, axes = plt.subplots(1, panels, figsize=size, squeeze=False)
         self.axes = axes[0]
         self.map = plt.cm.ScalarMappable(self.norm, "viridis")
         self.figure.colorbar(self.map, ax=list(self.axes), label=colour, shrink=0.8)

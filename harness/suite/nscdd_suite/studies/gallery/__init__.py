@@ -123,7 +123,7 @@ class Gallery(Study):
         ours, low, high, law, *note = scene.measure(plan.folder / name, self.packing(plan, name))
         return {
             **{"scene": name, "grains": runs[0]["grains"], "steps": sum(run["steps"] for run in runs), "quantity": told["quantity"]},
-            **{"ours": float(ours) if np.isfinite(ours) else None, "published": float(law), "allowed": {"from": float(low), "to": float(high)}},
+            **{"ours": float(f"{ours:.9g}") if np.isfinite(ours) else None, "published": float(law), "allowed": {"from": float(low), "to": float(high)}},
             **{"within": bool(low <= ours <= high)},
             **({"note": note[0]} if note else {}),
             **{"unconverged_steps": sum(run["unconverged_steps"] for run in runs), "command": runs[0]["command"]},
