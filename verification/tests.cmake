@@ -98,6 +98,10 @@ endif()
 get_target_property(eigen_include Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 add_test(NAME consumer COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/consumer
          -DCXX=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)
+add_test(NAME "consumer within another project" COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR}
+         -DINSTALLED=${CMAKE_CURRENT_BINARY_DIR}/consumer/installed -DWORK=${CMAKE_CURRENT_BINARY_DIR}/embedded
+         -DCXX=${CMAKE_CXX_COMPILER} -DGENERATOR=${CMAKE_GENERATOR} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/embedded.cmake)
+set_tests_properties("consumer within another project" PROPERTIES DEPENDS consumer)
 add_test(NAME "consumer with options of its own" COMMAND ${CMAKE_COMMAND} -DINCLUDE=${PROJECT_SOURCE_DIR}/kernel/include
          -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/foreign
          "-DSYSTEM=${eigen_include};${MPI_CXX_INCLUDE_DIRS}"
@@ -112,7 +116,7 @@ add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLU
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
 add_test(NAME "consumer of the compiled kernel" COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM}
          -DWORK=${CMAKE_CURRENT_BINARY_DIR}/compiled -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/compiled.cmake)
-set_tests_properties(consumer "consumer of the compiled kernel" "what the compiler says" "headers compile alone" "one header knows MPI, one METIS"
+set_tests_properties(consumer "consumer within another project" "consumer of the compiled kernel" "what the compiler says" "headers compile alone" "one header knows MPI, one METIS"
                      PROPERTIES LABELS build TIMEOUT 600)
 # it compiles for two minutes; the kernel breaks it when GCC warns anew
 set_tests_properties("consumer with options of its own" PROPERTIES LABELS full TIMEOUT 600)
@@ -161,6 +165,7 @@ if(NSCDD_PROGRAM)
     nscdd_program_test("options of scenes, help and results" program test_options)
     nscdd_program_test("floors of kernel and program" program test_floors)
     nscdd_program_test("words a sentence" program test_words)
+    nscdd_program_test("packages" program test_packages)
     nscdd_program_test("site of manual and reference" program test_docs)
     set_tests_properties("program: site of manual and reference" PROPERTIES SKIP_REGULAR_EXPRESSION "OK \\(skipped")
     nscdd_program_test("commands of the manual" program test_manual.Tutorial test_manual.Agreement test_manual.Index)

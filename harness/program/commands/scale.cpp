@@ -305,6 +305,13 @@ class Job {
     Json json_;
 };
 
+// Beside this program where it is built, in its folder of programs for programs where it is installed.
+std::string simulator() {
+    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+    const std::filesystem::path installed = here / ".." / NSCDD_SIMULATOR_DIR / "nscdd_simulated";
+    return std::filesystem::exists(installed) ? installed.lexically_normal() : here / "nscdd_simulated";
+}
+
 }  // namespace
 
 CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
@@ -313,7 +320,7 @@ CLI::App* add_scale(CLI::App& app, ScaleArguments& arguments) {
     RunArguments& run = arguments.run;
     run.scheme = "dcs";
     run.steps = 1;
-    arguments.simulator = NSCDD_SIMULATOR;
+    arguments.simulator = simulator();
     add_source_options(
         *command, run,
         "Go on from a state that `nscdd run --state` wrote: steps are counted, and one timed, from there");

@@ -98,7 +98,10 @@
                    NSCDD_ABI_IF(__AVX512VPOPCNTDQ__, q), NSCDD_ABI_IF(__AVX512FP16__, h),                              \
                    NSCDD_ABI_IF(__AVX512BF16__, g), NSCDD_ABI_IF(__AVXVNNI__, y))
 
-// Such as avx2_4_sfbclpmh_v for -march=x86-64-v3.
+// Such as avx2_4_sfbclpmh_v for -march=x86-64-v3. Given by who links libraries that the loader picks
+// (kernel/src/levels.cmake).
+#if !defined(NSCDD_ABI)
 #define NSCDD_ABI                                                                                                      \
     NSCDD_ABI_JOIN(NSCDD_ABI_VECTORS, _, NSCDD_LANES, NSCDD_ABI_EIGEN, NSCDD_ABI_SCALAR, NSCDD_ABI_AVX512, , , , , , , \
                    , , , )
+#endif

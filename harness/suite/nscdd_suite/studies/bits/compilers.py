@@ -59,7 +59,14 @@ def build(name):
     """Path of a program that this machine can start."""
     (compiler, flags), folder, arm = BUILDS[name], HERE / name, name == "aarch64"
     folder.mkdir(parents=True, exist_ok=True)
-    options = ["-DCMAKE_BUILD_TYPE=Release", "-DNSCDD_NATIVE=OFF", "-DNSCDD_TESTS=OFF", f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={flags}"]
+    options = [
+        "-DCMAKE_BUILD_TYPE=Release",
+        "-DNSCDD_NATIVE=OFF",
+        "-DNSCDD_LEVELS=",
+        "-DNSCDD_TESTS=OFF",
+        f"-DCMAKE_CXX_COMPILER={compiler}",
+        f"-DCMAKE_CXX_FLAGS={flags}",
+    ]
     call("cmake", "-G", "Ninja", "-S", ROOT, "-B", folder, *options, *(arm_options() if arm else []), stdout=subprocess.DEVNULL)
     call("cmake", "--build", folder, "-j", os.cpu_count(), "--target", "nscdd", stdout=subprocess.DEVNULL)
     program, starter = folder / "bin/nscdd", folder / "nscdd"
