@@ -116,6 +116,10 @@ add_test(NAME "one header knows MPI, one METIS" COMMAND ${CMAKE_COMMAND} -DINCLU
          -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/optional_libraries.cmake)
 add_test(NAME "consumer of the compiled kernel" COMMAND ${CMAKE_COMMAND} -DBUILD=${PROJECT_BINARY_DIR} -DCXX=${CMAKE_CXX_COMPILER} -DNM=${CMAKE_NM}
          -DWORK=${CMAKE_CURRENT_BINARY_DIR}/compiled -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/compiled.cmake)
+# it compiles the kernel twice, ten minutes: when the kernel, or what is said of instruction sets, changes
+add_test(NAME "libraries for each processor" COMMAND ${CMAKE_COMMAND} -DREPOSITORY=${PROJECT_SOURCE_DIR} -DWORK=${CMAKE_CURRENT_BINARY_DIR}/levels
+         -DCXX=${CMAKE_CXX_COMPILER} -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/levels.cmake)
+set_tests_properties("libraries for each processor" PROPERTIES LABELS full TIMEOUT 2400)
 set_tests_properties(consumer "consumer within another project" "consumer of the compiled kernel" "what the compiler says" "headers compile alone" "one header knows MPI, one METIS"
                      PROPERTIES LABELS build TIMEOUT 600)
 # it compiles for two minutes; the kernel breaks it when GCC warns anew

@@ -20,6 +20,8 @@ def tile(source, target, tiles):
             to[k * len(x) : (k + 1) * len(x)] = x + np.array(cell) * box
         many["radius"] = np.tile(radius, count)
         many["box"] = box * tiles
+        if "periodic" in one:  # what repeats is as whole with as many copies
+            many["periodic"] = one["periodic"][...]
     part.replace(target)
 
 

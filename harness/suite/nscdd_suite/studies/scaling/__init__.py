@@ -49,14 +49,20 @@ class Scaling(Study):
     def state(self, plan, name):
         """A packing, its state, and options that say both."""
         scene, grains, tiles, steps = (TABLES["states"][name][key] for key in ("scene", "grains", "tiles", "steps"))
+        cases = TABLES["states"][name].get("cases", "reduced")
         if plan.quick:
             grains, steps = QUICK_GRAINS, QUICK_STEPS
-        packing = plan.pack(f"cases/packings/{scene}.toml", grains=grains, cost=grains / 500, generator="own" if plan.quick else ())
+        packing = plan.pack(
+            f"cases/packings/{scene if cases == 'reduced' else f'{cases}-{scene}'}.toml",
+            grains=grains,
+            cost=grains / 500,
+            generator="own" if plan.quick else (),
+        )
         if max(tiles) > 1:
             one, packing = packing, plan.folder / "packings" / f"{name}.h5"
             copies = [2] * len(tiles) if plan.quick else tiles
             plan.add(f"packing {name}", [packing], [python("tiling", one, packing, *copies)], needs=[one])
-        out, source = plan.folder / f"{name}.h5", [f"cases/reduced/{scene}.toml", "--packing", packing]
+        out, source = plan.folder / f"{name}.h5", [f"cases/{cases}/{scene}.toml", "--packing", packing]
         command = [NSCDD, "run", *source, "--steps", steps, "--method", "auto", "--state", out, "--quiet"]
         plan.add(f"state {name}", [out], [command], needs=[packing], cost=steps * grains / 5000)
         return packing, out, [*source, "--from", out]
