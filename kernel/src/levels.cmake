@@ -5,7 +5,8 @@
 # The names in them are the same (core/abi.hpp: NSCDD_ABI), and so is the layout of what passes between them and a program:
 # packets are of no type that is stored. -Bsymbolic: a library calls its own inline functions, not those of a lesser program.
 set(NSCDD_LIBRARY STATIC)
-set(NSCDD_LIBRARY_DIR ${PROJECT_BINARY_DIR}/lib CACHE INTERNAL "where libraries are built")
+set(NSCDD_LIBRARY_DIR ${PROJECT_BINARY_DIR}/lib CACHE PATH "Where libraries are built")
+mark_as_advanced(NSCDD_LIBRARY_DIR)
 
 # nscdd_library(TARGET NAME): a library of the kind and the place that NSCDD_LEVELS asks for.
 function(nscdd_library target name)
