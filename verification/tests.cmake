@@ -13,7 +13,7 @@ nscdd_test(test_exchange "" unit/test_exchange.cpp)
 nscdd_test(test_references "" unit/test_newton.cpp unit/test_gradient.cpp)
 nscdd_test(test_local_form "" unit/test_local_form.cpp)
 nscdd_test(test_cohesive "" unit/test_cohesive.cpp)
-nscdd_test(test_rolling "" unit/test_rolling.cpp)
+nscdd_test(test_rolling "" unit/test_rolling.cpp unit/test_rolling_form.cpp)
 # 40 steps over and over: minutes under the sanitizers, in --full
 nscdd_test(test_steps "" unit/test_stepping.cpp agreement/test_reference.cpp)
 

@@ -2,12 +2,14 @@
 /// The contact problem in local form: u = W r + q and the law. The Delassus operator W is stored by blocks.
 ///
 /// It is for problems of other codes, whose blocks need not be diagonal, and for checks. Scenes of grains are solved
-/// matrix-free (contact_problem.hpp). Components of a contact are ordered as in FCLIB: normal first, then tangential.
+/// matrix-free (contact_problem.hpp). Components of a contact are ordered as in FCLIB: normal first, then tangential,
+/// then those of the couple where contacts have one.
 #pragma once
 
 #include "nscdd/core/abi.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <stdexcept>
 #include <string>
@@ -17,12 +19,19 @@
 namespace nscdd { inline namespace NSCDD_ABI {
 
 /// A problem with this law at each contact: 0 <= u_n perp r_n >= 0, |r_t| <= mu r_n, and r_t = -mu r_n u_t/|u_t| where
-/// u_t != 0.
-template <int Dimension>
+/// u_t != 0. With `Rolls` a contact has a couple c besides, about its tangents, and the relative spin w_t there:
+/// |c| <= mu_r r_n, and c = -mu_r r_n w_t/|w_t| where w_t != 0.
+template <int Dimension, bool Rolls = false>
 struct DelassusProblem {
-    static constexpr int dim = Dimension;                             ///< components of a contact, 2 or 3
-    using Vec = Eigen::Matrix<double, dim, 1, Eigen::DontAlign>;      ///< of one contact: normal, then tangential
-    using Block = Eigen::Matrix<double, dim, dim, Eigen::DontAlign>;  ///< of W [1/kg]
+    static constexpr int dim = Dimension;              ///< of space, 2 or 3
+    static constexpr bool rolls = Rolls;               ///< whether contacts have a couple
+    static constexpr int tangents = dim - 1;           ///< components of r_t, and of the couple
+    static constexpr int parts = rolls ? 2 : 1;        ///< r_t, and the couple
+    static constexpr int size = 1 + parts * tangents;  ///< components of a contact
+    /// Of one contact: normal, then tangential [N s or m/s], then the couple or the spin [N m s or rad/s].
+    using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
+    using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;  ///< of W [1/kg; 1/(kg m); 1/(kg m^2)]
+    using Limits = std::array<double, parts>;  ///< mu, then mu_r [m]: the largest |r_t| and |c| over r_n
 
     ///@{
     /// W by rows of blocks. Those of row c are blocks[k], in block column columns[k], for row_begin[c] <= k <
@@ -32,8 +41,17 @@ struct DelassusProblem {
     std::vector<Block> blocks;     ///< blocks of W that are stored, row by row [1/kg]
     std::vector<Vec> q;            ///< free relative velocity, bias included [m/s]
     std::vector<double> friction;  ///< mu of each contact
+    std::vector<double> rolling;   ///< mu_r of each contact [m]; empty without couples
 
     std::size_t contact_count() const { return q.size(); }  ///< number of contacts, from the size of q
+
+    /// What bounds the parts of an impulse at contact c, over r_n.
+    Limits limits(std::size_t c) const {
+        if constexpr (rolls)
+            return {friction[c], rolling[c]};
+        else
+            return {friction[c]};
+    }
 
     /// One block of W, for set_blocks().
     struct Entry {

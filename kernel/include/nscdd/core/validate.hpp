@@ -159,8 +159,9 @@ void validate(const ContactProblem<M>& problem) {
 
 /// Throws std::invalid_argument unless W has the shape that DelassusProblem says, all numbers are finite, and r has one
 /// impulse for each contact.
-template <int dim>
-void validate(const DelassusProblem<dim>& problem, const std::vector<typename DelassusProblem<dim>::Vec>& r) {
+template <int dim, bool rolls>
+void validate(const DelassusProblem<dim, rolls>& problem,
+              const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     const std::size_t count = problem.contact_count(), stored = problem.blocks.size();
     const auto sizes = [](const char* what, std::size_t is, std::size_t should) {
         if (is != should)
@@ -168,6 +169,7 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
                            std::to_string(is) + " of them, needs " + std::to_string(should));
     };
     sizes("coefficients of friction", problem.friction.size(), count);
+    if constexpr (rolls) sizes("coefficients of rolling", problem.rolling.size(), count);
     sizes("impulses r", r.size(), count);
     sizes("ends of the rows of W", problem.row_begin.size(), count + 1);
     sizes("diagonal blocks of W", problem.diagonal.size(), count);
@@ -190,6 +192,8 @@ void validate(const DelassusProblem<dim>& problem, const std::vector<typename De
         here(problem.q[c].allFinite(), "q is not finite");
         here(r[c].allFinite(), "the impulse is not finite");
         here(detail::is_mass(problem.friction[c]), "the coefficient of friction is negative or not finite");
+        if constexpr (rolls)
+            here(detail::is_mass(problem.rolling[c]), "the coefficient of rolling is negative or not finite");
     }
 }
 

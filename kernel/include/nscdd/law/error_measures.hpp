@@ -6,17 +6,23 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "nscdd/law/eta.hpp"
 #include "nscdd/law/one_contact.hpp"
+#include "nscdd/law/rolling_contact.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Errors of an answer, dimensionless, 0 for an exact one. Velocities are u = W r + q always. Norms are Euclidean over
 /// all components. "Largest" is the largest absolute component: of r, or of u and q together.
+///
+/// Where contacts have couples, these and the spins are taken as r_t and u_t are. natural_map and worst have the units
+/// of the problem. In all others a couple is an impulse, and a spin a velocity, by the length sqrt(W_t/W_s) of the
+/// contact.
 struct ErrorMeasures {
     double natural_map = 0;            ///< |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
     double natural_map_velocity = 0;   ///< F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
@@ -31,29 +37,54 @@ struct ErrorMeasures {
     double worst = 0;               ///< size of F there, over the same as natural_map
 };
 
-/// The point of the cone |y_t| <= mu y_n nearest to y. Newton's project_cone() is not used, because these measures
-/// judge its answers.
-template <class Vec>
-Vec project_on_cone(const Vec& y, double mu) {
-    constexpr int tangents = Vec::RowsAtCompileTime - 1;
-    const double t = y.template tail<tangents>().norm();
-    if (mu * t <= -y[0]) return Vec::Zero();  // tested first: with mu = t = 0 an opening contact needs 0
-    if (t <= mu * y[0]) return y;
-    const double normal = (mu * t + y[0]) / (1 + mu * mu);
-    Vec p;
+/// The point of the cone |y_k| <= mu_k y_n nearest to y. y has its normal part first, then parts y_k of equal size, one
+/// for each limit mu_k: y_t, or y_t and a couple [AcaryBourrier21]. Newton's project_cone() is not used, because these
+/// measures judge its answers.
+template <class Vec, std::size_t parts>
+Vec project_on_cone(const Vec& y, const std::array<double, parts>& limits) {
+    constexpr int size = (Vec::RowsAtCompileTime - 1) / static_cast<int>(parts);
+    const auto part = [](auto& vector, std::size_t k) {
+        return vector.template segment<size>(1 + static_cast<int>(k) * size);
+    };
+    std::array<double, parts> length;
+    std::array<bool, parts> cut;
+    for (std::size_t k = 0; k < parts; ++k) length[k] = part(y, k).norm(), cut[k] = true;
+    // Parts within their limit are no longer cut, which lets the normal part grow: none comes back.
+    double normal = 0;
+    for (std::size_t pass = 0; pass <= parts; ++pass) {
+        double sum = y[0], square = 1;
+        for (std::size_t k = 0; k < parts; ++k)
+            if (cut[k]) sum += limits[k] * length[k], square += limits[k] * limits[k];
+        normal = sum / square;
+        if (normal <= 0) return Vec::Zero();
+        for (std::size_t k = 0; k < parts; ++k) cut[k] = cut[k] && length[k] > limits[k] * normal;
+    }
+    Vec p = y;
     p[0] = normal;
-    p.template tail<tangents>() = mu * normal / t * y.template tail<tangents>();
+    for (std::size_t k = 0; k < parts; ++k)
+        if (cut[k]) part(p, k) *= limits[k] * normal / length[k];
     return p;
 }
+/// The same of |y_t| <= mu y_n alone.
+template <class Vec>
+Vec project_on_cone(const Vec& y, double mu) {
+    return project_on_cone(y, std::array{mu});
+}
 
-/// The function F of one contact, r - P_K(r - rho (u + mu |u_t| n)). It is zero where the law holds, whatever rho > 0
-/// [Acary18].
+/// The function F of one contact, r - P_K(r - rho (u + s n)), s the sum of mu |u_t| and of mu_r times the spin where
+/// there is a couple. It is zero where the law holds, whatever rho > 0 [Acary18, AcaryBourrier21].
+template <class Vec, std::size_t parts>
+Vec natural_map(const Vec& r, const Vec& u, const std::array<double, parts>& limits, double rho) {
+    constexpr int size = (Vec::RowsAtCompileTime - 1) / static_cast<int>(parts);
+    Vec y = r - rho * u;
+    for (std::size_t k = 0; k < parts; ++k)
+        y[0] -= rho * limits[k] * u.template segment<size>(1 + static_cast<int>(k) * size).norm();
+    return r - project_on_cone(y, limits);
+}
+/// The same of friction alone.
 template <class Vec>
 Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
-    constexpr int tangents = Vec::RowsAtCompileTime - 1;
-    Vec y = r - rho * u;
-    y[0] -= rho * mu * u.template tail<tangents>().norm();
-    return r - project_on_cone(y, mu);
+    return natural_map(r, u, std::array{mu}, rho);
 }
 
 namespace detail {
@@ -66,13 +97,13 @@ inline double relative(double value, double scale) {
 }  // namespace detail
 
 /// ErrorMeasures::natural_map alone, the stopping test of solvers. It costs one product with W.
-template <int dim>
-double natural_map_error(const DelassusProblem<dim>& problem,
-                         const std::vector<typename DelassusProblem<dim>::Vec>& r) {
+template <int dim, bool rolls>
+double natural_map_error(const DelassusProblem<dim, rolls>& problem,
+                         const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     double map = 0, q = 0, rr = 0, uu = 0;
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
-        const typename DelassusProblem<dim>::Vec u = problem.velocity(c, r);
-        map += natural_map(r[c], u, problem.friction[c], 1.0).squaredNorm();
+        const typename DelassusProblem<dim, rolls>::Vec u = problem.velocity(c, r);
+        map += natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
         q += problem.q[c].squaredNorm();
         rr += r[c].squaredNorm();
         uu += u.squaredNorm();
@@ -80,54 +111,92 @@ double natural_map_error(const DelassusProblem<dim>& problem,
     return detail::relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
 
+namespace detail {
+
+/// Sums of squares of q, r and u.
+struct Squares {
+    double q = 0, r = 0, u = 0;
+    void add(const auto& one_q, const auto& one_r, const auto& one_u) {
+        q += one_q.squaredNorm(), r += one_r.squaredNorm(), u += one_u.squaredNorm();
+    }
+};
+
+/// A contact whose couple is an impulse by a length, its spin a velocity: r over `unit`, u times `unit`.
+template <class Problem>
+struct InOneUnit {
+    typename Problem::Vec unit = Problem::Vec::Ones();
+    typename Problem::Limits limits;
+
+    InOneUnit(const typename Problem::Block& w, const typename Problem::Limits& given) : limits(given) {
+        if constexpr (Problem::rolls) {
+            const double tangential = w.diagonal().template segment<Problem::tangents>(1).sum(),
+                         spin = w.diagonal().template tail<Problem::tangents>().sum();
+            const double length = tangential > 0 && spin > 0 ? std::sqrt(tangential / spin) : 1;
+            unit.template tail<Problem::tangents>().setConstant(length);
+            limits[1] /= length;
+        }
+    }
+    typename Problem::Vec velocity(const typename Problem::Vec& u) const { return u.cwiseProduct(unit); }
+    typename Problem::Vec impulse(const typename Problem::Vec& r) const { return r.cwiseQuotient(unit); }
+    double mean_of_diagonal(const typename Problem::Block& w) const {
+        return w.diagonal().dot(unit.cwiseAbs2()) / Problem::size;
+    }
+};
+
+}  // namespace detail
+
 /// All measures of the impulses r. r has one impulse per contact, in the order and axes of the problem.
-template <int dim>
-ErrorMeasures error_measures(const DelassusProblem<dim>& problem,
-                             const std::vector<typename DelassusProblem<dim>::Vec>& r) {
-    using Vec = typename DelassusProblem<dim>::Vec;
-    constexpr int tangents = dim - 1;
+template <int dim, bool rolls>
+ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
+                             const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
+    using Problem = DelassusProblem<dim, rolls>;
+    using Vec = typename Problem::Vec;
     ErrorMeasures e;
     e.least_normal_impulse = e.least_normal_velocity = problem.contact_count() > 0 ? HUGE_VAL : 0;
-    double map = 0, map_velocity = 0, map_impulse = 0, q2 = 0, r2 = 0, u2 = 0;
+    detail::Squares given, alike;  // in the units of the problem, and in one unit each
+    double map = 0, map_velocity = 0, map_impulse = 0;
     double change = 0, energy = 0, next_energy = 0, round_off = 0, largest_r = 0, largest_u = 0;
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
-        const double mu = problem.friction[c];
         const Vec u = problem.velocity(c, r);
-        const double un = u[0], rn = r[c][0];
-        const double ut = u.template tail<tangents>().norm(), rt = r[c].template tail<tangents>().norm();
-
-        const double f = natural_map(r[c], u, mu, 1.0).squaredNorm();
+        given.add(problem.q[c], r[c], u);
+        const double f = natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
         map += f;
         if (f > e.worst * e.worst) e.worst = std::sqrt(f), e.worst_contact = c;
-        const double mean = w.trace() / dim, stiffness = mean > 0 ? mean : 1;
-        const double g = natural_map(r[c], u, mu, 1 / stiffness).squaredNorm();
-        map_impulse += g;
-        map_velocity += stiffness * stiffness * g;
 
-        const Vec next = detail::one_contact<dim>(w, u - w * r[c], mu), step = next - r[c];
+        const Vec next = detail::answer_of_contact(problem, c, Vec(u - w * r[c])), step = next - r[c];
         change += step.dot(w * step);
         energy += r[c].dot(w * r[c]);
         next_energy += next.dot(w * next);
-        round_off += problem.q[c].squaredNorm() / w(0, 0);
 
-        q2 += problem.q[c].squaredNorm();
-        r2 += r[c].squaredNorm();
-        u2 += u.squaredNorm();
-        largest_r = (std::max)(largest_r, r[c].cwiseAbs().maxCoeff());
-        largest_u = (std::max)({largest_u, u.cwiseAbs().maxCoeff(), problem.q[c].cwiseAbs().maxCoeff()});
+        const detail::InOneUnit<Problem> one(w, problem.limits(c));
+        const Vec velocity = one.velocity(u), impulse = one.impulse(r[c]), free = one.velocity(problem.q[c]);
+        alike.add(free, impulse, velocity);
+        const double mean = one.mean_of_diagonal(w), stiffness = mean > 0 ? mean : 1;
+        const double g = natural_map(impulse, velocity, one.limits, 1 / stiffness).squaredNorm();
+        map_impulse += g;
+        map_velocity += stiffness * stiffness * g;
+        round_off += free.squaredNorm() / w(0, 0);
+
+        const double un = u[0], rn = r[c][0];
+        largest_r = (std::max)(largest_r, impulse.cwiseAbs().maxCoeff());
+        largest_u = (std::max)({largest_u, velocity.cwiseAbs().maxCoeff(), free.cwiseAbs().maxCoeff()});
         e.least_normal_impulse = (std::min)(e.least_normal_impulse, rn);
         e.least_normal_velocity = (std::min)(e.least_normal_velocity, un);
-        e.cone_excess = (std::max)(e.cone_excess, rt - mu * (std::max)(rn, 0.0));
         e.complementarity = (std::max)(e.complementarity, std::abs(un * rn));
-        e.dissipation = (std::max)(
-            e.dissipation, std::abs(mu * rn * ut + r[c].template tail<tangents>().dot(u.template tail<tangents>())));
+        for (std::size_t k = 0; k < one.limits.size(); ++k) {
+            const int first = 1 + static_cast<int>(k) * Problem::tangents;
+            const auto held = impulse.template segment<Problem::tangents>(first),
+                       slip = velocity.template segment<Problem::tangents>(first);
+            e.cone_excess = (std::max)(e.cone_excess, held.norm() - one.limits[k] * (std::max)(rn, 0.0));
+            e.dissipation = (std::max)(e.dissipation, std::abs(one.limits[k] * rn * slip.norm() + held.dot(slip)));
+        }
     }
-    const double q = std::sqrt(q2), rr = std::sqrt(r2), uu = std::sqrt(u2), scale = (std::max)({q, rr, uu});
+    const double scale = std::sqrt((std::max)({given.q, given.r, given.u}));
     e.natural_map = detail::relative(std::sqrt(map), scale);
     e.worst = detail::relative(e.worst, scale);
-    e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), (std::max)(q, uu));
-    e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), rr);
+    e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), std::sqrt((std::max)(alike.q, alike.u)));
+    e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), std::sqrt(alike.r));
     e.eta = detail::energy_residual(change, energy, next_energy, round_off);
     const auto over = [](double& value, double largest) {
         if (largest > 0) value /= largest;

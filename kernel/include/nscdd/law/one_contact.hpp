@@ -1,7 +1,8 @@
 /// @file
 /// The exact answer of one contact whose block of W is full. One scalar equation is solved inside a bracket.
 ///
-/// For disks and spheres the block is diagonal, and solve_contact() has the answer in closed form.
+/// For disks and spheres the block is diagonal, and solve_contact() has the answer in closed form. Contacts with a
+/// couple have rolling_contact().
 #pragma once
 
 #include "nscdd/core/abi.hpp"  // before anything else of Eigen

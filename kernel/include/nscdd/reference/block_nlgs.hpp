@@ -21,21 +21,22 @@ struct BlockOptions {
 };
 
 /// Makes one pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
-template <int dim>
-void block_sweep(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r) {
+template <int dim, bool rolls>
+void block_sweep(const DelassusProblem<dim, rolls>& problem,
+                 std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
-        const typename DelassusProblem<dim>::Vec others = problem.velocity(c, r) - w * r[c];
-        r[c] = detail::one_contact<dim>(w, others, problem.friction[c]);
+        const typename DelassusProblem<dim, rolls>::Vec others = problem.velocity(c, r) - w * r[c];
+        r[c] = detail::answer_of_contact(problem, c, others);
     }
 }
 
 /// Sweeps until the natural map is small enough. The report's residual is the natural map. r is start and answer, one
 /// impulse per contact. Throws std::invalid_argument for a faulty problem and for options without an end,
 /// std::runtime_error when the impulses are no longer finite.
-template <int dim>
-SolveReport block_nlgs(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
-                       const BlockOptions& options = {}) {
+template <int dim, bool rolls>
+SolveReport block_nlgs(const DelassusProblem<dim, rolls>& problem,
+                       std::vector<typename DelassusProblem<dim, rolls>::Vec>& r, const BlockOptions& options = {}) {
     if (!(options.tolerance >= 0) || options.check_every < 1 || options.max_iterations < 0)
         throw std::invalid_argument("the tolerance must be a number and not negative, check_every at least 1");
     validate(problem, r);
