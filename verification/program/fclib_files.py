@@ -29,22 +29,25 @@ def write_matrix(file, group, a, kind):
     file[f"{group}/x"] = np.concatenate([x, spare])
 
 
-def write_local(path, w, q, mu, kind="columns"):
+def write_problem(path, group, matrices, vectors, kind, mu_r):
+    """With mu_r a problem with rolling resistance; the first vector has the components of all contacts."""
+    group += "" if mu_r is None else "_rolling"
+    vectors |= {} if mu_r is None else {"mu_r": mu_r}
     with h5py.File(path, "w") as file:
-        file["fclib_local/spacedim"] = np.array([len(q) // len(mu)], np.int32)
-        write_matrix(file, "fclib_local/W", w, kind)
-        file["fclib_local/vectors/q"], file["fclib_local/vectors/mu"] = q, mu
+        file[f"{group}/spacedim"] = np.array([len(next(iter(vectors.values()))) // len(vectors["mu"])], np.int32)
+        for name, matrix in matrices.items():
+            write_matrix(file, f"{group}/{name}", matrix, kind)
+        for name, values in vectors.items():
+            file[f"{group}/vectors/{name}"] = values
     return path
 
 
-def write_global(path, m, h, f, w, mu, kind="triplets"):
-    with h5py.File(path, "w") as file:
-        file["fclib_global/spacedim"] = np.array([len(w) // len(mu)], np.int32)
-        write_matrix(file, "fclib_global/M", m, kind)
-        write_matrix(file, "fclib_global/H", h, kind)
-        for name, values in (("f", f), ("w", w), ("mu", mu)):
-            file[f"fclib_global/vectors/{name}"] = values
-    return path
+def write_local(path, w, q, mu, kind="columns", mu_r=None):
+    return write_problem(path, "fclib_local", {"W": w}, {"q": q, "mu": mu}, kind, mu_r)
+
+
+def write_global(path, m, h, f, w, mu, kind="triplets", mu_r=None):
+    return write_problem(path, "fclib_global", {"M": m, "H": h}, {"w": w, "f": f, "mu": mu}, kind, mu_r)
 
 
 def dense(group):
@@ -68,3 +71,45 @@ def law_errors(w, q, mu, r):
     limit = mu * np.maximum(r[:, 0], 0)
     pushed *= np.minimum(1, limit / np.maximum(length, 1e-300))[:, None]
     return np.maximum(signorini, s * np.linalg.norm(r[:, 1:] - pushed, axis=1)) / np.abs(q).max()
+
+
+def rolling_parts(w, q, mu, r):
+    """r and u = W r + q of each contact: normal, friction and slip, couple and spin."""
+    size = len(q) // len(mu)
+    part = (size - 1) // 2
+    return [(v[:, 0], v[:, 1 : 1 + part], v[:, 1 + part :]) for v in (a.reshape(-1, size) for a in (r, w @ r + q))]
+
+
+def rolling_natural_map(w, q, mu, mu_r, r):
+    """|r - P(r - u - (mu |slip| + mu_r |spin|) n)| over the largest of |q|, |r| and |u|, as Siconos 4.4 has it.
+
+    P is the nearest point of the cone |friction| <= mu n, |couple| <= mu_r n. Its n is the root of n - y_n - mu (|y_t| - mu n)^+ -
+    mu_r (|y_c| - mu_r n)^+, which rises: found by halving.
+    """
+    (rn, rt, rc), (un, ut, uc) = rolling_parts(w, q, mu, r)
+    length = lambda v: np.linalg.norm(v, axis=1)
+    yn, yt, yc = rn - un - mu * length(ut) - mu_r * length(uc), rt - ut, rc - uc
+    low, high = np.zeros(len(yn)), np.abs(yn) + mu * length(yt) + mu_r * length(yc)
+    for _ in range(200):
+        n = 0.5 * (low + high)
+        beyond = n - yn - mu * np.maximum(length(yt) - mu * n, 0) - mu_r * np.maximum(length(yc) - mu_r * n, 0) > 0
+        low, high = np.where(beyond, low, n), np.where(beyond, n, high)
+    within = lambda y, limit: y * np.minimum(1, limit / np.maximum(length(y), 1e-300))[:, None]
+    error = np.hstack([(rn - low)[:, None], rt - within(yt, mu * low), rc - within(yc, mu_r * low)])
+    return np.linalg.norm(error) / max(np.linalg.norm(a) for a in (q, r, w @ r + q))
+
+
+def rolling_statuses(w, q, mu, mu_r, r):
+    """Numbers of contacts that are open, held, slide, roll, or do both."""
+    (rn, _, _), (_, ut, uc) = rolling_parts(w, q, mu, r)
+    speed = 1e-5 * max(np.abs(q).max(), 1e-300)
+    closed = rn > 1e-9 * rn.max()
+    slides, rolls = (np.linalg.norm(u, axis=1) > speed for u in (ut, uc))
+    kinds = {
+        "open": ~closed,
+        "held": closed & ~slides & ~rolls,
+        "slides": closed & slides & ~rolls,
+        "rolls": closed & ~slides & rolls,
+        "both": closed & slides & rolls,
+    }
+    return {kind: int(count.sum()) for kind, count in kinds.items()}

@@ -5,6 +5,8 @@
 
 #include "../catch.hpp"
 #include "files/hdf5.hpp"
+#include "made_up_contacts.hpp"
+#include "model/global_form.hpp"
 #include "model/local_form.hpp"
 #include "scratch.hpp"
 
@@ -29,7 +31,8 @@ GlobalProblem two_contacts() {
 }
 
 bool equal(const LocalProblem& a, const LocalProblem& b) {
-    return a.dim == b.dim && a.q == b.q && a.friction == b.friction && Eigen::MatrixXd(a.w) == Eigen::MatrixXd(b.w);
+    return a.dim == b.dim && a.q == b.q && a.friction == b.friction && a.rolling == b.rolling &&
+           Eigen::MatrixXd(a.w) == Eigen::MatrixXd(b.w);
 }
 
 }  // namespace
@@ -89,6 +92,43 @@ TEST_CASE("A local problem and its solution are written and read", "[fclib]") {
     const auto refused = complaint<InputError>([&] { read_fclib(scratch.write("text.hdf5", "no HDF5")); });
     CHECK(refused.find("text.hdf5") != std::string::npos);
     CHECK(!complaint<OutputError>([&] { write_fclib(scratch.path("no/folder"), local, solution, {}); }).empty());
+}
+
+TEMPLATE_TEST_CASE("The global form of a model is condensed to its local one, and is read as it was written", "[fclib]",
+                   SmoothDisks, FrictionSpheres, (Model<2, Rolling>), (Model<3, Rolling>)) {
+    using M = TestType;
+    Random random(7);
+    const ContactProblem<M> problem = made_up_contacts<M>(random);
+    const LocalProblem local = to_sparse(assemble(problem));
+    const GlobalProblem global = global_form(problem);
+    CHECK(global.f.size() == 5 * M::dof + 1);  // one body is fixed, one wall driven
+    const auto same = [&](const LocalProblem& other) {
+        CHECK((Eigen::MatrixXd(other.w) - Eigen::MatrixXd(local.w)).norm() < 1e-13 * local.w.norm());
+        CHECK((other.q - local.q).norm() < 1e-13 * local.q.norm());
+        CHECK(other.friction == local.friction);
+        CHECK(other.rolling == local.rolling);
+        CHECK(other.size() == LocalForm<M>::size);
+    };
+    same(condense(global));
+    // velocities with the impulses are those that the bodies have
+    const Eigen::VectorXd v = body_velocities(global, flat(local_impulses(problem)));
+    for (int b = 0; b < 5; ++b)
+        CHECK((v.segment<M::dof>(b * M::dof) - problem.bodies[static_cast<std::size_t>(b)].v).norm() < 1e-13);
+    CHECK(v[v.size() - 1] == Approx(problem.walls[1].speed));
+
+    const Scratch scratch;
+    const std::string path = scratch.path("problem.hdf5");
+    FclibSolution solution;
+    solution.r = solution.u = local.q, solution.v = v;
+    write_fclib(path, global, solution, {});
+    const auto read = std::get<GlobalProblem>(read_fclib(path));
+    CHECK(Eigen::MatrixXd(read.m) == Eigen::MatrixXd(global.m));
+    CHECK(Eigen::MatrixXd(read.h) == Eigen::MatrixXd(global.h));
+    CHECK((read.f == global.f && read.w == global.w && read.rolling == global.rolling && read.dim == M::dim));
+    CHECK(hdf5::Reader(path).has(M::rolling ? "fclib_global_rolling" : "fclib_global"));
+    write_fclib(path, local, solution, {});
+    CHECK(equal(std::get<LocalProblem>(read_fclib(path)), local));
+    CHECK(hdf5::Reader(path).has(M::rolling ? "fclib_local_rolling" : "fclib_local"));
 }
 
 TEST_CASE("A matrix that promises more than it holds is refused before it is made", "[fclib][bad-input]") {

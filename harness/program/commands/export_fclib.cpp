@@ -24,7 +24,10 @@ CLI::App* add_export_fclib(CLI::App& app, ExportFclibArguments& arguments) {
     command->add_option("--max-iterations", arguments.max_iterations, "Cap of the step exported")
         ->check(whole_number())
         ->capture_default_str();
-    command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local, /solution)")
+    command->add_option("--form", arguments.form, "local: u = W r + q; global: M v = H r + f, u = H^T v + w")
+        ->check(CLI::IsMember({"local", "global"}))
+        ->capture_default_str();
+    command->add_option("-o,--output", arguments.output, "HDF5 file to write (/fclib_local or another, /solution)")
         ->required()
         ->check(file_name());
     command->add_flag("--quiet", arguments.run.quiet, "No progress, no summary");
@@ -38,15 +41,17 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
     run.steps = arguments.step;
     RunRequest request = prepare_run(run, provenance, {}, false);
     check_outputs({{"--output", arguments.output}}, inputs_of(run, request.scene));
-    request.export_options = SolveOptions{.tolerance = arguments.tolerance,
-                                          .check_every = request.scene.solver.options(true).check_every,
-                                          .max_iterations = arguments.max_iterations}
-                                 .accelerated();
+    request.export_request = {.options = SolveOptions{.tolerance = arguments.tolerance,
+                                                      .check_every = request.scene.solver.options(true).check_every,
+                                                      .max_iterations = arguments.max_iterations}
+                                             .accelerated(),
+                              .global = arguments.form == "global"};
     InProcess comm(1);
     FileSet none;
     const RunResult result = choose_model(request.scene)(request, comm, none);
     const auto& [problem, solution, report] = result.exported.value();
-    if (problem.friction.size() == 0)
+    const auto contacts = std::visit([](const auto& any) { return any.friction.size(); }, problem);
+    if (contacts == 0)
         throw InputError(fmt::format("{}: step {} has no contacts, there is nothing to export",
                                      arguments.run.start.scene, arguments.step));
     write_fclib(arguments.output, problem, solution,
@@ -56,11 +61,11 @@ int export_fclib(const ExportFclibArguments& arguments, const Provenance& proven
                                             "{:.3g}, eta {:.3g}. nscdd {}: {}",
                                             request.scene.step.h, solution.solver, solution.natural_map, solution.eta,
                                             provenance.commit, provenance.command),
-                 .math_info = "W symmetric positive semi-definite"});
+                 .math_info = arguments.form == "local" ? "W symmetric positive semi-definite"
+                                                        : "M diagonal and positive definite"});
     if (!arguments.run.quiet)
-        say("{}: {} contacts, {} more iterations: natural map {:.3g}, eta {:.3g}{}\n", arguments.output,
-            problem.friction.size(), report.iterations, solution.natural_map, solution.eta,
-            report.converged ? "" : ": NOT CONVERGED");
+        say("{}: {} contacts, {} more iterations: natural map {:.3g}, eta {:.3g}{}\n", arguments.output, contacts,
+            report.iterations, solution.natural_map, solution.eta, report.converged ? "" : ": NOT CONVERGED");
     return report.converged ? 0 : 3;
 }
 

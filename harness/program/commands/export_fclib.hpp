@@ -10,7 +10,7 @@ namespace nscdd {
 
 struct ExportFclibArguments {
     RunArguments run;
-    std::string output;
+    std::string output, form = "local";
     int step = 1, max_iterations = 200000;
     double tolerance = 1e-8;
 };

@@ -97,6 +97,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"file", arguments.file},
                      {"form", global ? "global" : "local"},
                      {"dimension", local.dim},
+                     {"rolling", local.rolls()},
                      {"contacts", local.friction.size()},
                      {"blocks", solved.blocks},
                      {"solver", arguments.solver},
@@ -109,11 +110,11 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         write_json(files, arguments.json, json);
     }
     files.commit();
-    say("{}: {} contacts in {}D, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
+    say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
         "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
-        arguments.file, local.friction.size(), local.dim, solved.report.iterations,
-        offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess, e.complementarity,
-        e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
+        arguments.file, local.friction.size(), local.dim, local.rolls() ? " that resist rolling" : "",
+        solved.report.iterations, offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess,
+        e.complementarity, e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }
 

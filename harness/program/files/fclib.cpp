@@ -71,36 +71,63 @@ Sparse matrix(const hdf5::Reader& file, const std::string& group, Eigen::Index r
     return out;
 }
 
+// The group that a problem has in its file.
+struct Kind {
+    const char* group;
+    bool global, rolls;
+};
+constexpr Kind kinds[] = {{"fclib_local", false, false},
+                          {"fclib_local_rolling", false, true},
+                          {"fclib_global", true, false},
+                          {"fclib_global_rolling", true, true}};
+
+const Kind& kind_of(const hdf5::Reader& file, const std::string& path) {
+    for (const Kind& kind : kinds)
+        if (file.has(kind.group)) return kind;
+    throw InputError(path + ": is not an FCLIB file: it has neither fclib_local nor fclib_global");
+}
+
+std::string group_for(bool global, bool rolls) {
+    return std::ranges::find_if(kinds, [=](const Kind& k) { return k.global == global && k.rolls == rolls; })->group;
+}
+
 template <class Problem>
-void read_contacts(const hdf5::Reader& file, const std::string& group, Problem& problem) {
-    problem.dim = scalar(file, group + "/spacedim");
-    if (problem.dim != 2 && problem.dim != 3)
-        throw file.error(group + "/spacedim", fmt::format("must be 2 or 3, found {}", problem.dim));
-    const std::string mu = group + "/vectors/mu";
+Problem read_contacts(const hdf5::Reader& file, const Kind& kind) {
+    const std::string group = kind.group, spacedim = group + "/spacedim", mu = group + "/vectors/mu", mu_r = mu + "_r";
+    Problem problem;
+    const int components = scalar(file, spacedim), in_2d = kind.rolls ? 3 : 2, in_3d = kind.rolls ? 5 : 3;
+    if (components != in_2d && components != in_3d)
+        throw file.error(spacedim, fmt::format("must be {} or {}, found {}", in_2d, in_3d, components));
+    problem.dim = components == in_2d ? 2 : 3;
     problem.friction = vector(file, mu, static_cast<Eigen::Index>(length(file, mu)));
     if (problem.friction.size() == 0) throw file.error(mu, "there are no contacts");
     if (problem.friction.minCoeff() < 0) throw file.error(mu, "must not be negative");
-}
-
-LocalProblem read_local(const hdf5::Reader& file) {
-    LocalProblem problem;
-    read_contacts(file, "fclib_local", problem);
-    const Eigen::Index size = problem.dim * problem.friction.size();
-    problem.w = matrix(file, "fclib_local/W", size, size);
-    problem.q = vector(file, "fclib_local/vectors/q", size);
+    if (kind.rolls) {
+        problem.rolling = vector(file, mu_r, problem.friction.size());
+        if (problem.rolling.minCoeff() < 0) throw file.error(mu_r, "must not be negative");
+    }
     return problem;
 }
 
-GlobalProblem read_global(const hdf5::Reader& file) {
-    GlobalProblem problem;
-    read_contacts(file, "fclib_global", problem);
-    const Eigen::Index size = problem.dim * problem.friction.size();
-    const auto dof = static_cast<Eigen::Index>(length(file, "fclib_global/vectors/f"));
-    if (dof == 0) throw file.error("fclib_global/vectors/f", "is empty: there is nothing that moves");
-    problem.f = vector(file, "fclib_global/vectors/f", dof);
-    problem.m = matrix(file, "fclib_global/M", dof, dof);
-    problem.h = matrix(file, "fclib_global/H", dof, size);
-    problem.w = vector(file, "fclib_global/vectors/w", size);
+LocalProblem read_local(const hdf5::Reader& file, const Kind& kind) {
+    const std::string group = kind.group;
+    auto problem = read_contacts<LocalProblem>(file, kind);
+    const Eigen::Index size = problem.size() * problem.friction.size();
+    problem.w = matrix(file, group + "/W", size, size);
+    problem.q = vector(file, group + "/vectors/q", size);
+    return problem;
+}
+
+GlobalProblem read_global(const hdf5::Reader& file, const Kind& kind) {
+    const std::string group = kind.group;
+    auto problem = read_contacts<GlobalProblem>(file, kind);
+    const Eigen::Index size = problem.size() * problem.friction.size();
+    const auto dof = static_cast<Eigen::Index>(length(file, group + "/vectors/f"));
+    if (dof == 0) throw file.error(group + "/vectors/f", "is empty: there is nothing that moves");
+    problem.f = vector(file, group + "/vectors/f", dof);
+    problem.m = matrix(file, group + "/M", dof, dof);
+    problem.h = matrix(file, group + "/H", dof, size);
+    problem.w = vector(file, group + "/vectors/w", size);
     return problem;
 }
 
@@ -149,13 +176,13 @@ void add_solution(hdf5::Writer& file, const std::string& info, const FclibSoluti
 
 }  // namespace
 
-std::variant<LocalProblem, GlobalProblem> read_fclib(const std::string& path) {
+FclibProblem read_fclib(const std::string& path) {
     const hdf5::Reader file(path);
-    for (const char* bilateral : {"fclib_local/V", "fclib_global/G"})
-        if (file.has(bilateral)) throw file.error(bilateral, "bilateral constraints are not supported");
-    if (file.has("fclib_local")) return read_local(file);
-    if (file.has("fclib_global")) return read_global(file);
-    throw InputError(path + ": is not an FCLIB file: it has neither fclib_local nor fclib_global");
+    const Kind& kind = kind_of(file, path);
+    const std::string bilateral = std::string(kind.group) + (kind.global ? "/G" : "/V");
+    if (file.has(bilateral)) throw file.error(bilateral, "bilateral constraints are not supported");
+    if (kind.global) return read_global(file, kind);
+    return read_local(file, kind);
 }
 
 Eigen::VectorXd read_fclib_impulses(const std::string& path, Eigen::Index components) {
@@ -171,6 +198,7 @@ LocalProblem condense(const GlobalProblem& problem) {
     local.w = transposed * moved;
     local.q = problem.w + transposed * Eigen::VectorXd(masses.solve(problem.f));
     local.friction = problem.friction;
+    local.rolling = problem.rolling;
     return local;
 }
 
@@ -178,24 +206,39 @@ Eigen::VectorXd body_velocities(const GlobalProblem& problem, const Eigen::Vecto
     return Masses(problem.m).solve(Eigen::VectorXd(problem.h * r + problem.f));
 }
 
-void write_fclib(const std::string& path, const LocalProblem& problem, const FclibSolution& solution,
+void write_fclib(const std::string& path, const FclibProblem& problem, const FclibSolution& solution,
                  const FclibInfo& info) {
     hdf5::Writer file(path);
-    file.write<int>("fclib_local/spacedim", {problem.dim}, {1});
-    write_matrix(file, "fclib_local/W", problem.w);
-    write_vector(file, "fclib_local/vectors/q", problem.q);
-    write_vector(file, "fclib_local/vectors/mu", problem.friction);
-    file.text("fclib_local/info/title", info.title);
-    file.text("fclib_local/info/description", info.description);
-    file.text("fclib_local/info/math_info", info.math_info);
-    add_solution(file, "fclib_local/info", solution);
+    const auto* global = std::get_if<GlobalProblem>(&problem);
+    const std::string group = std::visit([&](const auto& any) { return group_for(global, any.rolls()); }, problem);
+    std::visit(
+        [&](const auto& any) {
+            file.write<int>(group + "/spacedim", {any.size()}, {1});
+            write_vector(file, group + "/vectors/mu", any.friction);
+            if (any.rolls()) write_vector(file, group + "/vectors/mu_r", any.rolling);
+        },
+        problem);
+    if (global) {
+        write_matrix(file, group + "/M", global->m);
+        write_matrix(file, group + "/H", global->h);
+        write_vector(file, group + "/vectors/f", global->f);
+        write_vector(file, group + "/vectors/w", global->w);
+    } else {
+        const auto& local = std::get<LocalProblem>(problem);
+        write_matrix(file, group + "/W", local.w);
+        write_vector(file, group + "/vectors/q", local.q);
+    }
+    file.text(group + "/info/title", info.title);
+    file.text(group + "/info/description", info.description);
+    file.text(group + "/info/math_info", info.math_info);
+    add_solution(file, group + "/info", solution);
     file.save();
 }
 
 void write_fclib_solution(FileSet& files, const std::string& path, const std::string& source,
                           const FclibSolution& solution) {
     const hdf5::Reader from(source);
-    const std::string group = from.has("fclib_local") ? "fclib_local" : "fclib_global";
+    const std::string group = kind_of(from, source).group;
     hdf5::Writer file(files, path);
     file.copy(from, group);
     add_solution(file, group + "/info", solution);

@@ -8,42 +8,48 @@
 
 namespace nscdd {
 
-template <int dim>
-using LocalVectors = std::vector<typename DelassusProblem<dim>::Vec>;
+template <int dim, bool rolls = false>
+using LocalVectors = std::vector<typename DelassusProblem<dim, rolls>::Vec>;
 
-template <int dim>
-Eigen::VectorXd flat(const LocalVectors<dim>& vectors) {
-    Eigen::VectorXd out(dim * static_cast<Eigen::Index>(vectors.size()));
-    for (std::size_t c = 0; c < vectors.size(); ++c) out.segment<dim>(dim * static_cast<Eigen::Index>(c)) = vectors[c];
+template <class Vec>
+Eigen::VectorXd flat(const std::vector<Vec>& vectors) {
+    constexpr int size = Vec::RowsAtCompileTime;
+    Eigen::VectorXd out(size * static_cast<Eigen::Index>(vectors.size()));
+    for (std::size_t c = 0; c < vectors.size(); ++c)
+        out.segment<size>(size * static_cast<Eigen::Index>(c)) = vectors[c];
     return out;
 }
 
-template <int dim>
-LocalVectors<dim> by_contact(const Eigen::VectorXd& values) {
-    LocalVectors<dim> out;
-    for (Eigen::Index c = 0; c < values.size(); c += dim) out.emplace_back(values.segment<dim>(c));
+template <class Vec>
+std::vector<Vec> by_contact(const Eigen::VectorXd& values) {
+    constexpr int size = Vec::RowsAtCompileTime;
+    std::vector<Vec> out;
+    for (Eigen::Index c = 0; c < values.size(); c += size) out.emplace_back(values.segment<size>(c));
     return out;
 }
 
 // Throws std::runtime_error when a contact cannot move along its normal.
-template <int dim>
-DelassusProblem<dim> to_blocks(const LocalProblem& local) {
-    DelassusProblem<dim> problem;
-    problem.q = by_contact<dim>(local.q);
+template <int dim, bool rolls = false>
+DelassusProblem<dim, rolls> to_blocks(const LocalProblem& local) {
+    using Problem = DelassusProblem<dim, rolls>;
+    constexpr int size = Problem::size;
+    Problem problem;
+    problem.q = by_contact<typename Problem::Vec>(local.q);
     problem.friction.assign(local.friction.begin(), local.friction.end());
-    std::vector<typename DelassusProblem<dim>::Entry> entries;
+    problem.rolling.assign(local.rolling.begin(), local.rolling.end());
+    std::vector<typename Problem::Entry> entries;
     std::vector<std::size_t> entry_of_row(problem.contact_count(), 0);  // plus one; 0: none yet
     for (int column = 0; column < static_cast<int>(problem.contact_count()); ++column) {
         const std::size_t first = entries.size();
-        for (int k = 0; k < dim; ++k)
-            for (Eigen::SparseMatrix<double>::InnerIterator value(local.w, column * dim + k); value; ++value) {
-                const auto row = value.row() / dim;
+        for (int k = 0; k < size; ++k)
+            for (Eigen::SparseMatrix<double>::InnerIterator value(local.w, column * size + k); value; ++value) {
+                const auto row = value.row() / size;
                 std::size_t& entry = entry_of_row[static_cast<std::size_t>(row)];
                 if (entry <= first) {
-                    entries.push_back({static_cast<int>(row), column, DelassusProblem<dim>::Block::Zero()});
+                    entries.push_back({static_cast<int>(row), column, Problem::Block::Zero()});
                     entry = entries.size();
                 }
-                entries[entry - 1].block(value.row() % dim, k) += value.value();
+                entries[entry - 1].block(value.row() % size, k) += value.value();
             }
     }
     problem.set_blocks(std::move(entries));
@@ -53,37 +59,38 @@ DelassusProblem<dim> to_blocks(const LocalProblem& local) {
     return problem;
 }
 
-template <int dim>
-LocalProblem to_sparse(const DelassusProblem<dim>& problem) {
+template <int dim, bool rolls>
+LocalProblem to_sparse(const DelassusProblem<dim, rolls>& problem) {
+    constexpr int size = DelassusProblem<dim, rolls>::size;
     std::vector<Eigen::Triplet<double>> triplets;
-    triplets.reserve(problem.blocks.size() * dim * dim);
+    triplets.reserve(problem.blocks.size() * size * size);
     for (std::size_t row = 0; row < problem.contact_count(); ++row)
         for (int b = problem.row_begin[row]; b < problem.row_begin[row + 1]; ++b) {
             const auto block = static_cast<std::size_t>(b);
-            for (int i = 0; i < dim; ++i)
-                for (int j = 0; j < dim; ++j)
-                    triplets.emplace_back(static_cast<int>(row) * dim + i, problem.columns[block] * dim + j,
+            for (int i = 0; i < size; ++i)
+                for (int j = 0; j < size; ++j)
+                    triplets.emplace_back(static_cast<int>(row) * size + i, problem.columns[block] * size + j,
                                           problem.blocks[block](i, j));
         }
     LocalProblem local;
     local.dim = dim;
-    local.q = flat<dim>(problem.q);
-    local.friction =
-        Eigen::Map<const Eigen::VectorXd>(problem.friction.data(), static_cast<Eigen::Index>(problem.friction.size()));
+    local.q = flat(problem.q);
+    local.friction = to_vector(problem.friction);
+    local.rolling = to_vector(problem.rolling);
     local.w.resize(local.q.size(), local.q.size());
     local.w.setFromTriplets(triplets.begin(), triplets.end());
     return local;
 }
 
 // r as a solution, with u = W r + q and its errors.
-template <int dim>
-FclibSolution to_solution(const DelassusProblem<dim>& problem, const LocalVectors<dim>& r, const ErrorMeasures& errors,
-                          const std::string& solver) {
-    LocalVectors<dim> u;
+template <int dim, bool rolls>
+FclibSolution to_solution(const DelassusProblem<dim, rolls>& problem, const LocalVectors<dim, rolls>& r,
+                          const ErrorMeasures& errors, const std::string& solver) {
+    LocalVectors<dim, rolls> u;
     for (std::size_t c = 0; c < r.size(); ++c) u.push_back(problem.velocity(c, r));
     FclibSolution solution;
-    solution.r = flat<dim>(r);
-    solution.u = flat<dim>(u);
+    solution.r = flat(r);
+    solution.u = flat(u);
     solution.natural_map = errors.natural_map;
     solution.eta = errors.eta;
     solution.solver = solver;

@@ -6,6 +6,7 @@
 #include "files/progress.hpp"
 #include "files/say.hpp"
 #include "model/calibrate_model.hpp"
+#include "model/global_form.hpp"
 #include "model/local_form.hpp"
 #include "model/notes.hpp"
 #include "model/problem.hpp"
@@ -76,15 +77,35 @@ std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulati
     return found;
 }
 
-// The problem of a step that sequential NLGS has solved, solved on to `options`.
+// What FCLIB cannot say is refused before the steps are made.
 template <class M>
-ExportedProblem solve_on(ContactProblem<M> problem, const SolveOptions& options) {
+void check_export(const Scene& scene) {
+    if constexpr (!InLocalForm<typename M::Law>)
+        throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
+    if constexpr (M::rolling && M::dim == 3)
+        for (const ScenePair& pair : scene.pairs)
+            if (const auto twisting = pair.coefficients.find("twisting");
+                twisting != pair.coefficients.end() && twisting->second > 0)
+                throw InputError(fmt::format("{}: pair '{}'-'{}': FCLIB has no resistance to twisting: leave it out",
+                                             scene.file, scene.materials[static_cast<std::size_t>(pair.a)].name,
+                                             scene.materials[static_cast<std::size_t>(pair.b)].name));
+}
+
+// The problem of a step that sequential NLGS has solved, solved on to the options of the request.
+template <class M>
+ExportedProblem solve_on(ContactProblem<M> problem, const ExportRequest& request) {
     ExportedProblem out;
-    out.report = nlgs(problem, options);
-    const DelassusProblem<M::dim> local = assemble(problem);
-    const LocalVectors<M::dim> r = local_impulses(problem);
-    out.problem = to_sparse(local);
+    out.report = nlgs(problem, request.options);
+    const LocalForm<M> local = assemble(problem);
+    const auto r = local_impulses(problem);
     out.solution = to_solution(local, r, error_measures(local, r), "nlgs");
+    if (request.global) {
+        GlobalProblem global = global_form(problem);
+        out.solution.v = body_velocities(global, out.solution.r);
+        out.problem = std::move(global);
+    } else {
+        out.problem = to_sparse(local);
+    }
     return out;
 }
 
@@ -202,8 +223,7 @@ template <class M>
 RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     using namespace run_detail;
     const Scene& scene = request.scene;
-    if (request.export_options && !SolvedOnCone<typename M::Law>)
-        throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
+    if (request.export_request) check_export<M>(scene);
     BuiltScene<M> built = build_scene<M>(request, comm);
     keep_automatic_step(request, built);
     std::vector<int> periodic = std::move(request.packing.periodic);
@@ -254,8 +274,8 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     result.multiplicity = multiplicities(simulation);
     result.so_far = request.so_far;
     result.grains_left = simulation.grain_count();
-    if constexpr (SolvedOnCone<typename M::Law>)
-        if (request.export_options) result.exported = solve_on(simulation.parts()[0].problem, *request.export_options);
+    if constexpr (InLocalForm<typename M::Law>)
+        if (request.export_request) result.exported = solve_on(simulation.parts()[0].problem, *request.export_request);
     return result;
 }
 

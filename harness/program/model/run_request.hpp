@@ -58,6 +58,12 @@ struct RunArguments {
     bool quiet = false;
 };
 
+// Of nlgs alone: solve the last step on to these options and keep its problem, in local or global form.
+struct ExportRequest {
+    SolveOptions options;
+    bool global = false;
+};
+
 // The same, decided, with what it starts from. Of packing and state each process has its share.
 struct RunRequest : RunArguments {
     Share share;
@@ -74,7 +80,7 @@ struct RunRequest : RunArguments {
     bool undivided = false;  // one subdomain by default, though the scheme glues several
     bool says_notes = true;
     Provenance provenance;
-    std::optional<SolveOptions> export_options;  // nlgs alone: solve the last step on to these and keep its problem
+    std::optional<ExportRequest> export_request;
     std::optional<WindowRequest> window;
     std::optional<CalibrationRequest> calibration;
 

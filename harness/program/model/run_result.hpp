@@ -64,9 +64,9 @@ struct CalibrationResult {
     std::vector<MeasuredCost> costs;
 };
 
-// The problem of the last step in local form, whole masses.
+// The problem of the last step in the form asked for, whole masses.
 struct ExportedProblem {
-    LocalProblem problem;
+    FclibProblem problem;
     FclibSolution solution;
     SolveReport report;  // of solving on
 };

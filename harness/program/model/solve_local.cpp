@@ -7,17 +7,18 @@ namespace nscdd {
 
 namespace {
 
-template <int dim>
+template <int dim, bool rolls>
 SolvedLocal solve(const LocalProblem& local, const std::string& solver, const BlockOptions& options,
                   const Eigen::VectorXd& start) {
-    const DelassusProblem<dim> problem = to_blocks<dim>(local);
-    LocalVectors<dim> r(problem.contact_count(), DelassusProblem<dim>::Vec::Zero());
-    if (start.size() > 0) r = by_contact<dim>(start);
-    const LocalTask<DelassusProblem<dim>> task{problem, r, options};
+    using Problem = DelassusProblem<dim, rolls>;
+    const Problem problem = to_blocks<dim, rolls>(local);
+    LocalVectors<dim, rolls> r(problem.contact_count(), Problem::Vec::Zero());
+    if (start.size() > 0) r = by_contact<typename Problem::Vec>(start);
+    const LocalTask<Problem> task{problem, r, options};
     SolvedLocal solved;
     const LoadMeter load;
     const double began = cpu_seconds();
-    solved.report = make_offered<DelassusProblem<dim>, SolveReport>(local_solvers, solver, task);
+    solved.report = make_offered<Problem, SolveReport>(local_solvers, solver, task);
     solved.cpu = cpu_seconds() - began;
     solved.load = load.row();
     solved.measures = error_measures(problem, r);
@@ -35,7 +36,11 @@ std::span<const LocalSolverInfo> offered_local_solvers() {
 
 SolvedLocal solve_local(const LocalProblem& problem, const std::string& solver, const BlockOptions& options,
                         const Eigen::VectorXd& start) {
-    return problem.dim == 2 ? solve<2>(problem, solver, options, start) : solve<3>(problem, solver, options, start);
+    if (problem.rolls())
+        return problem.dim == 2 ? solve<2, true>(problem, solver, options, start)
+                                : solve<3, true>(problem, solver, options, start);
+    return problem.dim == 2 ? solve<2, false>(problem, solver, options, start)
+                            : solve<3, false>(problem, solver, options, start);
 }
 
 }  // namespace nscdd

@@ -23,8 +23,9 @@ struct SolvedLocal {
 // In the order of local_solvers.
 std::span<const LocalSolverInfo> offered_local_solvers();
 
-// u = W r + q from the impulses `start` (n dim), empty for none, by a solver of local_solvers. Throws
-// std::runtime_error for a contact that cannot move along its normal, and what the solver throws.
+// u = W r + q from the impulses `start` (n size), empty for none, by a solver of local_solvers. Throws
+// std::runtime_error for a contact that cannot move along its normal, and what the solver throws; InputError where the
+// solver does not know rolling resistance.
 SolvedLocal solve_local(const LocalProblem& problem, const std::string& solver, const BlockOptions& options,
                         const Eigen::VectorXd& start = {});
 

@@ -16,6 +16,10 @@ struct LocalSolverInfo {
     bool capped;             // takes --max-sweeps and --check-every
 };
 
+// What methods on Coulomb's cone solve.
+template <class Problem>
+concept WithoutCouples = !Problem::rolls;
+
 template <class Problem>
 struct LocalTask {
     const Problem& problem;
@@ -38,14 +42,14 @@ inline constexpr std::tuple local_solvers{
     Offered{LocalSolverInfo{"nlgs", "Gauss-Seidel in the file's order, from zero", "sweeps", true},
             []<class P>(const LocalTask<P>& task) { return block_nlgs(task.problem, task.r, task.options); }},
     Offered{LocalSolverInfo{"newton", "slow and accurate", "Newton steps", false},
-            []<class P>(const LocalTask<P>& task) -> SolveReport {
+            []<WithoutCouples P>(const LocalTask<P>& task) -> SolveReport {
                 return newton_solve<UmfPack>(task.problem, task.r, {.tolerance = task.options.tolerance},
                                              [&task](const auto& now) { return task.measure(now); });
             }},
     Offered{LocalSolverInfo{"spg", "spectral projected gradient", "iterations", true},
-            []<class P>(const LocalTask<P>& task) { return task.descend(Descent::spectral); }},
+            []<WithoutCouples P>(const LocalTask<P>& task) { return task.descend(Descent::spectral); }},
     Offered{LocalSolverInfo{"apgd", "accelerated projected gradient", "iterations", true},
-            []<class P>(const LocalTask<P>& task) { return task.descend(Descent::nesterov); }},
+            []<WithoutCouples P>(const LocalTask<P>& task) { return task.descend(Descent::nesterov); }},
     Offered{LocalSolverInfo{"none", "judge the file's own /solution", "iterations", false},
             []<class P>(const LocalTask<P>& task) {
                 SolveReport report;

@@ -32,6 +32,8 @@ template <class M>
 std::string kind_of() {
     if constexpr (requires { M::Law::name; })
         return std::string("scenes of the contact law ") + M::Law::name;
+    else if constexpr (requires { requires M::rolls; })
+        return "problems with rolling resistance";
     else
         return "this problem";
 }
