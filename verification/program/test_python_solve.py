@@ -8,7 +8,7 @@ import unittest
 import h5py
 import numpy as np
 import scipy.sparse
-from fclib_files import law_errors, write_global, write_local
+from fclib_files import law_errors, rolling_natural_map, write_global, write_local
 from harness import NSCDD, ProgramTest
 
 sys.path.insert(0, str(pathlib.Path(NSCDD).resolve().parents[1] / "python"))
@@ -34,6 +34,25 @@ class Matrices(ProgramTest):
             self.assertTrue(answer.converged)
             self.assertTrue(np.allclose(answer.impulses, [[2.0, tangential]], atol=1e-12))
             self.assertTrue(np.allclose(answer.relative_velocities, [[0, 1 + 2 * tangential]], atol=1e-12))
+
+    def test_one_contact_that_resists_rolling_by_hand(self):
+        for mu_r, couple in ((1.0, -0.75), (0.1, -0.2)):
+            answer = nscdd.solve(np.diag([1.0, 2.0, 4.0]), [-2.0, 1.0, 3.0], [1.0], mu_r=[mu_r])
+            self.assertTrue(np.allclose(answer.impulses, [[2.0, -0.5, couple]], atol=1e-12))
+            self.assertTrue(np.allclose(answer.relative_velocities, [[0, 0, 3 + 4 * couple]], atol=1e-12))
+
+    def test_files_with_rolling_resistance(self):
+        m, h, f, w, mu = problem(dim=5, seed=2)
+        delassus, q, mu_r = h.T @ np.linalg.inv(m) @ h, w + h.T @ np.linalg.inv(m) @ f, mu[::-1] / 2
+        answer = nscdd.solve(delassus, q, mu, mu_r=mu_r, tolerance=1e-10)
+        self.assertTrue(answer.converged)
+        self.assertLess(rolling_natural_map(delassus, q, mu, mu_r, answer.impulses.ravel()), 1.001e-10)
+        for path in (write_global(self.folder / "global.hdf5", m, h, f, w, mu, mu_r=mu_r), write_local(self.folder / "local.hdf5", delassus, q, mu, mu_r=mu_r)):
+            parts = nscdd.read_problem(path)
+            self.assertEqual(parts.pop("dimension"), 3)
+            for found in (nscdd.solve(path, tolerance=1e-10), nscdd.solve(**parts, tolerance=1e-10)):
+                self.assertEqual(found.impulses.shape, (len(mu), 5))
+                self.assertTrue(np.allclose(found.relative_velocities, answer.relative_velocities, atol=1e-7))
 
     def test_global_is_the_condensed_local(self):
         for dim in (2, 3):
@@ -101,6 +120,10 @@ class Matrices(ProgramTest):
             (dict(W=w * np.nan, q=q, mu=mu), "W is not finite"),
             (dict(W=w, q=[1, 2, 3, 4], mu=mu), "4 components for 1 contacts"),
             (dict(W=-w, q=q, mu=mu), "W_NN is -1"),
+            (dict(W=np.eye(4), q=[1, 2, 3, 4], mu=mu, mu_r=mu), "4 components for 1 contacts, each needs 3 or 5"),
+            (dict(W=w, q=q, mu=mu, mu_r=[0.1, 0.1]), "mu_r has 2 numbers for 1 contacts"),
+            (dict(W=w, q=q, mu=mu, mu_r=[-1]), "coefficient of rolling"),
+            (dict(W=w, q=q, mu=mu, mu_r=mu, solver="newton"), "newton does not solve problems with rolling resistance"),
             (dict(W=w, q=q, mu=[-1]), "coefficient of friction"),
             (dict(W=w, q=q, mu=mu, solver="magic"), "solver must be one of 'nlgs'"),
             (dict(W=w, q=q, mu=mu, tolerance=-1), "tolerance"),

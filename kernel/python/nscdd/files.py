@@ -85,7 +85,7 @@ def read_series(path: Path) -> dict:
 
 
 def read_problem(path: Path) -> dict:
-    """Reads a contact problem in FCLIB's format: W, q, mu or M, H, f, w, mu, matrices as scipy.sparse.csc_matrix."""
+    """Reads a contact problem in FCLIB's format: W, q, mu or M, H, f, w, mu (and mu_r), matrices as scipy.sparse.csc_matrix."""
     import scipy.sparse
 
     found = _core.read_problem(os.fspath(path))

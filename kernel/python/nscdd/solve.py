@@ -14,8 +14,8 @@ from . import _core
 class Answer:
     """The answer to a contact problem.
 
-    impulses             (m, dim), of solve() normal first, of solve_contacts() on i in world axes [N s]
-    relative_velocities  (m, dim) u of solve(), normal first [m/s]; None of solve_contacts()
+    impulses             (m, size), of solve() normal first, couples last; of solve_contacts() on i in world axes [N s]
+    relative_velocities  (m, size) u of solve(), normal first, spins last [m/s]; None of solve_contacts()
     velocities           (dof) v of the global form; (n, dim) of solve_contacts(); None of the local form
     spins                (n) in 2D, (n, 3) in 3D of solve_contacts() [rad/s], else None
     errors               of solve(): natural_map as Siconos 4.4 normalises it, eta, cone_excess, complementarity, dissipation,
@@ -48,6 +48,7 @@ def solve(
     q: Any = None,
     mu: Any = None,
     *,
+    mu_r: Any = None,
     M: Any = None,
     H: Any = None,
     f: Any = None,
@@ -62,25 +63,27 @@ def solve(
 
     Local:   solve(W, q, mu)           u = W r + q
     Global:  solve(M=, H=, f=, w=, mu=)  M v = H r + f,  u = H^T v + w
-    W        (m dim, m dim), and q (m dim); the first argument may also be a file in FCLIB's format
-    M        (dof, dof) invertible, H (dof, m dim), f (dof), w (m dim)
-    mu       (m), or one number; dim is 2 or 3, the components of a contact are normal first, then tangential
+    W        (m size, m size), and q (m size); the first argument may also be a file in FCLIB's format
+    M        (dof, dof) invertible, H (dof, m size), f (dof), w (m size)
+    mu       (m); size is 2 or 3, the components of a contact are normal first, then tangential
+    mu_r     (m) of rolling resistance; a contact has a couple about its tangents then, last, and size is 3 or 5
     solver   "nlgs" (Gauss-Seidel), "newton", "spg", "apgd" (projected gradients), or "none": start is judged
     tolerance        on the natural map
     max_iterations, check_every   sweeps or gradient steps
-    start    (m dim) impulses to begin with; 0 unless given
+    start    (m size) impulses to begin with; 0 unless given
 
     At each contact u_n >= 0, r_n >= 0, u_n r_n = 0, |r_t| <= mu r_n, and r_t = -mu r_n u_t / |u_t| where it slides.
+    The couple has the same law with mu_r and the spin; "newton", "spg" and "apgd" do not know it.
     The first argument may be a problem of Siconos in their place, a FrictionContactProblem or a GlobalFrictionContactProblem,
-    or any object with attributes M, q, mu (and H, b).
+    or any object with attributes M, q, mu (and H, b; mu_r).
     """
     if isinstance(W, (str, os.PathLike)):
         parts = _core.read_problem(os.fspath(W))
         W, q, M, H, f, w = (parts.get(key) for key in ("W", "q", "M", "H", "f", "w"))
-        mu = parts["mu"]
+        mu, mu_r = parts["mu"], parts.get("mu_r")
     elif hasattr(W, "mu") and hasattr(W, "q"):
         problem = W
-        W, mu = None, problem.mu
+        W, mu, mu_r = None, problem.mu, getattr(problem, "mu_r", None)
         if hasattr(problem, "H"):
             M, H, f, w = problem.M, problem.H, problem.q, problem.b
         else:
@@ -89,18 +92,18 @@ def solve(
     if local == (M is not None and H is not None and f is not None and w is not None) or mu is None:
         raise ValueError("solve: give W, q and mu, or M, H, f, w and mu")
     free = _vector("q" if local else "w", q if local else w)
-    dim, mu = _dimension(free, mu)
+    dim, mu, rolling = _dimension(free, mu, mu_r)
     first = _vector("start", start) if start is not None else np.empty(0)
     if start is not None and first.shape != free.shape:
         raise ValueError(f"solve: start has {first.size} numbers, the problem {free.size}")
     asked = _core.Asked(solver, tolerance, max_iterations, check_every, first)
     if local:
-        found = _core.solve_matrix(dim, _csc("W", W, (free.size, free.size)), free, mu, asked)
+        found = _core.solve_matrix(dim, _csc("W", W, (free.size, free.size)), free, mu, rolling, asked)
         found["velocities"] = None
     else:
         force = _vector("f", f)
         m, h = _csc("M", M, (force.size, force.size)), _csc("H", H, (force.size, free.size))
-        found = _core.solve_global(dim, m, h, force, free, mu, asked)
+        found = _core.solve_global(dim, m, h, force, free, mu, rolling, asked)
     return Answer(**found)
 
 
@@ -202,16 +205,22 @@ def _vector(name: str, values: Any) -> np.ndarray:
     return array
 
 
-def _dimension(free: np.ndarray, mu: Any):
-    friction = np.ascontiguousarray(mu, dtype=np.float64).ravel()
+def _dimension(free: np.ndarray, mu: Any, mu_r: Any):
+    """Of space, and the coefficients as arrays; those of rolling are empty where there are none."""
     if np.ndim(mu) == 0:
         raise ValueError("solve: mu needs a number for each contact, which says how many there are")
+    friction = np.ascontiguousarray(mu, dtype=np.float64).ravel()
+    rolling = np.ascontiguousarray([] if mu_r is None else mu_r, dtype=np.float64).ravel()
+    if mu_r is not None and rolling.shape != friction.shape:
+        raise ValueError(f"solve: mu_r has {rolling.size} numbers for {friction.size} contacts")
     if friction.size == 0 and free.size == 0:
-        return 3, friction
-    dim, rest = divmod(free.size, max(friction.size, 1))
-    if rest or dim not in (2, 3):
-        raise ValueError(f"solve: {free.size} components for {friction.size} contacts, each needs 2 or 3")
-    return dim, friction
+        return 3, friction, rolling
+    sizes = {2: 2, 3: 3} if mu_r is None else {3: 2, 5: 3}
+    size, rest = divmod(free.size, max(friction.size, 1))
+    if rest or size not in sizes:
+        needed = " or ".join(map(str, sizes))
+        raise ValueError(f"solve: {free.size} components for {friction.size} contacts, each needs {needed}")
+    return sizes[size], friction, rolling
 
 
 def _csc(name: str, matrix: Any, shape: tuple) -> dict:

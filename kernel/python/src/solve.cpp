@@ -147,8 +147,8 @@ Eigen::VectorXd to_vector(const Doubles& array) {
 
 std::vector<double> to_list(const Eigen::VectorXd& vector) { return {vector.data(), vector.data() + vector.size()}; }
 
-py::dict answer_of(const SolvedLocal& solved, const Eigen::VectorXd& v, int dim) {
-    const auto contacts = static_cast<py::ssize_t>(solved.solution.r.size() / dim);
+py::dict answer_of(const SolvedLocal& solved, const Eigen::VectorXd& v, int size) {
+    const auto contacts = static_cast<py::ssize_t>(solved.solution.r.size() / size);
     const ErrorMeasures& e = solved.measures;
     py::dict errors, answer;
     errors["natural_map"] = e.natural_map;
@@ -157,8 +157,8 @@ py::dict answer_of(const SolvedLocal& solved, const Eigen::VectorXd& v, int dim)
     errors["complementarity"] = e.complementarity;
     errors["dissipation"] = e.dissipation;
     errors["worst_contact"] = e.worst_contact;
-    answer["impulses"] = owned(to_list(solved.solution.r), {contacts, dim});
-    answer["relative_velocities"] = owned(to_list(solved.solution.u), {contacts, dim});
+    answer["impulses"] = owned(to_list(solved.solution.r), {contacts, size});
+    answer["relative_velocities"] = owned(to_list(solved.solution.u), {contacts, size});
     answer["velocities"] = owned(to_list(v), {static_cast<py::ssize_t>(v.size())});
     answer["errors"] = errors;
     answer["report"] = solved.report;
@@ -181,24 +181,27 @@ Asked asked(const std::string& solver, double tolerance, int max_iterations, int
     throw InputError("solver must be one of" + told + ", found '" + solver + "'");
 }
 
-py::dict solve_matrix(int dim, const py::dict& w, const Doubles& q, const Doubles& friction, const Asked& how) {
-    const LocalProblem problem{dim, to_sparse(w, q.size(), q.size()), to_vector(q), to_vector(friction)};
+py::dict solve_matrix(int dim, const py::dict& w, const Doubles& q, const Doubles& friction, const Doubles& rolling,
+                      const Asked& how) {
+    const LocalProblem problem{dim, to_sparse(w, q.size(), q.size()), to_vector(q), to_vector(friction),
+                               to_vector(rolling)};
     SolvedLocal solved;
     {
         const py::gil_scoped_release release;
         solved = solve_local(problem, how.solver, how.options, how.start);
     }
-    return answer_of(solved, {}, dim);
+    return answer_of(solved, {}, problem.size());
 }
 
 py::dict solve_global(int dim, const py::dict& m, const py::dict& h, const Doubles& f, const Doubles& w,
-                      const Doubles& friction, const Asked& how) {
+                      const Doubles& friction, const Doubles& rolling, const Asked& how) {
     const GlobalProblem problem{dim,
                                 to_sparse(m, f.size(), f.size()),
                                 to_sparse(h, f.size(), w.size()),
                                 to_vector(f),
                                 to_vector(w),
-                                to_vector(friction)};
+                                to_vector(friction),
+                                to_vector(rolling)};
     SolvedLocal solved;
     Eigen::VectorXd v;
     {
@@ -206,7 +209,7 @@ py::dict solve_global(int dim, const py::dict& m, const py::dict& h, const Doubl
         solved = solve_local(condense(problem), how.solver, how.options, how.start);
         v = body_velocities(problem, solved.solution.r);
     }
-    return answer_of(solved, v, dim);
+    return answer_of(solved, v, problem.size());
 }
 
 py::dict dict_of(const Sparse& matrix) {
@@ -229,6 +232,7 @@ py::dict read_problem(const std::string& path) {
         out["W"] = dict_of(local->w);
         out["q"] = vector(local->q);
         out["mu"] = vector(local->friction);
+        if (local->rolls()) out["mu_r"] = vector(local->rolling);
         return out;
     }
     const auto& global = std::get<GlobalProblem>(problem);
@@ -238,6 +242,7 @@ py::dict read_problem(const std::string& path) {
     out["f"] = vector(global.f);
     out["w"] = vector(global.w);
     out["mu"] = vector(global.friction);
+    if (global.rolls()) out["mu_r"] = vector(global.rolling);
     return out;
 }
 
