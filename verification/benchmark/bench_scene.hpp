@@ -8,6 +8,7 @@
 #include <random>
 
 #include "files/packing.hpp"
+#include "nscdd/core/rolling.hpp"
 #include "nscdd/reference.hpp"
 
 namespace nscdd::bench {
@@ -71,7 +72,10 @@ SimulationSettings<M> scene(std::vector<Grain<M>>& grains) {
     SimulationSettings<M> settings;
     settings.gravity[M::dim - 1] = -1;
     settings.h = 0.01;
-    settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
+    typename M::Law::Pairing pairing;
+    if constexpr (M::friction) pairing.friction = 0.3;
+    if constexpr (M::rolling) pairing.rolling = 0.02, pairing.twisting = 0.01;  // of radii of 0.5
+    settings.materials.set(0, 0, pairing);
     for (int d = 0; d < M::dim; ++d)
         for (const bool upper : {false, true}) {
             Wall<M>& wall = settings.walls.emplace_back();
@@ -103,6 +107,8 @@ inline void per_contact(benchmark::State& state, double contacts, double bytes, 
 }
 
 using Frictional3 = Model<3, Coulomb>;
+using Rolling3 = Model<3, Rolling>;
+using Rolling2 = Model<2, Rolling>;
 using Frictionless3 = Model<3, Frictionless>;
 using Frictional2 = Model<2, Coulomb>;
 using Frictionless2 = Model<2, Frictionless>;

@@ -1,5 +1,5 @@
 // Cost of a sweep and of the residual, for the four kinds of scene, in the fast and in the plain form, and with W
-// stored.
+// stored; of a sweep also where contacts resist rolling.
 //
 //   build/bin/nscdd_bench --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
 //   NSCDD_BENCH_3D=spheres.h5 NSCDD_BENCH_2D=disks.h5 build/bin/nscdd_bench     on packings of your own
@@ -83,6 +83,8 @@ void layout(benchmark::State& state) {
 }
 
 NSCDD_BENCH_ALL(fast, "sweep")
+BENCHMARK_TEMPLATE(fast, Rolling3)->Name("sweep/3D/rolling");
+BENCHMARK_TEMPLATE(fast, Rolling2)->Name("sweep/2D/rolling");
 NSCDD_BENCH_ALL(scalar, "scalar_sweep")
 NSCDD_BENCH_ALL(residual, "residual")
 NSCDD_BENCH_ALL(layout, "layout")
