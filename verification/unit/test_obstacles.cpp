@@ -232,6 +232,44 @@ TEST_CASE("a grain does not pass through a thin sheet unseen", "[obstacle]") {
     }
 }
 
+TEST_CASE("what moves by more than a radius in a step takes along the grain that it meets", "[obstacle]") {
+    using M = scenes::Disks;
+    auto settings = settings_of<M>(0.2);
+    settings.gravity.setZero();
+    const double speed = GENERATE(150.0, 500.0, -500.0), from = speed > 0 ? -2 : 2, r = 0.1;
+    const int shape = GENERATE(0, 1, 2);
+    CAPTURE(speed, shape);
+    double front = from;  // of the side that meets the grain
+    if (shape == 0) add<M>(settings, {{M::Vec(from, -1), M::Vec(from, 1.3)}});
+    if (shape == 1) {  // a box that is thinner than a step
+        const double back = from - 0.02 * speed / std::abs(speed);
+        add<M>(settings, {{M::Vec(from, -1), M::Vec(from, 1.3)},
+                          {M::Vec(from, 1.3), M::Vec(back, 1.3)},
+                          {M::Vec(back, 1.3), M::Vec(back, -1)},
+                          {M::Vec(back, -1), M::Vec(from, -1)}});
+    }
+    if (shape == 2) {
+        settings.obstacles.push_back({.surface = make_surface<M>(Cylinder<M>{.centre = {from, 0}, .radius = 0.3})});
+        front += 0.3 * speed / std::abs(speed);
+    }
+    settings.obstacles[0].path = steady<M>({speed, 0});
+    run<M>(settings, {make_grain<M>(0, r, 1.0, {0, 0})}, 40, [&](const Simulation<M>& simulation, const auto& now) {
+        const double ahead = (now[0].position[0] - front - speed * simulation.time()) * speed / std::abs(speed);
+        REQUIRE(ahead > r * (1 - 1e-6));
+    });
+}
+
+TEST_CASE("a blade that turns by more than a radius in a step does not go through a grain", "[obstacle]") {
+    using M = scenes::Disks;
+    auto settings = settings_of<M>(0);
+    settings.gravity.setZero();
+    add<M>(settings, {{M::Vec(-3, 0), M::Vec(3, 0)}});
+    settings.obstacles[0].turn.rate = 80;  // by 0.16 where the grain is
+    run<M>(settings, {make_grain<M>(0, 0.1, 1.0, {-1, 1.7})}, 40, [](const Simulation<M>& simulation, const auto& now) {
+        if (simulation.steps() == 40) CHECK(now[0].velocity.template head<2>().norm() > 100);
+    });
+}
+
 TEST_CASE("what is no surface is refused", "[obstacle]") {
     using M = scenes::Spheres;
     const double nan = std::numeric_limits<double>::quiet_NaN();

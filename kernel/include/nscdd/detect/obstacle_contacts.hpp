@@ -49,6 +49,20 @@ double when_meets(const PlacedObstacles<M>& obstacles, int number, const typenam
                          [&](const typename M::Vec& x) { return obstacles.closest(number, then, x); });
 }
 
+/// A facet that goes past the centre of the grain would push it to the other side. It stays on the side where it is: by
+/// its plane there the distance is negative at the end.
+template <class M>
+void keep_side(const PlacedObstacles<M>& obstacles, const Grain<M>& grain, NearFacet<M>& facet) {
+    const typename M::Vec& x = grain.position;
+    const std::size_t o = obstacles.name(facet.number).obstacle;
+    const typename M::Vec start = obstacles.next()[o].place(obstacles.now()[o].origin(x));
+    if ((x - start).norm() < facet.gap + grain.radius ||
+        !(when_meets<M>(obstacles, facet.number, obstacles.next(), x, x, touches_unseen * grain.radius) < 1))
+        return;
+    facet.next = obstacles.closest(facet.number, obstacles.next(), start);
+    facet.next.distance = (x - facet.next.point).dot(facet.next.normal);
+}
+
 /// Marks facets whose closest point is that of a nearer one, or lies on it: the grain touches that one. Their impulses
 /// go on with it. near: by distance; all that may act.
 template <class M>
@@ -106,12 +120,14 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     for (std::size_t k = begin; k < end; ++k) {
         Candidate<M>& candidate = part.wall_pairs[k];
         const int number = candidate.j;
+        const Obstacle<M>& obstacle = obstacles.of(number);
+        const double range = range_of<typename M::Law>(materials(grain.material, obstacle.material));
         NearFacet<M> facet{k, number, obstacles.closest(number, obstacles.next(), grain.position), 0};
-        facet.gap = (obstacles.of(number).moves() ? obstacles.closest(number, obstacles.now(), grain.position).distance
-                                                  : facet.next.distance) -
+        facet.gap = (obstacle.moves() ? obstacles.closest(number, obstacles.now(), grain.position).distance
+                                      : facet.next.distance) -
                     grain.radius;
+        if (obstacle.moves()) keep_side(obstacles, grain, facet);
         if (facet.gap < 0) worst.note({-facet.gap / grain.radius, grain.id, -1 - number});
-        const double range = range_of<typename M::Law>(materials(grain.material, obstacles.of(number).material));
         if (facet.gap <= (std::max)(alert, range) || candidate.missed) {
             near.push_back(facet);
         } else {
