@@ -111,6 +111,30 @@ TEST_CASE("a pair within the range is a contact though it passes by", "[law]") {
     CHECK(report.attempts == 1);
 }
 
+TEST_CASE("a flat mesh pulls once, and a thin slab by one face", "[law]") {
+    auto settings = under_ceiling(0.01);
+    settings.walls.clear();
+    const bool slab = GENERATE(true, false);
+    using F = Facet<M>;
+    std::vector<F> facets;
+    const auto corner = [&](int k, double height) -> M::Vec {  // bent as by numbers of seven digits
+        const double x[] = {-5, 5, 5, -5, 0.02}, y[] = {-5, -5, 5, 5, -0.01}, bend[] = {0, 1e-6, 0, 2e-6, 5e-7};
+        return {x[k], y[k], height + bend[k]};
+    };
+    for (const double height : slab ? std::vector{0.0, 0.001} : std::vector{0.0})
+        for (int k = 0; k < 4; ++k)
+            facets.push_back({corner(k, height), corner((k + 1) % 4, height), corner(4, height)});
+    settings.obstacles.push_back({.surface = make_surface<M>(std::move(facets))});
+    const auto speed = [&](double weight) {
+        InProcess comm(1);
+        Simulation<M> simulation(comm, settings, std::vector{ball(0, weight, {0, 0, -grain_radius})});
+        for (int step = 0; step < 10; ++step) CHECK(simulation.step(by_nlgs<M>(tight)).contacts == 1);
+        return gather_grains(simulation)[0].grain.velocity[2];
+    };
+    CHECK(std::abs(speed(0.99 * cohesion)) < 0.01 * gravity * time_step);
+    CHECK(speed(1.01 * cohesion) / (-10 * time_step * gravity * (1 - 1 / 1.01)) == Approx(1).epsilon(1e-2));
+}
+
 TEST_CASE("a sphere slides once it is pulled by more than mu (m g + c)", "[law]") {
     const int ranks = GENERATE(1, 4);
     const double mass = 20, most = mu * (mass * gravity + cohesion);

@@ -7,8 +7,9 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-/// Two points nearer than this are one, over the radius of the grain; so are a point and a facet.
-constexpr double one_point = 1e-9;
+/// Two points nearer than this are one, over the radius of the grain; so are a point and a facet. Facets within this
+/// angle are one plane, which a file of numbers with seven digits bends.
+constexpr double one_point = 1e-4;
 /// An overlap with an obstacle within the step that is left to the next one, over the radius.
 constexpr double touches_unseen = 0.01;
 
@@ -19,6 +20,7 @@ struct NearFacet {
     int number;             ///< of the facet, PlacedObstacles
     Closest<M> next;        ///< in the place that the facet has at the next detection
     double gap;             ///< now [m]
+    bool pulls;             ///< its pair has a range
     bool kept = true;       ///< not that of another one
 };
 
@@ -63,12 +65,23 @@ void keep_side(const PlacedObstacles<M>& obstacles, const Grain<M>& grain, NearF
     facet.next.distance = (x - facet.next.point).dot(facet.next.normal);
 }
 
-/// Marks facets whose closest point is that of a nearer one, or lies on it: the grain touches that one. Their impulses
-/// go on with it. near: by distance; all that may act.
+/// Whether a facet stands between a place and a point of another facet, which is at `distance` from it [m]. By what is
+/// one point it must be nearer.
 template <class M>
-void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, double radius) {
+bool hides(const PlacedObstacles<M>& obstacles, int number, const typename M::Vec& place, const typename M::Vec& point,
+           double distance, double radius) {
+    const typename M::Vec end = place + (1 - one_point * radius / distance) * (point - place);
+    return when_meets<M>(place, end, 1e-6 * radius,
+                         [&](const typename M::Vec& x) { return obstacles.closest(number, obstacles.next(), x); }) < 1;
+}
+
+/// Marks facets whose closest point is that of a nearer one, or lies on it: the grain touches that one. Their impulses
+/// go on with it. So are those that pull through a nearer one, as the far face of a thin slab. near: by distance; all
+/// that may act.
+template <class M>
+void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, const Grain<M>& grain) {
     const PlacedObstacles<M>& obstacles = *part.obstacles;
-    const double same = one_point * radius;
+    const double same = one_point * grain.radius;
     for (std::size_t n = 1; n < near.size(); ++n) {
         NearFacet<M>& facet = near[n];
         Candidate<M>& candidate = part.wall_pairs[facet.candidate];
@@ -79,10 +92,13 @@ void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, doubl
             const bool on_it =
                 (nearer.next.point - point).squaredNorm() <= same * same ||
                 (facet.next.edge && obstacles.closest(nearer.number, obstacles.next(), point).distance <= same);
-            if (!on_it) continue;
+            const bool hidden =
+                !on_it && facet.pulls && facet.next.distance > same &&
+                hides(obstacles, nearer.number, grain.position, point, facet.next.distance, grain.radius);
+            if (!on_it && !hidden) continue;
             facet.kept = false;
             Candidate<M>& heir = part.wall_pairs[nearer.candidate];
-            if (nearer.kept && heir.r.isZero(0)) heir.r = candidate.r;
+            if (on_it && nearer.kept && heir.r.isZero(0)) heir.r = candidate.r;
             candidate.r.setZero();
         }
     }
@@ -122,7 +138,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
         const int number = candidate.j;
         const Obstacle<M>& obstacle = obstacles.of(number);
         const double range = range_of<typename M::Law>(materials(grain.material, obstacle.material));
-        NearFacet<M> facet{k, number, obstacles.closest(number, obstacles.next(), grain.position), 0};
+        NearFacet<M> facet{k, number, obstacles.closest(number, obstacles.next(), grain.position), 0, range > 0};
         facet.gap = (obstacle.moves() ? obstacles.closest(number, obstacles.now(), grain.position).distance
                                       : facet.next.distance) -
                     grain.radius;
@@ -138,7 +154,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     std::sort(near.begin(), near.end(), [](const NearFacet<M>& a, const NearFacet<M>& b) {
         return std::tie(a.next.distance, a.number) < std::tie(b.next.distance, b.number);
     });
-    drop_inner_edges(part, near, grain.radius);
+    drop_inner_edges(part, near, grain);
     std::sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
     for (const NearFacet<M>& facet : near) {
         Candidate<M>& candidate = part.wall_pairs[facet.candidate];
