@@ -307,6 +307,27 @@ class Packed(GrainsTest):
         )
         whole, _ = self.check_goes_on(silo.replace("2000", "200"), 130, "--scheme", "dcs", "-n", 3)
         apart = self.run_scene(silo.replace("2000", "200"), "--scheme", "dcs", "-n", 3, name="mpi", ranks=3)[0]
+    def test_a_driven_wall_rests_on_a_fixed_grain(self):
+        lid = '\n[[wall]]\nname = "lid"\nnormal = [0, -1]\nthrough = [0, 1.2]\nmaterial = "glass"\nmotion = "force"\nforce = 1\nmass = 1\n'
+        scene = HEAD + grain(5, 0.45).replace("radius = 0.5", "radius = 0.45") + grain(0, 0.5, "fixed = true\n") + FLOOR + lid + step(1e-2, 150)
+        for options, ranks in (
+            ([], 0),
+            (["--method", "paper"], 0),
+            (["--scheme", "newton"], 0),
+            (["--scheme", "spg"], 0),
+            (["--scheme", "dcs"], 2),
+            (["--scheme", "ccs", "-n", 2], 0),
+        ):
+            with self.subTest(options=options):
+                _, state, _ = self.run_scene(scene, *options, ranks=ranks)
+                self.assertAlmostEqual(-state["walls/offset"][1], 1, places=3)
+        pressed = "".join(
+            f'\n[[wall]]\nname = "{side}"\nside = "{side}"\nmaterial = "glass"\nmotion = "pressure"\npressure = 1\n' for side in ("x-", "x+", "y-", "y+")
+        )
+        box = HEAD.replace("gravity = [0, -10]", "") + '\n[packing]\nfile = "packing.h5"\nmaterial = "glass"\n[[fix]]\nlow = [0, 0]\nhigh = [2, 20]\n'
+        _, state, _ = self.run_scene(box + pressed + step(0.02, 100))
+        self.assertLess(state["walls/offset"][0], 5.5e-3)
+
         self.assertEqual(apart["answer"], whole["answer"])
         self.assertEqual(apart["exchange"], whole["exchange"])
         left = whole["exchange"]

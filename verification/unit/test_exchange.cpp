@@ -110,6 +110,43 @@ TEMPLATE_TEST_CASE("fixed grains stay, and the heap on them is the same however 
     }
 }
 
+TEMPLATE_TEST_CASE("a wall that a force drives comes to rest on fixed grains", "", EVERY_MODEL) {
+    using M = TestType;
+    const Solver solver = GENERATE(nlgs_alone, Solver{Scheme::dcs, 3}, Solver{Scheme::ccs, 3});
+    std::vector<Grain<M>> grains;
+    for (int k = 0; k < 6; ++k) {
+        typename M::Vec at = 0.5 * M::Vec::Unit(M::dim - 1);
+        at[0] = 1.5 * k;
+        grains.push_back(make_grain<M>(k, k % 2 == 0 ? 0.5 : 0.4, 1.0, at));
+        if (k % 2 == 0) fix(grains.back());
+    }
+    SimulationSettings<M> settings;
+    settings.h = 0.01;
+    settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0});
+    Wall<M>& lid = settings.walls.emplace_back();
+    lid.normal = -M::Vec::Unit(M::dim - 1);
+    lid.offset = -1.01;
+    lid.velocity[0] = 0.1;  // slides over them
+    lid.driven = true, lid.mass = 1, lid.force = 3;
+    Run<M> run(solver, settings, grains);
+    run.options = exact;
+    run.options.tolerance = 1e-10;
+    for (int k = 0; k < 20; ++k) {
+        const StepReport report = run.step();
+        CHECK(report.solve.converged);
+        CHECK(std::abs(report.energy.round_off()) < 1e-12);
+    }
+    CHECK(std::abs(run.simulation.walls()[0].offset + 1) < 1e-4);
+    CHECK(std::abs(run.simulation.walls()[0].speed) < 1e-4);
+    double carried = 0, dragged = 0;
+    for (const auto& c : gather_contacts(run.simulation)) {
+        carried += c.normal_impulse;
+        dragged += c.impulse[0];
+    }
+    CHECK(carried == Approx(3 * settings.h));
+    if (M::friction) CHECK(dragged == Approx(0.3 * carried));
+}
+
 #ifndef NSCDD_WITHOUT_COMPILED_KERNEL  // this takes longest to compile
 TEMPLATE_TEST_CASE("Newton's method takes over components on fixed grains", "", EVERY_MODEL) {
     using M = TestType;

@@ -66,11 +66,12 @@ std::string fault(const ContactProblem<M>& problem, const Contact<M>& c) {
     if constexpr (M::friction) {
         if (!is_finite(c.lever_i) || !is_finite(c.lever_j)) return "a lever is not finite";
         sideways += c.lever_i * c.lever_i * problem.bodies[i].inv_inertia;
+        if (wall) sideways += problem.walls[j].inv_mass;  // friction on a fixed body, which moves nothing
         if (!wall) sideways += c.lever_j * c.lever_j * problem.bodies[j].inv_inertia;
     }
     if constexpr (M::rolling) {
         double turns = problem.bodies[i].inv_inertia;
-        if (!wall) turns += problem.bodies[j].inv_inertia;
+        turns += wall ? problem.walls[j].inv_mass : problem.bodies[j].inv_inertia;
         if (!(turns > 0)) return "neither side can turn: both inverse inertias are 0";
     }
     if (!(inverse > 0) || (M::friction && !(sideways > 0))) return "neither side can move: both inverse masses are 0";

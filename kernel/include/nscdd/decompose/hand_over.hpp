@@ -26,6 +26,8 @@ class CollectedComponent {
         std::vector<char> met(problem.bodies.size());  // fixed bodies have no label
         for (const Contact<M>& c : problem.contacts)
             if (labels.of(c) == label) met[static_cast<std::size_t>(c.i)] = met[static_cast<std::size_t>(c.j)] = 1;
+        for (const Contact<M>& c : problem.wall_contacts)
+            if (labels.of_wall_contact(c) == label) met[static_cast<std::size_t>(c.i)] = 1;
         for (std::size_t b = 0; b < problem.bodies.size(); ++b) {
             if (labels.of_body(b) != label && !met[b]) continue;
             const Body<M>& body = problem.bodies[b];

@@ -146,8 +146,14 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
         w.spin = si * a.inv_inertia;
         w.coupling = si * c.lever_i * a.inv_inertia;
     }
-    const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j);
-    w.normal += sw * problem.walls[j].inv_mass;
+    const double sw = split ? 1.0 : 1.0 / problem.wall_copies(j), give = sw * problem.walls[j].inv_mass;
+    w.normal += give;
+    if constexpr (M::friction) {
+        // on a fixed body friction moves nothing: any scale does for its impulse
+        if (w.tangential == 0) w.tangential = give;
+        if constexpr (M::rolling)
+            if (w.spin == 0) w.spin = give / (c.lever_i * c.lever_i);
+    }
     return w;
 }
 ///@}

@@ -76,6 +76,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         }
         const Contact<M>& c = at(order[k]);
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
+        if (wall && problem.bodies[i].inv_mass == 0) fits = false;  // on a fixed body a driven wall has W_t = 0
         group.i[k] = static_cast<int>(rows.row_of(c.i));
         group.j[k] = wall ? c.j : static_cast<int>(rows.row_of(c.j));
         if (problem.copies(i) > 1 || (wall ? problem.wall_copies(j) : problem.copies(j)) > 1)
