@@ -91,6 +91,23 @@ TEST_CASE("a sphere that spins about the normal comes to rest in the exact time"
     CHECK(after(11, on_slope<Spheres>(0), grain).velocity.norm() < 1e-11);
 }
 
+TEST_CASE("a turntable spins up a sphere on its axis by twisting, in the exact time", "[law]") {
+    using M = Spheres;
+    auto settings = in_space<M>(0.5);
+    settings.gravity = {0, 0, -gravity};
+    using F = Facet<M>;
+    settings.obstacles.push_back(
+        {.surface = make_surface<M>(std::vector<F>{{M::Vec(-5, -5, 0), M::Vec(5, -5, 0), M::Vec(5, 5, 0)},
+                                                   {M::Vec(-5, -5, 0), M::Vec(5, 5, 0), M::Vec(-5, 5, 0)}})});
+    settings.obstacles[0].turn.rate = 2;
+    const Grain<M> sphere = ball<M>();
+    const double gained = mu_tw * sphere.mass * gravity / sphere.inertia * time_step;  // in a step
+    const int whole = static_cast<int>(2 / gained);
+    const bool accelerated = GENERATE(false, true);
+    CHECK(after(whole, settings, sphere, accelerated).velocity[5] == Approx(whole * gained));
+    CHECK(after(whole + 2, settings, sphere, accelerated).velocity[5] == Approx(2));
+}
+
 TEST_CASE("a couple passes along a chain of spheres, whatever cuts it", "[law]") {
     const int ranks = GENERATE(1, 2, 3);
     const bool centralised = GENERATE(false, true), accelerated = GENERATE(false, true);
@@ -203,6 +220,7 @@ TEMPLATE_TEST_CASE("the fast sweep and its residual are those of contacts one by
     REQUIRE(simulation.step(by_nlgs<M>(SolveOptions{})).contacts > 60);
     ContactProblem<M> fast = simulation.parts()[0].problem;
     for (auto& body : fast.bodies) body.v += random_vector<typename M::Velocity>(random, 0.3);
+    fast.walls[0].spin.value = random_vector<typename M::Spin>(random, 0.3);
 
     Sweeper<M> sweeper;
     sweeper.load(fast, 0.9);

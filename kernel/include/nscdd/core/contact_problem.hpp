@@ -31,12 +31,22 @@ struct Body : BodySpin<M::friction> {
     auto spin() const { return v.template tail<M::spins>(); }  ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
 };
 
+/// The part of a wall that only a couple needs.
+template <class M, bool rolling = M::rolling>
+struct WallSpin {
+    typename M::Spin value = M::Spin::Zero();  ///< of an obstacle that turns [rad/s]
+};
+/// Without couples nothing is stored for them.
+template <class M>
+struct WallSpin<M, false> {};
+
 /// A wall as the sweep sees it. Its velocity is prescribed + speed * normal.
 template <class M>
 struct WallBody {
     typename M::Vec prescribed = M::Vec::Zero();  ///< velocity that is given, not solved for [m/s]
     double speed = 0;     ///< along the wall's normal, on top of the prescribed velocity; 0 unless driven [m/s]
     double inv_mass = 0;  ///< 1/mass [1/kg], split; 0 for a wall that is not driven
+    [[no_unique_address]] WallSpin<M> spin{};  ///< prescribed
 };
 
 /// The part of a contact that only friction needs.

@@ -188,7 +188,10 @@ void split_masses(std::vector<Subdomain<M>>& parts, std::span<const Wall<M>> wal
             problem.walls[w].inv_mass = walls[w].driven ? m / walls[w].mass : 0;
             problem.walls[w].speed = walls[w].driven ? walls[w].speed + h * walls[w].force / walls[w].mass : 0;
         }
-        for (const auto& touch : part.touches) problem.walls.push_back({.prescribed = touch.velocity});
+        for (const auto& touch : part.touches) {
+            WallBody<M>& wall = problem.walls.emplace_back(WallBody<M>{.prescribed = touch.velocity});
+            if constexpr (M::rolling) wall.spin.value = part.obstacles->spin(touch.number);
+        }
         problem.flow.reset();
         if (flows) set_flow(part, h);
     }

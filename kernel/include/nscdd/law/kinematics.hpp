@@ -44,7 +44,9 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
     const typename M::Vec v = a.linear() - wall.prescribed - wall.speed * c.normal;
     if constexpr (M::friction) {
         const typename M::Spin spin = c.lever_i * a.spin();
-        return with_couple<M>(v - spin_cross<M>(spin, c.normal), a.spin());
+        typename M::Spin turning = a.spin();
+        if constexpr (M::rolling) turning -= wall.spin.value;
+        return with_couple<M>(v - spin_cross<M>(spin, c.normal), turning);
     } else {
         return typename M::Impulse{v.dot(c.normal)};
     }

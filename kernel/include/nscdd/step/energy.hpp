@@ -59,8 +59,9 @@ StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& com
         }
         for (const auto& c : part.problem.wall_contacts) {
             add(c, WithWall{});
-            e.walls +=
-                impulse_vector<M>(c.r, c.normal).dot(part.problem.walls[static_cast<std::size_t>(c.j)].prescribed);
+            const WallBody<M>& wall = part.problem.walls[static_cast<std::size_t>(c.j)];
+            e.walls += impulse_vector<M>(c.r, c.normal).dot(wall.prescribed);
+            if constexpr (M::rolling) e.walls += couple_of<M>(c.r).dot(wall.spin.value);
         }
         return e;
     });

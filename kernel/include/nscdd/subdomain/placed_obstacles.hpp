@@ -138,6 +138,15 @@ class PlacedObstacles {
         return v;
     }
 
+    /// Angular velocity of the obstacle that has a facet [rad/s].
+    typename M::Spin spin(int number) const {
+        const Rotation<M>& turn = of(number).turn;
+        if constexpr (M::dim == 2)
+            return M::Spin::Constant(turn.rate);
+        else
+            return turn.rate * turn.axis;
+    }
+
     /// The farthest that any point of a surface moves between two times [m], or more; a cylinder that turns about its
     /// own axis stays where it is.
     double moved(double from, double to) const {

@@ -4,6 +4,7 @@
 /// `lane` is the first contact of one.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -124,13 +125,17 @@ struct BatchGroup {
 template <class M, bool driven>
 struct BatchWalls {
     Packet prescribed[M::dim], speed, inv_mass;
+    std::array<Packet, M::couples> spin;
 
     void load(const ContactProblem<M>& problem, const int* wall) {
-        alignas(sizeof(Packet)) double lane[M::dim + 2][Packet::width] = {};
+        constexpr int spin_at = M::dim + 2;
+        alignas(sizeof(Packet)) double lane[spin_at + M::couples][Packet::width] = {};
         const auto fill = [&](int k) {
             const WallBody<M>& from = problem.walls[static_cast<std::size_t>(wall[k])];
             for (int d = 0; d < M::dim; ++d) lane[d][k] = from.prescribed[d];
             if constexpr (driven) lane[M::dim][k] = from.speed, lane[M::dim + 1][k] = from.inv_mass;
+            if constexpr (M::rolling)
+                for (int d = 0; d < M::couples; ++d) lane[spin_at + d][k] = from.spin.value[d];
         };
         if (wall[Packet::width - 1] >= 0)
             for (int k = 0; k < Packet::width; ++k) fill(k);
@@ -139,6 +144,8 @@ struct BatchWalls {
         for (int d = 0; d < M::dim; ++d) prescribed[d] = Packet::load(lane[d]);
         speed = Packet::load(lane[M::dim]);
         inv_mass = Packet::load(lane[M::dim + 1]);
+        if constexpr (M::rolling)
+            for (std::size_t d = 0; d < spin.size(); ++d) spin[d] = Packet::load(lane[spin_at + d]);
     }
     void store(ContactProblem<M>& problem, const int* wall, const int* contact) const {
         if constexpr (driven) {
@@ -248,7 +255,10 @@ struct Batch : BatchLayout<M> {
             if constexpr (M::rolling) {
                 rho_i = half_gap ? a[Layout::radius_at] : field(Layout::radius_field);
                 for (int d = 0; d < couples; ++d) v[forces + d] = rho_i * a[dim + d];
-                if constexpr (!wall) {
+                if constexpr (wall) {
+                    for (int d = 0; d < couples; ++d)
+                        v[forces + d] = v[forces + d] - b.spin[static_cast<std::size_t>(d)];
+                } else {
                     rho_j = half_gap ? b[Layout::radius_at] : field(Layout::radius_field + 1);
                     for (int d = 0; d < couples; ++d) v[forces + d] = v[forces + d] - rho_j * b[dim + d];
                 }
