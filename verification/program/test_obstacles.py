@@ -180,6 +180,21 @@ class Obstacles(ProgramTest):
 
     def test_other_units_are_told(self):
         (self.folder / "plate.stl").write_bytes(stl([[(2000 * x, 2000 * y, z) for x, y, z in corners] for corners in SHEET]))
+    def test_no_output_is_an_input(self):
+        (self.folder / "plate.stl").write_bytes(stl(SHEET))
+        (self.folder / "way.txt").write_text("0 0 0 0\n1 0 0 0\n")
+        (self.folder / "link.txt").symlink_to(self.folder / "way.txt")
+        moving = PLATE.replace('"fixed"', '"table"\nfile = "way.txt"')
+        scene = SCENE.replace(FLOOR, moving) + FLOOR.replace('"fixed"', '"table"\nfile = "wall.txt"')
+        (self.folder / "wall.txt").write_text("0 0 0 0\n1 0 0 0\n")
+        before = {path.name: path.read_bytes() for path in self.folder.glob("*.[st][tx][lt]")}
+        self.assertEqual(len(before), 4)
+        for option in ("--json", "--log", "--state", "--checkpoint"):
+            for name in before:
+                self.assertIn(" is the same file as ", self.refused(scene, option, self.folder / name))
+        for name, content in before.items():
+            self.assertEqual((self.folder / name).read_bytes(), content)
+
         done = self.succeeds("run", self.write("scene.toml", SCENE.replace(FLOOR, PLATE)), "--quiet")
         self.assertIn("obstacle 'plate' has the size 8e+03, the box of the grains 2: is its unit of length another one?", done.stderr)
 

@@ -156,9 +156,15 @@ RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packi
 
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene) {
     const RunArguments::Start& start = arguments.start;
-    return {{"the scene", start.scene},
-            {"the packing", start.packing.empty() ? scene.packing_file : start.packing},
-            {"--from", start.from}};
+    std::vector<NamedFile> inputs = {{"the scene", start.scene},
+                                     {"the packing", start.packing.empty() ? scene.packing_file : start.packing},
+                                     {"--from", start.from}};
+    for (const SceneWall& wall : scene.walls)
+        if (!wall.path.file.empty()) inputs.push_back({fmt::format("the motion of '{}'", wall.name), wall.path.file});
+    for (const SceneObstacle& obstacle : scene.obstacles)
+        for (const std::string& file : {obstacle.file, obstacle.path.file})
+            if (!file.empty()) inputs.push_back({fmt::format("a file of obstacle '{}'", obstacle.name), file});
+    return inputs;
 }
 
 }  // namespace nscdd

@@ -30,6 +30,7 @@ ScenePath read_path_table(TomlTable& table, int dim, const std::string& scene_fi
     if (!in || !std::filesystem::is_regular_file(file)) table.fail("file", fmt::format("cannot read '{}'", file));
     ScenePath path;
     path.kind = ScenePath::Kind::Table;
+    path.file = file;
     int number = 0;
     for (std::string line; std::getline(in, line);) {
         const auto fail = [&](const std::string& problem) {

@@ -15,6 +15,7 @@ struct ScenePath {
     Eigen::VectorXd velocity;             // (dim) [m/s] for Steady
     Eigen::VectorXd amplitude;            // (dim) [m] for Oscillating
     double frequency = 0, phase = 0;      // [1/s], [rad]
+    std::string file;                     // for Table: it was read from
     std::vector<double> times;            // for Table [s], ascending, one at least
     std::vector<Eigen::VectorXd> places;  // of each time, (dim) [m]
 };

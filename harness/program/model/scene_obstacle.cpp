@@ -35,10 +35,10 @@ void read_points(TomlTable& table, int dim, SceneObstacle& obstacle) {
 
 void read_file(TomlTable& table, int dim, const std::string& scene_file, SceneObstacle& obstacle) {
     if (dim != 3) table.fail("stl", "is for three dimensions: give points");
-    const auto path = std::filesystem::path(scene_file).parent_path() / table.text("stl");
+    obstacle.file = (std::filesystem::path(scene_file).parent_path() / table.text("stl")).string();
     const double scale = table.number("scale", positive, 1.0);
     const Eigen::VectorXd shift = table.vector("shift", 3, Eigen::VectorXd::Zero(3));
-    for (const StlTriangle& triangle : read_stl(path.string())) {
+    for (const StlTriangle& triangle : read_stl(obstacle.file)) {
         auto& facet = obstacle.facets.emplace_back();
         for (const Eigen::Vector3d& corner : triangle) facet.emplace_back(scale * corner + shift);
     }

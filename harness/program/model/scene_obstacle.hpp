@@ -26,6 +26,7 @@ struct SceneObstacle {
     int material = 0;                                  // index into Scene::materials
     std::vector<std::vector<Eigen::VectorXd>> facets;  // of dim corners each, (dim) [m]
     std::optional<SceneCylinder> cylinder;             // in place of facets
+    std::string file;                                  // that facets were read from; empty of others
     ScenePath path;
     SceneTurn turn;
 };
