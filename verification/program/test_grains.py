@@ -356,6 +356,21 @@ class Packed(GrainsTest):
                 removed = [row["grains_removed"] for row in self.rows()]
                 self.assertEqual(removed, [*([0] if when[-1] != "5" else [1]), *gone][: len(removed)])
 
+    def test_large_grains_come_too(self):
+        insert = """
+[[insert]]
+low = [0, 3]
+high = [8, 6]
+material = "glass"
+rate = 400
+count = 300
+seed = 3
+radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3] }
+"""
+        report, state = self.check_goes_on(HEAD + insert + SIDES + FLOOR + step(2e-3, 600), 211)
+        self.assertTrue(20 < len(state["x"]) < 300, len(state["x"]))  # many wait
+        self.assertAlmostEqual((state["radius"] > 0.5).mean(), 0.3, delta=0.15)
+
     def test_a_hopper_is_filled(self):
         radii = 'radii = { distribution = "uniform", least = 0.2, largest = 0.4 }'
         insert = f'\n[[insert]]\nlow = [0, 6]\nhigh = [8, 9]\nmaterial = "glass"\nvelocity = [0, -2]\nrate = 60\ncount = 40\nseed = 3\n{radii}\n'

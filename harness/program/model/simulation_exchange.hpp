@@ -132,14 +132,19 @@ class Exchange {
         for (std::size_t w = 0; w < waiting.size(); ++w) {
             const Waiting& grain = waiting[w];
             const SceneInsertion& insertion = scene_.exchange.insertions[grain.entry];
+        std::vector<char> stuck(scene_.exchange.insertions.size());  // entries whose next grain waits
             const auto free = [&](std::size_t trial) {
                 return blocked[w * trials + trial] == 0 && std::ranges::none_of(coming, [&](const Grain<M>& other) {
+            if (stuck[grain.entry]) continue;
                            return cell.apart(other.position, grain.places[trial]).norm() <= other.radius + grain.radius;
                        });
             };
             std::size_t trial = 0;
             while (trial < trials && !free(trial)) ++trial;
-            if (trial == trials) continue;  // it waits for the next step
+            if (trial == trials) {  // those behind it wait too: else the large ones would never come
+                stuck[grain.entry] = true;
+                continue;
+            }
             Grain<M>& made = coming.emplace_back(
                 make_grain<M>(static_cast<int>(simulation.grain_count() + coming.size()), grain.radius,
                               scene_.materials[static_cast<std::size_t>(insertion.material)].density,
