@@ -371,6 +371,24 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         self.assertTrue(20 < len(state["x"]) < 300, len(state["x"]))  # many wait
         self.assertAlmostEqual((state["radius"] > 0.5).mean(), 0.3, delta=0.15)
 
+    def test_each_time_is_of_one_step(self):
+        """Also one that is half-way between two of them."""
+        still = HEAD.replace("gravity = [0, -10]", "") + "".join(grain(2 * k, 0.5) for k in range(40))
+        for k in range(1, 40):
+            time = (k - 0.5) / 100
+            removals = f"\n[[remove]]\nlow = [-1, 0]\nhigh = [{2 * k + 1}, 2]\ntimes = [{time}]\nfrom = {time}\nuntil = {time}\n"
+            with self.subTest(time=time):
+                self.run_scene(still + removals + step(1e-2, 41), "--series", self.folder / "run.csv")
+                removed = [row["grains_removed"] for row in self.rows()]
+                self.assertEqual(removed[-1], k + 1)
+                self.assertEqual(len(set(removed)), 2)
+
+    def test_no_step_makes_up_for_what_others_did_not_take(self):
+        empty = HEAD + SIDES + FLOOR + '\n[[insert]]\nlow = [0, 0]\nhigh = [8, 3]\nmaterial = "glass"\nradius = 0.2\ncount = 20\nfrom = 0.5\n'
+        self.run_scene(empty + "\n[[remove]]\nlow = [0, 0]\nhigh = [8, 3]\nrate = 10\n" + step(5e-3, 201), "--series", self.folder / "run.csv")
+        removed = [row["grains_removed"] for row in self.rows()]
+        self.assertEqual((removed[99], removed[200]), (0, 6))  # at 0.5 s, and each tenth of a second
+
     def test_a_hopper_is_filled(self):
         radii = 'radii = { distribution = "uniform", least = 0.2, largest = 0.4 }'
         insert = f'\n[[insert]]\nlow = [0, 6]\nhigh = [8, 9]\nmaterial = "glass"\nvelocity = [0, -2]\nrate = 60\ncount = 40\nseed = 3\n{radii}\n'

@@ -43,7 +43,7 @@ double Schedule::due(double time) const {
     return time < from ? 0 : std::floor(*rate * (std::min(time, until) - from) * (1 + 1e-12)) + 1;
 }
 
-double SceneRemoval::allowed(double time, double h, double before) const {
+double SceneRemoval::allowed(const StepTimes& step) const {
     constexpr double all = std::numeric_limits<double>::infinity();
     if (!when.covers(time)) return 0;
     if (when.rate) return std::max(0.0, when.due(time) - before);

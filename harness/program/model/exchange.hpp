@@ -22,12 +22,18 @@ struct Schedule {
     double due(double time) const;
 };
 
+// When a step begins, and the ones before and after it [s].
+struct StepTimes {
+    double before, now, next;
+};
+
 struct SceneRemoval {
     Region region;
     Schedule when;
 
-    // How many grains a step that begins at `time` may take, when `before` have gone. h: the step [s].
-    double allowed(double time, double h, double before) const;
+    // How many grains a step may take. By rate: as many as have become due since the step before; no step makes up for
+    // what others did not take.
+    double allowed(const StepTimes& step) const;
 };
 
 struct SceneInsertion {

@@ -20,7 +20,7 @@ class Exchange {
 
     // Before each step, with the time at its beginning and its number in the scene. Collective.
     void before_step(Simulation<M>& simulation, double time, std::int64_t step) {
-        if (!scene_.exchange.removals.empty()) remove(simulation, time);
+        if (!scene_.exchange.removals.empty()) remove(simulation);
         if (!scene_.exchange.insertions.empty()) insert(simulation, time, static_cast<std::uint64_t>(step));
     }
 
@@ -30,12 +30,15 @@ class Exchange {
     static constexpr int most_at_once = 100;  // grains of an entry that a step tries to insert
     static constexpr int trials = 10;         // places that it tries for each
 
-    void remove(Simulation<M>& simulation, double time) {
+    void remove(Simulation<M>& simulation) {
         const std::vector<SceneRemoval>& removals = scene_.exchange.removals;
-        const double h = simulation.settings().h;
+        const SimulationSettings<M>& settings = simulation.settings();
+        const auto begins = [&](int later) {  // a step, to the bits of the one before it or after it
+            return settings.start_time + double(settings.steps_before + simulation.steps() + later) * settings.h;
+        };
+        const StepTimes times{begins(-1), begins(0), begins(1)};
         std::vector<double> allowed;
-        for (std::size_t e = 0; e < removals.size(); ++e)
-            allowed.push_back(removals[e].allowed(time, h, so_far_.removed[e]));
+        for (const SceneRemoval& removal : removals) allowed.push_back(removal.allowed(times));
         if (std::ranges::none_of(allowed, [](double count) { return count > 0; })) return;
         // the first entry whose region has the grain
         const auto entry = [&](const Grain<M>& grain) {
@@ -129,13 +132,13 @@ class Exchange {
             return blocked_places(simulation, simulation.parts()[k], waiting);
         });
         std::vector<Grain<M>> coming;
+        std::vector<char> stuck(scene_.exchange.insertions.size());  // entries whose next grain waits
         for (std::size_t w = 0; w < waiting.size(); ++w) {
             const Waiting& grain = waiting[w];
+            if (stuck[grain.entry]) continue;
             const SceneInsertion& insertion = scene_.exchange.insertions[grain.entry];
-        std::vector<char> stuck(scene_.exchange.insertions.size());  // entries whose next grain waits
             const auto free = [&](std::size_t trial) {
                 return blocked[w * trials + trial] == 0 && std::ranges::none_of(coming, [&](const Grain<M>& other) {
-            if (stuck[grain.entry]) continue;
                            return cell.apart(other.position, grain.places[trial]).norm() <= other.radius + grain.radius;
                        });
             };
