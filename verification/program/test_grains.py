@@ -389,6 +389,13 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         removed = [row["grains_removed"] for row in self.rows()]
         self.assertEqual((removed[99], removed[200]), (0, 6))  # at 0.5 s, and each tenth of a second
 
+    def test_nothing_is_left_once_all_have_come(self):
+        insert = '\n[[insert]]\nlow = [0, 2]\nhigh = [4, 5]\nmaterial = "glass"\nrate = 1\ncount = 3\nradius = 0.2\n'
+        drain = "\n[[remove]]\nnormal = [0, 1]\nthrough = [0, 1]\n[stop]\nnothing_left = true\n"
+        report, _, _ = self.run_scene(HEAD + insert + drain + step(5e-3, 3000))
+        self.assertEqual(report["exchange"]["inserted"]["grains"], 3)
+        self.assertTrue(2 < report["steps"] * 5e-3 < 4, report["steps"])
+
     def test_a_hopper_is_filled(self):
         radii = 'radii = { distribution = "uniform", least = 0.2, largest = 0.4 }'
         insert = f'\n[[insert]]\nlow = [0, 6]\nhigh = [8, 9]\nmaterial = "glass"\nvelocity = [0, -2]\nrate = 60\ncount = 40\nseed = 3\n{radii}\n'

@@ -45,12 +45,12 @@ double Schedule::due(double time) const {
 
 double SceneRemoval::allowed(const StepTimes& step) const {
     constexpr double all = std::numeric_limits<double>::infinity();
-    if (!when.covers(time)) return 0;
-    if (when.rate) return std::max(0.0, when.due(time) - before);
-    if (when.times.empty()) return all;
-    // the step that begins nearest to one of the times
-    const auto next = std::ranges::upper_bound(when.times, time - 0.5 * h);
-    return next != when.times.end() && *next <= time + 0.5 * h ? all : 0;
+    if (when.rate) return when.due(step.now) - when.due(step.before);
+    if (when.times.empty()) return when.covers(step.now) ? all : 0;
+    // each time is of the step that begins nearest: between it and the next one there is one number
+    const double begin = 0.5 * (step.before + step.now), end = 0.5 * (step.now + step.next);
+    const auto here = [&](double time) { return begin < time && time <= end && when.covers(time); };
+    return std::ranges::any_of(when.times, here) ? all : 0;
 }
 
 double SceneInsertion::due(double time) const {
@@ -99,6 +99,12 @@ SceneInsertion read_insertion(TomlTable& table, int dim) {
         table.fail("high", "leaves no room for the largest grain");
     table.finish();
     return insertion;
+}
+
+bool SceneExchange::all_inserted(const std::vector<double>& inserted) const {
+    for (std::size_t e = 0; e < insertions.size(); ++e)
+        if (inserted[e] < insertions[e].total()) return false;
+    return true;
 }
 
 std::string SceneExchange::text() const {

@@ -49,6 +49,8 @@ struct SceneInsertion {
     double largest_radius() const { return radii ? radii->largest : radius; }
     // How many grains are due at the beginning of a step.
     double due(double time) const;
+    // All that are ever due; infinite where there is no end.
+    double total() const { return due(std::numeric_limits<double>::infinity()); }
     // Radius of the number-th grain that this entry inserts, and the place of a try to insert it in a step: within the
     // box as a whole. They follow from the seed and these numbers alone.
     double radius_of(std::uint64_t entry, std::uint64_t number, int dim) const;
@@ -61,6 +63,8 @@ struct SceneExchange {
     std::vector<SceneInsertion> insertions;
 
     bool any() const { return !removals.empty() || !insertions.empty(); }
+    // Whether no grain is still to come, of those that each entry has inserted.
+    bool all_inserted(const std::vector<double>& inserted) const;
     std::string text() const;  // all of its numbers, for checksums
 };
 

@@ -28,7 +28,7 @@ class LiveModel final : public Live {
         solve_ = choose_solver<M>(request_.scheme, request_.interface, options).solve;
         simulation_.emplace(*comm_, std::move(built.settings), built.grains, built.impulses,
                             built.rough ? &*built.rough : nullptr);
-        stop_.emplace(*simulation_, request_.scene.stop, request_.so_far);
+        stop_.emplace(*simulation_, request_.scene, request_.so_far);
     }
     ~LiveModel() override { detach(false); }
 

@@ -179,7 +179,7 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, RunRequest&
         checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
     Recorder<M> recorder(simulation, request, files);
     Exchange<M> exchange(scene, request.so_far);
-    StopTest<M> stop(simulation, scene.stop, request.so_far);
+    StopTest<M> stop(simulation, scene, request.so_far);
     std::optional<Simulation<M>> before;  // the step under way
     for (int step = 1; step <= scene.step.count && !result.stopped && !result.stopped_by; ++step) {
         if (!request.outputs.state.empty()) before.emplace(simulation);

@@ -10,8 +10,9 @@ template <class M>
 class StopTest {
   public:
     // so_far: of the scene, kept up to date here where a strain is asked for.
-    StopTest(const Simulation<M>& simulation, const StopSettings& settings, State::SoFar& so_far)
-        : settings_(settings), so_far_(so_far) {
+    StopTest(const Simulation<M>& simulation, const Scene& scene, State::SoFar& so_far)
+        : settings_(scene.stop), exchange_(scene.exchange), so_far_(so_far) {
+        const StopSettings& settings = settings_;
         if (settings.nothing_left) fixed_ = count_fixed(simulation);
         if (!settings.strain || !so_far.edges.empty()) return;
         const typename M::Vec edges = box_edges<M>(simulation.settings());
@@ -22,7 +23,8 @@ class StopTest {
     // After each step, with the time of the scene. Collective.
     std::optional<Stopped> after(const Simulation<M>& simulation, double time) {
         const bool some_left = !so_far_.left.empty() && so_far_.left[0] > 0;
-        if (settings_.nothing_left && some_left && simulation.grain_count() == fixed_)
+        if (settings_.nothing_left && some_left && simulation.grain_count() == fixed_ &&
+            exchange_.all_inserted(so_far_.inserted))
             return Stopped{"nothing_left", 0, 0, ""};
         if (settings_.time && time >= *settings_.time) return Stopped{"time", time, *settings_.time, "s"};
         if (settings_.strain)
@@ -67,6 +69,7 @@ class StopTest {
     }
 
     const StopSettings& settings_;
+    const SceneExchange& exchange_;
     State::SoFar& so_far_;
     std::size_t fixed_ = 0;  // grains, which stay
 };
