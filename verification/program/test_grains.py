@@ -396,6 +396,12 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         self.assertEqual(report["exchange"]["inserted"]["grains"], 3)
         self.assertTrue(2 < report["steps"] * 5e-3 < 4, report["steps"])
 
+    def test_a_scene_without_grains_goes_on(self):
+        scene = HEAD + FLOOR + '\n[[insert]]\nlow = [0, 2]\nhigh = [4, 5]\nmaterial = "glass"\ncount = 3\nfrom = 0.3\nradius = 0.2\n' + step(5e-3, 120)
+        self.check_goes_on(scene, 40)
+        self.run_scene(scene, "--scheme", "dcs", "-n", 2, name="other")
+        self.succeeds("compare", self.folder / "whole.json", self.folder / "other.json")
+
     def test_a_hopper_is_filled(self):
         radii = 'radii = { distribution = "uniform", least = 0.2, largest = 0.4 }'
         insert = f'\n[[insert]]\nlow = [0, 6]\nhigh = [8, 9]\nmaterial = "glass"\nvelocity = [0, -2]\nrate = 60\ncount = 40\nseed = 3\n{radii}\n'

@@ -60,6 +60,7 @@ double farthest(const Run& a, const Run& b) {
         worst = std::max(worst, square);
     }
     const auto& radius = a.state.packing.radius;
+    if (radius.empty()) return 0;
     return std::sqrt(worst) / *std::min_element(radius.begin(), radius.end());
 }
 
@@ -113,6 +114,7 @@ void require_same_scene(const Run& reference, const Run& candidate) {
     same("scene", a.scene, b.scene);
     same("dimension", a.dimension, b.dimension);
     same("grains", a.grains, b.grains);
+    same("grains at the end", a.grains_left, b.grains_left);
     same("h", a.h, b.h);
     same("start_step + steps", a.last_step(), b.last_step());
     same("number of walls", a.wall_masses.size(), b.wall_masses.size());

@@ -28,7 +28,6 @@ Packing read_packing(const hdf5::Reader& file, const Share& share) {
     if (shape.size() != 2 || (shape[1] != 2 && shape[1] != 3))
         throw file.error("x", "must have shape (n, 2) or (n, 3), found " + hdf5::to_string(shape));
     const auto [n, dim] = std::pair(shape[0], shape[1]);
-    if (n == 0) throw file.error("x", "is empty: a packing needs at least one grain");
     if (n > std::numeric_limits<int>::max()) throw file.error("x", fmt::format("holds too many grains, {}", n));
 
     const hdf5::Rows rows = share.of(n);
@@ -55,6 +54,7 @@ Packing read_packing(const std::string& path, const Share& share) {
     const hdf5::Reader file(path);
     Packing packing = read_packing(file, share);
     const hsize_t n = packing.total(), dim = static_cast<hsize_t>(packing.dim);
+    if (n == 0) throw file.error("x", "is empty: a packing needs at least one grain");
     const hdf5::Rows rows = share.of(n);
     if (file.has("velocity")) packing.velocity = file.read<double>("velocity", {n, dim}, rows);
     if (file.has("spin")) packing.spin = file.read<double>("spin", {n, hsize_t{dim == 3 ? 3u : 1u}}, rows);

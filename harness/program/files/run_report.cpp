@@ -132,7 +132,8 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     if (top.has("problem")) run.problem = top.text("problem");
     run.friction = top.truth("friction");
     run.dimension = top.integer("dimension", 2, 3);
-    run.grains = top.integer("grains", 1, most);
+    run.grains = top.integer("grains", 0, most);
+    run.grains_left = top.has("exchange") ? top.object("exchange").integer("grains_left", 0, most) : run.grains;
     run.steps = top.integer("steps", 1, most);
     run.start_step = top.integer("start_step", 0, State::most_steps);
     run.subdomains = top.integer("subdomains", 1, most);
@@ -161,7 +162,7 @@ void require_state_of(const RunReport& run, const State& state, const std::strin
             throw InputError(fmt::format("{}: {} {}, but {} in {}", state_file, what, found, expected, run.file));
     };
     must_be("dimensions:", std::int64_t{state.packing.dim}, run.dimension);
-    must_be("grains:", static_cast<std::int64_t>(state.packing.size()), run.grains);
+    must_be("grains:", static_cast<std::int64_t>(state.packing.size()), run.grains_left);
     must_be("walls:", state.walls.offset.size(), run.wall_masses.size());
     must_be("steps made:", state.step, run.last_step());
     must_be("scene:", state.scene, run.scene);

@@ -173,7 +173,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     if (request.has_fixed && (!scene.cell.gradient.empty() || !scene.cell.stress.empty()))
         throw InputError(scene.file + ": a grain is fixed, which a [cell] with a gradient or a stress would move");
     if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0 &&
-        scene.exchange.insertions.empty())
+        scene.exchange.insertions.empty() && !(request.goes_on() && scene.exchange.any()))
         throw InputError(scene.file + ": no grains: give a [packing], [[grain]]s, or --packing FILE");
     const double mass = sum_in_any_order(
         comm, std::views::transform(built.grains, [](const Grain<M>& g) { return g.fixed() ? 0 : g.mass; }));
@@ -181,7 +181,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
     settings.theta = scene.step.theta;
-    settings.may_be_empty = !scene.exchange.insertions.empty();
+    settings.may_be_empty = scene.exchange.any();
     settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
     settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));

@@ -145,7 +145,7 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
                  {"h", request.scene.step.h},
                  {"energy", energy_json(result)},
                  {"interface_grains", interface_grains / steps},
-                 {"interface_share", interface_grains / steps / double(result.grains)},
+                 {"interface_share", interface_grains / steps / std::max(1.0, double(result.grains))},
                  {"peak_memory", {{"total", result.memory}, {"largest", result.most_memory}}},
                  {"multiplicity", result.multiplicity},
                  {"converged", unconverged == 0},
