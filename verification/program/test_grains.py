@@ -170,6 +170,16 @@ class AutomaticStep(GrainsTest):
                 unit = 10 ** (math.floor(math.log10(h)) - 1)
                 self.assertAlmostEqual(report["h"], math.floor(h / unit + 1e-9) * unit, delta=1e-9 * h)
                 self.assertTrue(any(f"h = {report['h']:g} s by" in note for note in report["notes"]), report["notes"])
+        line = '[[obstacle]]\nname = "line"\nmaterial = "glass"\n'
+        for obstacle, speed in (  # a fall may end on one, and its own speed counts
+            ('motion = "fixed"\npoints = [[-9, -1], [9, -1]]', math.sqrt(2 * 10 * 5.5)),
+            ('motion = "fixed"\ncylinder = { centre = [0, 4], radius = 6 }', math.sqrt(2 * 10 * 6.5)),
+            ('motion = "velocity"\nvelocity = [0, 7]\npoints = [[-9, 4.5], [9, 9]]', 7),
+            ('motion = "rotating"\nrate = -2\ncentre = [1, 4.5]\npoints = [[-1, 4.5], [5, 4.5]]', 8),
+        ):
+            with self.subTest(obstacle=obstacle):
+                report, _, _ = self.run_scene(HEAD + grain(0, 4.5) + line + obstacle + step('"auto"', 1))
+                self.assertAlmostEqual(report["h"], 0.05 * 0.5 / speed, delta=0.06 * report["h"])
         self.check_goes_on(fall, 13)  # with the step that was chosen at the start
         self.refused(HEAD.replace("gravity = [0, -10]", "") + grain(0, 4.5) + step('"auto"', 3), 'h = "auto" finds nothing that moves')
         self.refused(HEAD + grain(0, 4.5) + step('"small"', 3), "step: h must be one of auto, found 'small'")

@@ -28,19 +28,49 @@ struct Survey {
 inline double speed_of(const ScenePath& path) {
     double most = path.kind == ScenePath::Kind::Oscillating
                       ? 2 * std::numbers::pi * std::abs(path.frequency) * path.amplitude.norm()
-                      : 0;
+                  : path.kind == ScenePath::Kind::Steady ? path.velocity.norm()
+                                                         : 0;
     for (std::size_t k = 1; k < path.times.size(); ++k)
         most = std::max(most, (path.places[k] - path.places[k - 1]).norm() / (path.times[k] - path.times[k - 1]));
     return most;
 }
 
+// visit(place) for the points of an obstacle at the start that lie farthest from others: corners, and of a cylinder
+// those of a box round it; not along an axis without an end.
+template <class M>
+void visit_ends(const Obstacle<M>& obstacle, auto&& visit) {
+    for (const Facet<M>& facet : obstacle.surface->facets())
+        for (const auto& corner : facet) visit(corner);
+    const auto& cylinder = obstacle.surface->cylinder();
+    if (!cylinder) return;
+    typename M::Vec reach = M::Vec::Constant(cylinder->radius);
+    for (int d = 0; M::dim == 3 && d < M::dim; ++d) {
+        const double along = std::abs(cylinder->axis[d]);
+        reach[d] *= std::sqrt(std::max(0.0, 1 - along * along));
+        if (std::isfinite(cylinder->length)) reach[d] += 0.5 * cylinder->length * along;
+    }
+    for (const double sign : {-1.0, 1.0}) visit(typename M::Vec(cylinder->centre + sign * reach));
+}
+
+// The largest of an obstacle that turns, beside its path [m/s].
+template <class M>
+double turning_speed(const Obstacle<M>& obstacle) {
+    double arm = 0;
+    visit_ends(obstacle, [&](const typename M::Vec& end) {
+        typename M::Vec way = end - obstacle.turn.centre;
+        if constexpr (M::dim == 3) way -= way.dot(obstacle.turn.axis) * obstacle.turn.axis;
+        arm = std::max(arm, way.norm());
+    });
+    return std::abs(obstacle.turn.rate) * arm;
+}
+
 }  // namespace automatic_detail
 
 // The step in which the smallest grain moves by `automatic_way` of its radius at the speed that is to be expected, or
-// by a fifth of that where a pair rebounds. That speed is the largest of grains, walls and grains to come at the start;
-// what a fall through the scene adds to it; what a pressure or stress gives a grain, sqrt(pressure / density); and what
-// a wall gains that a force drives, over a radius. Rounded down to two digits [s]. Collective; `mine`: grains of this
-// process.
+// by a fifth of that where a pair rebounds. That speed is the largest of grains, walls, obstacles and grains to come at
+// the start; what a fall through the scene adds to it; what a pressure or stress gives a grain, sqrt(pressure /
+// density); and what a wall gains that a force drives, over a radius. Rounded down to two digits [s]. Collective;
+// `mine`: grains of this process.
 template <class M>
 double automatic_step(const Scene& scene, std::span<const Grain<M>> mine, const SimulationSettings<M>& settings,
                       Communicator& comm) {
@@ -78,6 +108,17 @@ double automatic_step(const Scene& scene, std::span<const Grain<M>> mine, const 
             if (wall.normal[d] == 1) low[d] = std::min(low[d], height);
             if (wall.normal[d] == -1) high[d] = std::max(high[d], -height);
         }
+    }
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+        const Obstacle<M>& obstacle = settings.obstacles[o];
+        speed = std::max(
+            speed, automatic_detail::speed_of(scene.obstacles[o].path) + automatic_detail::turning_speed(obstacle));
+        automatic_detail::visit_ends(obstacle, [&](const typename M::Vec& end) {  // a fall may end there
+            for (int d = 0; d < M::dim; ++d) {
+                if (scene.gravity[d] < 0) low[d] = std::min(low[d], end[d]);
+                if (scene.gravity[d] > 0) high[d] = std::max(high[d], end[d]);
+            }
+        });
     }
     speed += std::sqrt(2 * scene.gravity.cwiseAbs().dot(Eigen::VectorXd(high - low)));
     speed += std::sqrt(pressure / density) + pushed;
