@@ -307,16 +307,6 @@ class Packed(GrainsTest):
         np.testing.assert_array_equal(same["x"], state["x"])
         self.refused(HEAD + grain(0, 0.5, "fixed = true\nvelocity = [1, 0]\n") + step(1e-3, 5), "[[grain]] 0: velocity is that of a grain that is fixed")
 
-    def test_a_silo_empties(self):
-        silo = (
-            HEAD
-            + '\n[packing]\nfile = "packing.h5"\nmaterial = "glass"\n'
-            + SIDES.replace("8, 0", "8.1, 0")
-            + "\n[[remove]]\nnormal = [0, 1]\nthrough = [0, -1]\n"
-            + step(4e-3, 2000)
-        )
-        whole, _ = self.check_goes_on(silo.replace("2000", "200"), 130, "--scheme", "dcs", "-n", 3)
-        apart = self.run_scene(silo.replace("2000", "200"), "--scheme", "dcs", "-n", 3, name="mpi", ranks=3)[0]
     def test_a_driven_wall_rests_on_a_fixed_grain(self):
         lid = '\n[[wall]]\nname = "lid"\nnormal = [0, -1]\nthrough = [0, 1.2]\nmaterial = "glass"\nmotion = "force"\nforce = 1\nmass = 1\n'
         scene = HEAD + grain(5, 0.45).replace("radius = 0.5", "radius = 0.45") + grain(0, 0.5, "fixed = true\n") + FLOOR + lid + step(1e-2, 150)
@@ -338,6 +328,16 @@ class Packed(GrainsTest):
         _, state, _ = self.run_scene(box + pressed + step(0.02, 100))
         self.assertLess(state["walls/offset"][0], 5.5e-3)
 
+    def test_a_silo_empties(self):
+        silo = (
+            HEAD
+            + '\n[packing]\nfile = "packing.h5"\nmaterial = "glass"\n'
+            + SIDES.replace("8, 0", "8.1, 0")
+            + "\n[[remove]]\nnormal = [0, 1]\nthrough = [0, -1]\n"
+            + step(4e-3, 2000)
+        )
+        whole, _ = self.check_goes_on(silo.replace("2000", "200"), 130, "--scheme", "dcs", "-n", 3)
+        apart = self.run_scene(silo.replace("2000", "200"), "--scheme", "dcs", "-n", 3, name="mpi", ranks=3)[0]
         self.assertEqual(apart["answer"], whole["answer"])
         self.assertEqual(apart["exchange"], whole["exchange"])
         left = whole["exchange"]
@@ -366,21 +366,6 @@ class Packed(GrainsTest):
                 removed = [row["grains_removed"] for row in self.rows()]
                 self.assertEqual(removed, [*([0] if when[-1] != "5" else [1]), *gone][: len(removed)])
 
-    def test_large_grains_come_too(self):
-        insert = """
-[[insert]]
-low = [0, 3]
-high = [8, 6]
-material = "glass"
-rate = 400
-count = 300
-seed = 3
-radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3] }
-"""
-        report, state = self.check_goes_on(HEAD + insert + SIDES + FLOOR + step(2e-3, 600), 211)
-        self.assertTrue(20 < len(state["x"]) < 300, len(state["x"]))  # many wait
-        self.assertAlmostEqual((state["radius"] > 0.5).mean(), 0.3, delta=0.15)
-
     def test_each_time_is_of_one_step(self):
         """Also one that is half-way between two of them."""
         still = HEAD.replace("gravity = [0, -10]", "") + "".join(grain(2 * k, 0.5) for k in range(40))
@@ -399,6 +384,27 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         removed = [row["grains_removed"] for row in self.rows()]
         self.assertEqual((removed[99], removed[200]), (0, 6))  # at 0.5 s, and each tenth of a second
 
+    def test_large_grains_come_too(self):
+        insert = """
+[[insert]]
+low = [0, 3]
+high = [8, 6]
+material = "glass"
+rate = 400
+count = 300
+seed = 3
+radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3] }
+"""
+        report, state = self.check_goes_on(HEAD + insert + SIDES + FLOOR + step(2e-3, 600), 211)
+        self.assertTrue(20 < len(state["x"]) < 300, len(state["x"]))  # many wait
+        self.assertAlmostEqual((state["radius"] > 0.5).mean(), 0.3, delta=0.15)
+
+    def test_a_scene_without_grains_goes_on(self):
+        scene = HEAD + FLOOR + '\n[[insert]]\nlow = [0, 2]\nhigh = [4, 5]\nmaterial = "glass"\ncount = 3\nfrom = 0.3\nradius = 0.2\n' + step(5e-3, 120)
+        self.check_goes_on(scene, 40)
+        self.run_scene(scene, "--scheme", "dcs", "-n", 2, name="other")
+        self.succeeds("compare", self.folder / "whole.json", self.folder / "other.json")
+
     def test_nothing_is_left_once_all_have_come(self):
         insert = '\n[[insert]]\nlow = [0, 2]\nhigh = [4, 5]\nmaterial = "glass"\nrate = 1\ncount = 3\nradius = 0.2\n'
         drain = "\n[[remove]]\nnormal = [0, 1]\nthrough = [0, 1]\n[stop]\nnothing_left = true\n"
@@ -406,11 +412,12 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         self.assertEqual(report["exchange"]["inserted"]["grains"], 3)
         self.assertTrue(2 < report["steps"] * 5e-3 < 4, report["steps"])
 
-    def test_a_scene_without_grains_goes_on(self):
-        scene = HEAD + FLOOR + '\n[[insert]]\nlow = [0, 2]\nhigh = [4, 5]\nmaterial = "glass"\ncount = 3\nfrom = 0.3\nradius = 0.2\n' + step(5e-3, 120)
-        self.check_goes_on(scene, 40)
-        self.run_scene(scene, "--scheme", "dcs", "-n", 2, name="other")
-        self.succeeds("compare", self.folder / "whole.json", self.folder / "other.json")
+    def test_notes(self):
+        insert = '\n[[insert]]\nlow = [0, -5]\nhigh = [4, -2]\nmaterial = "glass"\nrate = 1\nradius = 0.2\n'
+        line = '\n[[obstacle]]\nname = "line"\nmaterial = "glass"\nmotion = "fixed"\npoints = [[0, 0], [4, 0]]\n'
+        report, _, _ = self.run_scene(HEAD + insert + FLOOR + line + step(5e-3, 3))
+        self.assertEqual(len(report["notes"]), 1, report["notes"])  # and none on units, where there is no grain
+        self.assertIn("an [[insert]] lies behind wall 'floor': no grain of it comes", report["notes"][0])
 
     def test_a_hopper_is_filled(self):
         radii = 'radii = { distribution = "uniform", least = 0.2, largest = 0.4 }'

@@ -116,6 +116,7 @@ std::vector<std::string> notes_on_units(const BuiltScene<M>& built, const Scene&
     double grains = 0;
     for (std::size_t d = 0; d < M::dim; ++d) grains = std::max(grains, box[d] + box[M::dim + d]);
     std::vector<std::string> notes;
+    if (!(grains > 0)) return notes;  // there are none as yet
     for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
         const SceneObstacle& source = scene.obstacles[o];
         Eigen::VectorXd low = Eigen::VectorXd::Constant(M::dim, infinite), high = -low;

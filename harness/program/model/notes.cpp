@@ -35,6 +35,19 @@ std::string unpaired(const Scene& scene, const std::vector<double>& grains_of) {
                        names);
 }
 
+// Names of fixed walls behind which the whole box of an [[insert]] lies.
+std::vector<std::string> walls_before_insertions(const RunRequest& request) {
+    std::vector<std::string> names;
+    if (request.goes_on()) return names;
+    for (const SceneInsertion& insertion : request.scene.exchange.insertions)
+        for (const SceneWall& wall : request.scene.walls) {
+            const Eigen::VectorXd point = wall_point(request.scene, wall, request.box),
+                                  farthest = (wall.normal.array() > 0).select(insertion.box.high, insertion.box.low);
+            if (wall.motion == WallMotion::Fixed && wall.normal.dot(farthest - point) <= 0) names.push_back(wall.name);
+        }
+    return names;
+}
+
 }  // namespace
 
 std::vector<std::string> notes(const RunRequest& request, const std::vector<double>& grains_of) {
@@ -49,6 +62,8 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(
             fmt::format("{}: gravity, and no [[wall]] faces it: nothing but friction stops a fall", scene.file));
+    for (const std::string& wall : walls_before_insertions(request))
+        lines.push_back(fmt::format("{}: an [[insert]] lies behind wall '{}': no grain of it comes", scene.file, wall));
     for (std::size_t axis = 0; axis < request.packing.periodic.size(); ++axis)
         if (request.packing.periodic[axis] && std::ranges::count(scene.cell.axes, static_cast<int>(axis)) == 0)
             lines.push_back(
