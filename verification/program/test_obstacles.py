@@ -121,6 +121,8 @@ class Obstacles(ProgramTest):
             sheet = self.run_to(name, SCENE.replace(FLOOR, PLATE), 50)
             np.testing.assert_allclose(sheet["x"], plane["x"], atol=1e-12)
             np.testing.assert_allclose(sheet["velocity"], plane["velocity"], atol=1e-11)
+        (self.folder / "plate.stl").write_bytes(b"  \n" + stl(SHEET, True).upper())
+        np.testing.assert_array_equal(self.run_to("letters", SCENE.replace(FLOOR, PLATE), 50)["x"], sheet["x"])
         (self.folder / "plate.stl").write_bytes(stl([[(x * 1000, y * 1000, z * 1000 - 500) for x, y, z in c] for c in SHEET]))
         scaled = self.run_to("scaled", SCENE.replace(FLOOR, PLATE.replace(".stl", '.stl"\nscale = 1e-3\nshift = [0, 0, 0.5]\n#"')), 50)
         np.testing.assert_allclose(scaled["x"], plane["x"], atol=1e-6)
@@ -178,8 +180,6 @@ class Obstacles(ProgramTest):
         self.run_to("state", flow, 3)
         self.assertIn("3 obstacles", self.refused(HEAD + disks() + DRUM + STEP, "--from", self.folder / "state.h5"))
 
-    def test_other_units_are_told(self):
-        (self.folder / "plate.stl").write_bytes(stl([[(2000 * x, 2000 * y, z) for x, y, z in corners] for corners in SHEET]))
     def test_no_output_is_an_input(self):
         (self.folder / "plate.stl").write_bytes(stl(SHEET))
         (self.folder / "way.txt").write_text("0 0 0 0\n1 0 0 0\n")
@@ -195,6 +195,8 @@ class Obstacles(ProgramTest):
         for name, content in before.items():
             self.assertEqual((self.folder / name).read_bytes(), content)
 
+    def test_other_units_are_told(self):
+        (self.folder / "plate.stl").write_bytes(stl([[(2000 * x, 2000 * y, z) for x, y, z in corners] for corners in SHEET]))
         done = self.succeeds("run", self.write("scene.toml", SCENE.replace(FLOOR, PLATE)), "--quiet")
         self.assertIn("obstacle 'plate' has the size 8e+03, the box of the grains 2: is its unit of length another one?", done.stderr)
 

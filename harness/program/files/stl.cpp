@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -38,6 +40,17 @@ std::vector<StlTriangle> from_binary(const std::string& path, const std::string&
     return triangles;
 }
 
+std::string lower(std::string word) {
+    std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::tolower(c); });
+    return word;
+}
+
+// Text begins with "solid", in letters of any size and behind blanks.
+bool is_text(const std::string& bytes) {
+    const std::size_t begin = bytes.find_first_not_of(" \t\r\n");
+    return begin != bytes.npos && lower(bytes.substr(begin, 5)) == "solid" && bytes.find('\0') == bytes.npos;
+}
+
 std::vector<StlTriangle> from_text(const std::string& path, const std::string& text) {
     std::vector<StlTriangle> triangles;
     std::istringstream lines(text);
@@ -51,6 +64,7 @@ std::vector<StlTriangle> from_text(const std::string& path, const std::string& t
         std::istringstream words(line);
         std::string word;
         words >> word;
+        word = lower(word);
         if (word == "facet" || word == "endfacet") {
             if (corner != 0) fail("a facet has three vertices");
         } else if (word == "vertex") {
@@ -84,7 +98,7 @@ std::vector<StlTriangle> read_stl(const std::string& path) {
     std::vector<StlTriangle> triangles;
     if (counted && bytes.size() == head + said * record)
         triangles = from_binary(path, bytes);
-    else if (bytes.starts_with("solid") && bytes.find('\0') == bytes.npos)
+    else if (is_text(bytes))
         triangles = from_text(path, bytes);
     else
         throw InputError(counted ? fmt::format("{}: says that it has {} triangles, which take {} bytes, found {}", path,
