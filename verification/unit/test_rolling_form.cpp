@@ -27,9 +27,9 @@ typename Problem::Block random_block(Random& random) {
 }
 
 template <class Problem>
-Problem alone(const typename Problem::Block& w, const typename Problem::Vec& q, double mu, double mu_r) {
+Problem alone(const typename Problem::Block& w, const typename Problem::Vec& q, double mu, double roll) {
     Problem problem;
-    problem.q = {q}, problem.friction = {mu}, problem.rolling = {mu_r};
+    problem.q = {q}, problem.friction = {mu}, problem.rolling = {roll};
     problem.set_blocks({{0, 0, w}});
     return problem;
 }
@@ -49,7 +49,7 @@ bool check_part(const auto& part, const auto& slip, double limit, double eps_r, 
 
 // One of four heaps of grains of several sizes in a corner, some steps after they were let go.
 template <class M>
-ContactProblem<M> heap(Random& random, double mu_r) {
+ContactProblem<M> heap(Random& random, double roll) {
     std::vector<Grain<M>> grains;
     for (int k = 0; k < 27; ++k) {
         typename M::Vec at = 0.55 * M::Vec::Ones();
@@ -60,7 +60,7 @@ ContactProblem<M> heap(Random& random, double mu_r) {
     }
     SimulationSettings<M> settings;
     settings.h = 0.02;
-    settings.materials.set(0, 0, {.friction = 0.3, .rolling = mu_r});
+    settings.materials.set(0, 0, {.friction = 0.3, .rolling = roll});
     for (int d = 0; d < M::dim; ++d) {
         settings.walls.emplace_back().normal = M::Vec::Unit(d);
         settings.gravity[d] = -10.0 / (1 + d);
@@ -86,10 +86,10 @@ TEMPLATE_TEST_CASE("a full block with a couple is solved: each clause of the law
             w(0, 1) += twist, w(1, 0) -= twist;
         }
         const typename Problem::Vec q = speed * random_vector<typename Problem::Vec>(random);
-        const double mu = k % 10 == 0 ? 0 : uniform(random, 0, 2), mu_r = k % 7 == 0 ? 0 : uniform(random, 0, 2);
-        const typename Problem::Vec r = detail::rolling_contact<Problem::dim>(w, q, mu, mu_r), u = w * r + q;
+        const double mu = k % 10 == 0 ? 0 : uniform(random, 0, 2), roll = k % 7 == 0 ? 0 : uniform(random, 0, 2);
+        const typename Problem::Vec r = detail::rolling_contact<Problem::dim>(w, q, mu, roll), u = w * r + q;
         const double eps_r = 1e-12 * (r.norm() + q.norm() / scale), eps_u = 1e-12 * (q.norm() + scale * r.norm());
-        INFO("W " << w << "\nq " << q.transpose() << "\nmu " << mu << ", mu_r " << mu_r << "\nr " << r.transpose());
+        INFO("W " << w << "\nq " << q.transpose() << "\nmu " << mu << ", roll " << roll << "\nr " << r.transpose());
         REQUIRE(r[0] >= 0);
         if (q[0] >= 0) {
             REQUIRE(r.isZero(0));
@@ -100,9 +100,9 @@ TEMPLATE_TEST_CASE("a full block with a couple is solved: each clause of the law
         const bool slides =
             check_part(r.template segment<m>(1).eval(), u.template segment<m>(1).eval(), mu * r[0], eps_r, eps_u);
         const bool rolls =
-            check_part(r.template tail<m>().eval(), u.template tail<m>().eval(), mu_r * r[0], eps_r, eps_u);
+            check_part(r.template tail<m>().eval(), u.template tail<m>().eval(), roll * r[0], eps_r, eps_u);
         ++(slides && rolls ? count.both : slides ? count.slides : rolls ? count.rolls : count.held);
-        CHECK(error_measures(alone<Problem>(w, q, mu, mu_r), {r}).natural_map_velocity < 1e-11);
+        CHECK(error_measures(alone<Problem>(w, q, mu, roll), {r}).natural_map_velocity < 1e-11);
     }
     CHECK(count.fewest() > 100);
 }
