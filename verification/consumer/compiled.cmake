@@ -4,11 +4,6 @@
 # kernel once more.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
-set(ENV{CXXFLAGS})
-set(ENV{LDFLAGS})
-
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 call(text ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
 file(READ ${CMAKE_CURRENT_LIST_DIR}/../../kernel/examples/ten_balls.cpp program)
 string(REPLACE "nscdd/nscdd.hpp" "nscdd/compiled.hpp" program "${program}")

@@ -4,10 +4,6 @@
 # by pkg-config. Nothing of our harness is configured. INSTALLED: where consumer/run.cmake has installed the headers.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
-set(ENV{CXXFLAGS})
-set(ENV{LDFLAGS})
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 set(body "#include <nscdd/core/contact_problem.hpp>
 using M = nscdd::Model<2, nscdd::Frictionless>;
 ")

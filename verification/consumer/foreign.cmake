@@ -9,8 +9,6 @@ set(compile ${CXX} -std=c++20 -I${INCLUDE})
 foreach(directory IN LISTS SYSTEM)
     list(APPEND compile -isystem ${directory})
 endforeach()
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 
 # -ffast-math
 file(WRITE ${WORK}/fast.cpp "#include <nscdd/core/model.hpp>\n")

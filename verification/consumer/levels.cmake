@@ -4,10 +4,6 @@
 # answer by fused products is that of a program for this machine, and the program itself needs no more than x86-64.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
-set(ENV{CXXFLAGS})
-set(ENV{LDFLAGS})
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 call(text ${CMAKE_COMMAND} -S ${REPOSITORY} -B ${WORK}/build -G Ninja -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release
     -DNSCDD_HARNESS=OFF -DNSCDD_TESTS=OFF -DNSCDD_COMPILED=ON "-DNSCDD_LEVELS=x86-64-v2\;x86-64-v3" -DCMAKE_INSTALL_PREFIX=${WORK}/installed)
 call(text ${CMAKE_COMMAND} --build ${WORK}/build)

@@ -8,8 +8,6 @@ set(compile ${CXX} -std=c++20 -I${INCLUDE})
 foreach(directory IN LISTS SYSTEM)
     list(APPEND compile -isystem ${directory})
 endforeach()
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 
 # C++17: our sentence, and nothing of what lacks in it
 file(WRITE ${WORK}/old.cpp "#include <nscdd/nscdd.hpp>\n")

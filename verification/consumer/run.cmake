@@ -4,11 +4,6 @@
 # consumer must get include paths and the standard from it, nothing else, and nothing of MPI.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
-set(ENV{CXXFLAGS})
-set(ENV{LDFLAGS})
-
-file(REMOVE_RECURSE ${WORK})
-file(MAKE_DIRECTORY ${WORK})
 call(text ${CMAKE_COMMAND} -S ${REPOSITORY} -B ${WORK}/kernel -G ${GENERATOR} -DCMAKE_CXX_COMPILER=${CXX}
     -DNSCDD_HARNESS=OFF -DNSCDD_TESTS=OFF -DCMAKE_INSTALL_PREFIX=${WORK}/installed)
 call(text ${CMAKE_COMMAND} --install ${WORK}/kernel)
