@@ -14,18 +14,23 @@ sys.path.append(str(ROOT / "harness/suite"))  # for nscdd_suite
 NSCDD = os.environ.get("NSCDD", "build/bin/nscdd")
 MPIRUN = os.environ.get("NSCDD_MPIRUN", "mpirun")
 
-SCENE = """name = "pair"
-dimension = 3
-gravity = [0, 0, -10]
-
-[[material]]
+GLASS = """[[material]]
 name = "glass"
 density = 1.0
 
 [[pair]]
 materials = ["glass", "glass"]
 friction = 0.3
+"""
 
+SCENE = (
+    """name = "pair"
+dimension = 3
+gravity = [0, 0, -10]
+
+"""
+    + GLASS
+    + """
 [[grain]]
 position = [0, 0, 0.5]
 radius = 0.5
@@ -47,6 +52,7 @@ motion = "fixed"
 h = 0.001
 count = 5
 """
+)
 
 PACKED = SCENE[: SCENE.index("[[grain]]")] + '[packing]\nfile = "packing.h5"\nmaterial = "glass"\n\n' + SCENE[SCENE.index("[[wall]]") :]
 

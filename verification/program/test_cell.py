@@ -8,20 +8,16 @@ import unittest
 import h5py
 import numpy as np
 
-from harness import ProgramTest
+from harness import GLASS, ProgramTest
 
-SCENE = """name = "cell"
+SCENE = (
+    """name = "cell"
 dimension = 2
 law = "coulomb"
 
-[[material]]
-name = "glass"
-density = 1.0
-
-[[pair]]
-materials = ["glass", "glass"]
-friction = 0.3
-
+"""
+    + GLASS
+    + """
 [packing]
 file = "disks.h5"
 material = "glass"
@@ -34,6 +30,7 @@ gradient = [[-0.02, 0.5], [0, -0.02]]
 h = 0.01
 count = 30
 """
+)
 FLOW = "gradient = [[-0.02, 0.5], [0, -0.02]]\n"
 
 

@@ -9,21 +9,17 @@ import unittest
 import h5py
 import numpy as np
 
-from harness import ProgramTest
+from harness import GLASS, ProgramTest
 from test_restart import contents
 
-HEAD = """name = "scene"
+HEAD = (
+    """name = "scene"
 dimension = 2
 gravity = [0, -10]
 
-[[material]]
-name = "glass"
-density = 1.0
-
-[[pair]]
-materials = ["glass", "glass"]
-friction = 0.3
 """
+    + GLASS
+)
 SIDES = """
 [[wall]]
 name = "left"

@@ -4,21 +4,17 @@ import unittest
 
 import h5py
 
-from harness import ProgramTest, errors_of
+from harness import GLASS, ProgramTest, errors_of
 
-SCENE = """name = "heap"
+SCENE = (
+    """name = "heap"
 dimension = 2
 gravity = [1.0, -5.0]
 law = "LAW"
 
-[[material]]
-name = "glass"
-density = 1.0
-
-[[pair]]
-materials = ["glass", "glass"]
-friction = 0.3
-PAIR
+"""
+    + GLASS
+    + """PAIR
 
 [packing]
 file = "disks.h5"
@@ -40,6 +36,7 @@ motion = "fixed"
 h = 0.02
 count = 30
 """
+)
 LAWS = {"cohesive": "cohesion = 3.0\nrange = 1e-3", "rolling": "rolling = 0.05"}
 
 

@@ -6,23 +6,20 @@ import unittest
 import h5py
 import numpy as np
 
-from harness import SCENE, ProgramTest
+from harness import GLASS, SCENE, ProgramTest
 from test_motions import contents
 
 FLOOR = SCENE[SCENE.index("[[wall]]") : SCENE.index("[step]")]
-HEAD = """name = "flow"
+HEAD = (
+    """name = "flow"
 dimension = 2
 gravity = [0, -10]
 
-[[material]]
-name = "glass"
-density = 1.0
-
-[[pair]]
-materials = ["glass", "glass"]
-friction = 0.3
-
 """
+    + GLASS
+    + """
+"""
+)
 FUNNEL = """[[obstacle]]
 name = "funnel"
 material = "glass"

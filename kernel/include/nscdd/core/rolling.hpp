@@ -14,10 +14,9 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// part along the normal is at most mu_tw r_n, the other one at most mu_r r_n; each opposes its part of the relative
 /// spin. Both coefficients are lengths: a sphere on a slope begins to roll at tan(slope) = mu_r/R. In 2D nothing
 /// twists.
-struct Rolling {
+struct Rolling : Coulomb {
     static constexpr const char* name = "Coulomb with rolling resistance";  ///< in messages
-    static constexpr bool friction = true;  ///< impulses have a tangential part, grains have spins
-    static constexpr bool rolling = true;   ///< impulses have couples
+    static constexpr bool rolling = true;                                   ///< impulses have couples
     /// Coefficients of two materials.
     struct Pairing {
         double friction = 0;     ///< Coulomb's mu, >= 0
@@ -34,8 +33,7 @@ struct Rolling {
         }
     };
     /// Numbers of the law that one contact stores.
-    struct Coefficients {
-        double friction_coefficient = 0;                       ///< mu
+    struct Coefficients : Coulomb::Coefficients {
         double rolling_coefficient = 0;                        ///< mu_r [m]
         double twisting_coefficient = 0;                       ///< mu_tw [m]
         bool operator==(const Coefficients&) const = default;  ///< whether all are the same
@@ -43,23 +41,13 @@ struct Rolling {
 
     /// Returns the coefficients of the pair of materials. The gap [m] and the step h [s] do not matter.
     static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
-        return {pairing.friction, pairing.rolling, pairing.twisting};
+        return {{pairing.friction}, pairing.rolling, pairing.twisting};
     }
     /// Returns null, or a text where a coefficient is negative or not finite.
     static const char* fault(const Coefficients& k) {
         return is_sound(k.friction_coefficient) && is_sound(k.rolling_coefficient) && is_sound(k.twisting_coefficient)
                    ? nullptr
                    : "the coefficient of friction, rolling or twisting is negative or not finite";
-    }
-    /// The normal impulse r_n = max(0, trial) [N s].
-    template <class Real>
-    static Real normal(Real trial, const Coefficients&) {
-        return larger(Real(0), trial);
-    }
-    /// The largest |r_t|, which is mu r_n [N s].
-    template <class Real>
-    static Real limit(Real normal, const Coefficients& k) {
-        return Real(k.friction_coefficient) * normal;
     }
     /// The largest couple across the normal, which is mu_r r_n [N m s].
     template <class Real>
@@ -70,11 +58,6 @@ struct Rolling {
     template <class Real>
     static Real twisting_limit(Real normal, const Coefficients& k) {
         return Real(k.twisting_coefficient) * normal;
-    }
-    /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
-    template <class Real>
-    static Real excess(Real normal, const Coefficients&) {
-        return normal;
     }
 
   private:

@@ -160,7 +160,7 @@ class FacetTree {
                 nodes_[self].high = nodes_[self].high.cwiseMax(corner);
             }
         if (end - begin <= 4) return;
-        int axis = 0;
+        Eigen::Index axis = 0;
         (nodes_[self].high - nodes_[self].low).maxCoeff(&axis);
         const std::size_t middle = begin + (end - begin) / 2;
         const auto at = [&](std::size_t k) { return order_.begin() + static_cast<std::ptrdiff_t>(k); };
