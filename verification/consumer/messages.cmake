@@ -1,7 +1,7 @@
 # cmake -DINCLUDE=kernel/include -DCXX=... -DWORK=... "-DSYSTEM=dir;..." -P messages.cmake
 #
-# What the compiler says of a partition, a contact law, a solver, a scheme or a gluing that lacks something, and of C++17:
-# a sentence. Nothing is compiled but syntax. SYSTEM: directories of Eigen.
+# What the compiler says of a partition, a contact law, a solver, a scheme or a gluing that lacks something, of gravity in
+# another dimension, and of C++17: a sentence. Nothing is compiled but syntax. SYSTEM: directories of Eigen.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
 set(compile ${CXX} -std=c++20 -I${INCLUDE})
@@ -166,3 +166,18 @@ call(text ${compile} -fsyntax-only ${WORK}/solver.cpp)
 refused(solver-refused.cpp "Simulation::step: a solver is called with" "Simulation::step: a solver is copied"
         "a scheme of gluing is a class derived from CommunicationScheme" "a scheme of gluing needs `setup`"
         "a scheme of gluing must be made without arguments" "what glues copies needs")
+
+# Gravity of another dimension
+file(WRITE ${WORK}/gravity.inc "using M = nscdd::Model<3, nscdd::Coulomb>;
+void set(nscdd::SimulationSettings<M>& settings) {
+#ifdef OF_DISKS
+    settings.gravity = {0, -9.81};
+#else
+    settings.gravity = {0, 0, -9.81};
+    settings.gravity = -9.81 * M::Vec::UnitZ();
+#endif
+}
+")
+lacking(gravity "#include <nscdd/step/settings.hpp>\n" OF_DISKS)
+call(text ${compile} -fsyntax-only ${WORK}/gravity.cpp)
+refused(gravity-refused.cpp "nscdd: gravity is {0, -9.81} in 2D and {0, 0, -9.81} in 3D")

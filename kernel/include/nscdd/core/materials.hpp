@@ -36,9 +36,11 @@ class MaterialTable {
         if (!(pairing.restitution >= 0 && pairing.restitution <= 1))
             throw std::invalid_argument("restitution must be within [0, 1]");
         table_[index(a, b)] = table_[index(b, a)] = pairing;
+        known_ = true;
     }
     const P& operator()(int a, int b) const { return table_[index(a, b)]; }  ///< of materials 0 to count()-1, unchecked
     int count() const { return count_; }                                     ///< number of materials
+    bool known() const { return known_; }                                    ///< whether any pair has been set
 
   private:
     std::size_t index(int a, int b) const {
@@ -46,6 +48,7 @@ class MaterialTable {
     }
 
     int count_;
+    bool known_ = false;
     std::vector<P> table_;
 };
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "nscdd/core/cell.hpp"
@@ -21,6 +22,21 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+/// An acceleration, zero unless it is given. Another number of components than the model has is refused in a sentence.
+template <class M>
+struct Acceleration : M::Vec {
+    Acceleration() : M::Vec(M::Vec::Zero()) {}
+    template <class Derived>
+    Acceleration(const Eigen::MatrixBase<Derived>& a) : M::Vec(a) {}
+    template <class... Component>
+        requires(sizeof...(Component) > 0 && (std::is_arithmetic_v<Component> && ...))
+    Acceleration(Component... a) {
+        constexpr bool fits = sizeof...(Component) == M::dim;
+        static_assert(fits, "nscdd: gravity is {0, -9.81} in 2D and {0, 0, -9.81} in 3D, a component for each dimension");
+        if constexpr (fits) static_cast<typename M::Vec&>(*this) = typename M::Vec(static_cast<double>(a)...);
+    }
+};
+
 /// All data of a scene beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
@@ -28,7 +44,7 @@ struct SimulationSettings {
     std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
     std::vector<Obstacle<M>> obstacles{};      ///< their facets are numbered behind the walls (PlacedObstacles)
     MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
-    typename M::Vec gravity = M::Vec::Zero();  ///< [m/s^2]
+    Acceleration<M> gravity{};                 ///< [m/s^2]
     double h = 0;                              ///< time step [s], has to be set
     double start_time = 0;                     ///< time of the scene when `steps_before` is 0 [s]
     std::int64_t steps_before = 0;             ///< steps of h made since then, before the simulation begins
@@ -104,6 +120,8 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!(settings.largest_overlap >= 0)) throw std::invalid_argument("the largest overlap must not be negative");
     if (!std::isfinite(settings.start_time) || settings.steps_before < 0)
         throw std::invalid_argument("the time of the start must be finite, and the steps before it none or more");
+    if (M::friction && !settings.materials.known())
+        throw std::invalid_argument("materials: no friction is known; call materials.set(0, 0, {friction, restitution})");
     check_walls<M>(settings.walls, settings.materials.count());
     check_obstacles<M>(settings.obstacles, settings.materials.count());
     if (!settings.obstacles.empty() && settings.cell.flows())
