@@ -8,7 +8,8 @@
 
 Simulation      a scene of arrays, walls and materials; step(), run(), save(), arrays of positions, contacts
 read            the same of a scene file of the program `nscdd`
-Wall, Cell      planes that bound the sample; a cell that repeats
+Wall, Obstacle, Cell
+                planes that bound the sample; lines, meshes and cylinders in it; a cell that repeats
 solve           a contact problem with matrices: u = W r + q, or M v = H r + f and u = H^T v + w
 solve_contacts  a contact problem of your own detection: grains, and contacts between them
 load            a state that Simulation.save() or the program wrote, as arrays
@@ -21,7 +22,7 @@ line, a step that cannot be made is StepRefused (a RuntimeError), a file that ca
 """
 from ._core import SolveReport, StepEnergy, StepRefused, StepReport
 from .files import Packing, State, load, read_packing, read_problem, read_series, write_packing
-from .scene import Cell, Wall
+from .scene import Cell, Obstacle, Wall
 from .simulation import LiveWall, Simulation, read
 from .solve import Answer, solve, solve_contacts
 
@@ -29,6 +30,7 @@ __all__ = [
     "Answer",
     "Cell",
     "LiveWall",
+    "Obstacle",
     "Packing",
     "Simulation",
     "SolveReport",

@@ -1,6 +1,7 @@
 """What a scene is made of beside its grains: walls, a cell, materials. Each becomes a table as scene files have it."""
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Any, Mapping, Optional, Sequence, Union
 
@@ -66,6 +67,44 @@ class Wall:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """A line (2D), a mesh (3D) or a cylinder (a circle in 2D) that grains meet on both sides, at the closest point.
+
+    points            (n, dim) corners [m]; in 2D joined one after the other, and to the first one if closed
+    faces             in 3D: a list of rows of points for each face
+    stl, scale, shift in 3D, in the place of points: a file; a corner is at scale times that of the file, plus shift
+    cylinder          {"centre": (dim), "radius": R}, in 3D also "axis" and, unless it is endless, "length"
+    velocity          (dim) [m/s]; at rest unless given
+    motion            keys of another motion, such as {"motion": "rotating", "rate": 0.5}
+    material, name    as of a Wall
+    """
+
+    points: Any = None
+    faces: Optional[Sequence[Sequence[int]]] = None
+    closed: Optional[bool] = None
+    stl: Any = None
+    scale: Optional[float] = None
+    shift: Optional[Vector] = None
+    cylinder: Optional[Mapping[str, Any]] = None
+    velocity: Optional[Vector] = None
+    motion: Optional[Mapping[str, Any]] = None
+    material: Optional[str] = None
+    name: Optional[str] = None
+
+    def table(self, number: int, material: str) -> dict:
+        """The obstacle as a table [[obstacle]] of a scene file."""
+        own = {
+            "name": self.name if self.name is not None else f"obstacle {number}",
+            "material": self.material if self.material is not None else material,
+            "motion": "velocity" if self.velocity is not None else "fixed",
+            "stl": os.fspath(self.stl) if self.stl is not None else None,
+            "cylinder": dict(self.cylinder) if self.cylinder is not None else None,
+        }
+        plain = ("points", "faces", "closed", "scale", "shift", "velocity")
+        return {**own, **{key: getattr(self, key) for key in plain}, **(self.motion or {})}
+
+
+@dataclass(frozen=True)
 class Cell:
     """A box that repeats along some axes; it begins at 0.
 
@@ -99,15 +138,14 @@ def material_tables(density: Union[None, float], materials: Optional[Mapping[str
     return [{"name": name, "density": value} for name, value in (materials or {"grains": density}).items()]
 
 
-def pair_tables(names: Sequence[str], friction: float, restitution: float, pairs: Optional[Pairs]) -> list:
-    """[[pair]] of a scene file: those given, and all others with the same friction and restitution."""
+def pair_tables(names: Sequence[str], others: Mapping[str, Optional[float]], pairs: Optional[Pairs]) -> list:
+    """[[pair]] of a scene file: those given, and all others with the same coefficients."""
     tables, given = [], set()
     for pair, values in (pairs or {}).items():
         if isinstance(pair, str) or len(pair) != 2:
             raise ValueError(f"Simulation: pairs has the key {pair!r}, it needs two names of materials")
         given.add(frozenset(pair))
         tables.append({"materials": list(pair), **values})
-    others = {"friction": friction or None, "restitution": restitution}
     for k, a in enumerate(names):
         for b in names[k:]:
             if frozenset((a, b)) not in given:

@@ -11,7 +11,7 @@ from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 import numpy as np
 
 from . import _core
-from .scene import Cell, Pairs, Vector, Wall, material_tables, pair_tables
+from .scene import Cell, Obstacle, Pairs, Vector, Wall, material_tables, pair_tables
 
 Path = Union[str, "os.PathLike[str]"]
 Callback = Callable[["Simulation", _core.StepReport], Any]
@@ -96,14 +96,15 @@ class Simulation:
     density            of all grains [kg/m^3], of disks [kg/m^2]; or materials, {name: density}
     masses             (n) in the place of those by density [kg]; inertias follow. States do not have them: give them again
     material           (n) of each grain, by name or number in materials; the first unless given
-    friction, restitution
+    friction, restitution, cohesion [N], range [m], rolling [m], twisting [m]
                        of all contacts, but for those in pairs, {(name, name): {"friction": 0.5, "restitution": 0}}
-    law                "frictionless", "coulomb", or another that scene files may name, whose coefficients are in pairs; by friction
-                       unless given
-    walls, cell        nscdd.Wall each, nscdd.Cell
+    law                "frictionless", "coulomb", "cohesive" or "rolling", as in scene files; by the coefficients unless given
+    walls, obstacles   nscdd.Wall each, nscdd.Obstacle each
+    cell               nscdd.Cell
     box                (dim) faces of walls with `side` are at 0 and there [m]
     gravity            (dim) [m/s^2]
-    h, theta           time step [s], and share of it after the detection of contacts
+    h, theta           time step [s], or "auto", which chooses it as in a scene file, and says so in a warning; share of it
+                       after the detection of contacts
     state              file of save() to go on from, in the place of all that says where grains are
     scheme             "nlgs", "newton", "spg", "apgd" on one subdomain, "dcs" or "ccs" on any number; "nlgs" on one and "dcs"
                        on more unless given
@@ -139,12 +140,17 @@ class Simulation:
         material: Union[None, Sequence[str], np.ndarray] = None,
         friction: float = 0.0,
         restitution: float = 0.0,
+        cohesion: Optional[float] = None,
+        range: Optional[float] = None,
+        rolling: Optional[float] = None,
+        twisting: Optional[float] = None,
         pairs: Optional[Pairs] = None,
         walls: Sequence[Wall] = (),
+        obstacles: Sequence[Obstacle] = (),
         cell: Optional[Cell] = None,
         box: Optional[Vector] = None,
         gravity: Optional[Vector] = None,
-        h: float,
+        h: Union[float, str],
         theta: float = 0.5,
         broad_phase_every: int = 10,
         law: Optional[str] = None,
@@ -174,14 +180,16 @@ class Simulation:
         substances = material_tables(density, materials)
         names = [table["name"] for table in substances]
         turns = more.get("spins") is not None and bool(np.any(more["spins"]))
+        others = {"friction": friction or None, "cohesion": cohesion, "range": range, "rolling": rolling, "twisting": twisting}
         scene = {
             "name": name,
             "dimension": dimension,
             "gravity": gravity,
-            "law": law if law is not None else "coulomb" if _rubs(friction, pairs) or turns or _flows(cell) else "frictionless",
+            "law": law if law is not None else _law(others, pairs, turns or _flows(cell)),
             "material": substances,
-            "pair": pair_tables(names, friction, restitution, pairs),
+            "pair": pair_tables(names, {**others, "restitution": restitution}, pairs),
             "wall": [_wall(wall).table(k, names[0]) for k, wall in enumerate(walls)],
+            "obstacle": [obstacle.table(k, names[0]) for k, obstacle in enumerate(obstacles)],
             "cell": cell.table(dimension) if cell is not None else None,
             "stop": dict(stop) if stop is not None else None,
             "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
@@ -525,8 +533,13 @@ def _wall(wall: Any) -> Wall:
     return wall
 
 
-def _rubs(friction: float, pairs: Optional[Pairs]) -> bool:
-    return friction != 0 or any(set(values) - {"restitution"} for values in (pairs or {}).values())
+def _law(others: Mapping[str, Optional[float]], pairs: Optional[Pairs], turns: bool) -> str:
+    """The simplest law that has these coefficients."""
+    keys = {key for key, value in others.items() if value is not None}.union(*(pairs or {}).values())
+    for law, marks in {"cohesive": {"cohesion", "range"}, "rolling": {"rolling", "twisting"}, "coulomb": {"friction"}}.items():
+        if keys & marks or (turns and law == "coulomb"):
+            return law
+    return "frictionless"
 
 
 def _flows(cell: Optional[Cell]) -> bool:
