@@ -1,4 +1,4 @@
-"""What VTK's readers, which are ParaView's, find in a .xdmf or .vtp: `pvpython read_vtk.py FILE OUT.npz`, or python3 with VTK.
+"""What VTK's readers, which are ParaView's, find in a .xdmf, .vtp or .vtkhdf: `pvpython read_vtk.py FILE OUT.npz`, or python3 with VTK.
 
 OUT holds, for each reader that is there: `READER/points`, `.../cells`, `.../point/NAME`, `.../cell/NAME`. Exits with 77 where no reader is there."""
 import importlib
@@ -9,6 +9,7 @@ import numpy as np
 READERS = {
     ".xdmf": (("vtkXdmfReader", "vtkIOXdmf2", {}), ("vtkXdmf3Reader", "vtkIOXdmf3", {}), ("vtkXdmf3Reader", "vtkIOXdmf3", {"SetFileSeriesAsTime": True})),
     ".vtp": (("vtkXMLPolyDataReader", "vtkIOXML", {}),),
+    ".vtkhdf": (("vtkHDFReader", "vtkIOHDF", {}),),
 }
 
 

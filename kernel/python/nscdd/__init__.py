@@ -15,16 +15,23 @@ solve_contacts  a contact problem of your own detection: grains, and contacts be
 load            a state that Simulation.save() or the program wrote, as arrays
 read_packing, write_packing, read_series, read_problem
                 files of the program: packings, time series, and problems in FCLIB's format
+read_vtkhdf, write_vtkhdf, read_csv, write_csv
+                grains for other programs: ON-DEM's VTKHDF, and text; `python3 -m nscdd.exchange FROM TO`
 
 Units are yours, if they are coherent: SI is written here. Arrays are float64, (n, 2) of disks and (n, 3) of spheres.
 A scene has the same numbers as in the program, to the last bit. What is wrong in what you give is a ValueError of one
 line, a step that cannot be made is StepRefused (a RuntimeError), a file that cannot be written an OSError.
 """
+from typing import TYPE_CHECKING, Any
+
 from ._core import SolveReport, StepEnergy, StepRefused, StepReport
 from .files import Packing, State, load, read_packing, read_problem, read_series, write_packing
 from .scene import Cell, Obstacle, Wall
 from .simulation import LiveWall, Simulation, read
 from .solve import Answer, solve, solve_contacts
+
+if TYPE_CHECKING:
+    from .exchange import read_csv, read_vtkhdf, write_csv, write_vtkhdf
 
 __all__ = [
     "Answer",
@@ -41,10 +48,23 @@ __all__ = [
     "Wall",
     "load",
     "read",
+    "read_csv",
     "read_packing",
     "read_problem",
     "read_series",
+    "read_vtkhdf",
     "solve",
     "solve_contacts",
+    "write_csv",
     "write_packing",
+    "write_vtkhdf",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Names of nscdd.exchange, which needs h5py, when they are asked for."""
+    if name in ("read_csv", "read_vtkhdf", "write_csv", "write_vtkhdf"):
+        from . import exchange
+
+        return getattr(exchange, name)
+    raise AttributeError(f"module 'nscdd' has no attribute '{name}'")

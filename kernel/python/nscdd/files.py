@@ -17,7 +17,9 @@ class Packing:
     """Grains in a box; what the file does not have is None.
 
     positions (n, dim) [m], radii (n) [m], box (dim) [m], velocities (n, dim) [m/s], spins (n) in 2D, (n, 3) in 3D [rad/s],
-    material (n) rows of `materials`, names; periodic: axes along which the box repeats, such as "xy".
+    material (n) rows of `materials`, names; periodic: axes along which the box repeats, such as "xy". fixed (n): 1 of grains
+    that nothing moves. tilt, gradient (dim, dim) [m, 1/s] of a box that repeats: column d of diag(box) + tilt is the next
+    image along d; row: what moves, column: along what.
     """
 
     positions: np.ndarray
@@ -28,6 +30,9 @@ class Packing:
     material: Optional[np.ndarray] = None
     materials: Sequence[str] = ()
     periodic: str = ""
+    fixed: Optional[np.ndarray] = None
+    tilt: Optional[np.ndarray] = None
+    gradient: Optional[np.ndarray] = None
 
 
 @dataclass(frozen=True)

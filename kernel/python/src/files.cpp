@@ -29,6 +29,8 @@ py::dict as_dict(Packing packing) {
     else
         set(out, "spins", std::move(packing.spin), {n});
     set(out, "material", std::move(packing.material), {n});
+    set(out, "fixed", std::move(packing.fixed), {n});
+    set(out, "tilt", std::move(packing.tilt), {dim, dim});
     out["materials"] = packing.materials;
     out["periodic"] = axes(packing.periodic);
     return out;
@@ -43,6 +45,7 @@ py::dict read_state_dict(const std::string& path) {
     state.packing.materials = state.materials.name;
     state.packing.periodic = state.cell.periodic;
     py::dict out = as_dict(std::move(state.packing));
+    set(out, "gradient", std::move(state.cell.gradient), {dim, dim});
     py::dict walls, contacts;
     for (std::size_t w = 0; w < state.walls.name.size(); ++w) {
         const auto vector = [&](const std::vector<double>& rows) {
