@@ -78,7 +78,14 @@ class ExchangeTest(ProgramTest):
 class Files(ExchangeTest):
     def test_all_of_a_packing_comes_back(self):
         flow = dict(periodic="xyz", tilt=np.triu(np.full((3, 3), 0.1), 1), gradient=np.eye(3)[::-1] * 0.3)
-        for case in (packing(), packing(2), packing(**flow), packing(2, periodic="x"), packing(material=None, materials=(), densities=None)):
+        for case in (
+            packing(),
+            packing(2),
+            packing(**flow),
+            packing(2, periodic="x"),
+            packing(material=None, materials=(), densities=None),
+            packing(material=None),
+        ):
             bare = dataclasses.replace(case, densities=None, materials=())  # materials are rows of the scene's then
             for state in (case, bare):
                 for write, read in ((nscdd.write_vtkhdf, nscdd.read_vtkhdf), (nscdd.write_csv, nscdd.read_csv)):
@@ -309,8 +316,9 @@ class Refusals(ExchangeTest):
             (replaced(f"{POINTS}/velocity", np.zeros((n, 2))), f"dataset '{POINTS}/velocity' must have shape (12, 3), found (12, 2)"),
             (replaced(f"{POINTS}/radius", [b"a"] * n), f"dataset '{POINTS}/radius': must be numbers"),
             (replaced(f"{POINTS}/clump_id", [-1] * (n - 1) + [2]), f"dataset '{POINTS}/clump_id': row 11 is a part of a clump"),
-            (replaced(f"{POINTS}/body_id", [1] * n), f"dataset '{POINTS}/body_id': two grains have the same number"),
+            (replaced(f"{POINTS}/body_id", [1] * n), f"dataset '{POINTS}/body_id': two bodies have the same number"),
             (replaced(f"{POINTS}/material_id", [0, 7] + [0] * (n - 2)), f"dataset '{POINTS}/material_id': row 1 is 7"),
+            (replaced(f"{POINTS}/position", None), None),  # those of VTKHDF/Points
             (replaced(box, np.ones(9)), f"dataset '{box}' must be upper triangular"),
             (replaced(box, np.eye(3).ravel() * [1, 1, 1, 1, 1, 1, 1, 1, -1]), f"dataset '{box}': row 2 must be > 0"),
             (replaced("VTKHDF", None), None),

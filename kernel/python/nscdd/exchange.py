@@ -33,7 +33,7 @@ def write_vtkhdf(
 ) -> None:
     """Writes grains, and contacts, walls, materials and the box that repeats, as ON-DEM's draft 0.1 names them.
 
-    grains    a Packing or a State, or what has their attributes
+    grains    a Packing or a State, or what has their attributes; where `box` is None it is that of read_vtkhdf()
     h         step of the contacts' impulses [s], which ON-DEM has as forces; needed where there are contacts, else 0 is written
     gravity   (dim) [m/s^2]; 0 is written unless given
     density   of all grains [kg/m^3], where `grains` has none; masses and inertias are NaN without it
@@ -45,7 +45,7 @@ def write_vtkhdf(
     n, dim = state.positions.shape
     contacts = state.contacts if state.contacts is not None and len(state.contacts) else None
     if not (np.isfinite(h) and h >= 0) or (contacts is not None and h == 0):
-        raise ValueError(f"write_vtkhdf: h must be > 0 and finite: the step of the {len(state.contacts or ())} contacts' impulses, found {h}")
+        raise ValueError(f"write_vtkhdf: h must be > 0 and finite, the step of the contacts' impulses, found {h}")
     pulled = _array("write_vtkhdf: gravity", np.zeros(dim) if gravity is None else gravity, (dim,))
     if density is not None and state.densities is None:
         if not (np.isfinite(density) and density > 0):
@@ -87,7 +87,7 @@ def _write_bodies(file: h5py.File, state: State, grid: bool) -> None:
     if state.spins is not None:
         spins[:, 3 - state.spins.reshape(n, -1).shape[1] :] = state.spins.reshape(n, -1)
     volume = 4 / 3 * np.pi * r**3 if dim == 3 else np.pi * r**2
-    mass = np.full(n, np.nan) if state.densities is None else state.densities[state.material] * volume
+    mass = np.full(n, np.nan) if state.densities is None else state.densities[0 if state.material is None else state.material] * volume
     inertia = np.zeros((n, 9))
     inertia[:, ::4] = (mass * r**2)[:, None] * ([0.4, 0.4, 0.4] if dim == 3 else [0.25, 0.25, 0.5])
     vtk = file.create_group("VTKHDF")
@@ -181,15 +181,15 @@ def _read_vtkhdf(name: str, file: h5py.File) -> State:
         return _get(name, file, f"{bodies}/{field}", n, *columns) if f"{bodies}/{field}" in file else None
 
     clump, ids = of("clump_id"), of("body_id")
-    rows = {int(body): row for row, body in enumerate(range(n) if ids is None else ids)}
-    if len(rows) < n:
-        raise ValueError(f"{name}: dataset '{bodies}/body_id': two grains have the same number")
     if clump is not None and (clump >= 0).any():
         raise ValueError(f"{name}: dataset '{bodies}/clump_id': row {np.argmax(clump >= 0)} is a part of a clump: grains here are single")
     positions, velocities, spins = _get(name, file, where, n, 3), of("velocity", 3), of("angular_velocity", 3)
     material, materials, densities = _read_materials(name, file, of("material_id"), bodies)
     walls = _read_walls(name, file, positions)
+    rows = {int(body): row for row, body in enumerate(range(n) if ids is None else ids)}
     rows.update({body: -1 - row for row, (body, _, _) in enumerate(walls)})
+    if len(rows) < n + len(walls) or len({label for _, label, _ in walls}) < len(walls):
+        raise ValueError(f"{name}: dataset '{bodies}/body_id': two bodies have the same number, or two walls the same name")
     state = State(
         positions=positions[:, :dim],
         radii=radii,
