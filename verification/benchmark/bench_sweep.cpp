@@ -1,5 +1,5 @@
-// Cost of a sweep and of the residual, for the four kinds of scene, in the fast and in the plain form, and with W
-// stored; of a sweep also where contacts resist rolling.
+// Cost of a sweep, of both parts of the test of convergence, and of the fast form, for the four kinds of scene; of a
+// sweep also in the plain form, with W stored, and where contacts resist rolling.
 //
 //   build/bin/nscdd_bench --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
 //   NSCDD_BENCH_3D=spheres.h5 NSCDD_BENCH_2D=disks.h5 build/bin/nscdd_bench     on packings of your own
@@ -66,20 +66,41 @@ void residual(benchmark::State& state) {
     per_contact(state, p.contacts(), double(p.sweeper.bytes()),
                 [&] { benchmark::DoNotOptimize(p.sweeper.residual(p.problem)); });
 }
+// The second part of the test, of a scene whose components are known.
+template <class M>
+void distance(benchmark::State& state) {
+    auto& p = Loaded<M>::shared();
+    p.sweeper.store(p.problem);
+    const ResidualParts residual = p.sweeper.residual(p.problem);
+    detail::DistanceSums<M> sums;
+    sums.begin(p.problem, p.sweeper.free_velocities(p.problem));
+    per_contact(state, p.contacts(), double(p.problem.bytes()), [&] {
+        benchmark::DoNotOptimize(detail::estimate_distance<M>(p.problem, sums, residual, nullptr).worst);
+    });
+}
+template <class M>
+void components(benchmark::State& state) {
+    auto& p = Loaded<M>::shared();
+    per_contact(state, p.contacts(), double(p.problem.bytes()),
+                [&] { benchmark::DoNotOptimize(detail::Components<M>(p.problem).count()); });
+}
 template <class M>
 void stored(benchmark::State& state) {
     static const DelassusProblem<M::dim> problem = assemble(Loaded<M>::shared().problem);
     static auto r = local_impulses(Loaded<M>::shared().problem);
     per_contact(state, Loaded<M>::shared().contacts(), double(problem.bytes()), [&] { block_sweep(problem, r); });
 }
-// The fast form made from the problem and back, once a step.
+// The fast form made from the problem, once a step, and back.
 template <class M>
-void layout(benchmark::State& state) {
+void loading(benchmark::State& state) {
     auto& p = Loaded<M>::shared();
-    per_contact(state, p.contacts(), double(p.problem.bytes() + p.sweeper.bytes()), [&] {
-        p.sweeper.load(p.problem);
-        p.sweeper.store(p.problem);
-    });
+    per_contact(state, p.contacts(), double(p.problem.bytes() + p.sweeper.bytes()), [&] { p.sweeper.load(p.problem); });
+}
+template <class M>
+void storing(benchmark::State& state) {
+    auto& p = Loaded<M>::shared();
+    per_contact(state, p.contacts(), double(p.problem.bytes() + p.sweeper.bytes()),
+                [&] { p.sweeper.store(p.problem); });
 }
 
 NSCDD_BENCH_ALL(fast, "sweep")
@@ -87,7 +108,10 @@ BENCHMARK_TEMPLATE(fast, Rolling3)->Name("sweep/3D/rolling");
 BENCHMARK_TEMPLATE(fast, Rolling2)->Name("sweep/2D/rolling");
 NSCDD_BENCH_ALL(scalar, "scalar_sweep")
 NSCDD_BENCH_ALL(residual, "residual")
-NSCDD_BENCH_ALL(layout, "layout")
+NSCDD_BENCH_ALL(distance, "distance")
+NSCDD_BENCH_ALL(components, "components")
+NSCDD_BENCH_ALL(loading, "loading")
+NSCDD_BENCH_ALL(storing, "storing")
 BENCHMARK_TEMPLATE(plain, Frictional3)->Name("plain_sweep/3D/Coulomb");
 BENCHMARK_TEMPLATE(stored, Frictional3)->Name("stored_W_sweep/3D/Coulomb");
 BENCHMARK_TEMPLATE(stored, Frictional2)->Name("stored_W_sweep/2D/Coulomb");

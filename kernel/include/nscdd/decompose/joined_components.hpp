@@ -50,7 +50,7 @@ class JoinedComponents {
     JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums)
         : joined_(parts.size()) {
         for (std::size_t k = 0; k < parts.size(); ++k) {
-            shapes_.push_back(sums[k].labels(parts[k].problem).shapes(parts[k].problem));
+            shapes_.push_back(sums[k].shapes(parts[k].problem));
             joined_[k].assign(shapes_[k].size(), -1);
             estimates_.emplace_back(shapes_[k].size());
         }

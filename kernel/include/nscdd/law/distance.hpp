@@ -150,11 +150,10 @@ double contact_miss(const Contact<M>& c, const typename M::Impulse& v, const Del
         const typename M::Impulse changes = solve_contact<M>(c, v, 1 / w.normal, 1 / w.tangential, spin) - c.r;
         const auto& change = force_of<M>(changes);
         const double normal = change.dot(c.normal), tangential = (change - normal * c.normal).norm();
-        const double miss = std::hypot(w.normal * normal, w.tangential * tangential);
+        double square = w.normal * normal * w.normal * normal + w.tangential * tangential * w.tangential * tangential;
         if constexpr (M::rolling)  // a spin counts by the length sqrt(W_n/W_s)
-            return std::hypot(miss, std::sqrt(w.normal * w.spin) * couple_of<M>(changes).norm());
-        else
-            return miss;
+            square += w.normal * w.spin * couple_of<M>(changes).squaredNorm();
+        return std::sqrt(square);
     } else {
         return w.normal * std::abs(solve_contact<M>(c, v, 1 / w.normal, 0)[0] - c.r[0]);
     }
@@ -171,6 +170,7 @@ class DistanceSums {
     void begin(const ContactProblem<M>& problem, FreeVelocities<M> free) {
         free_ = std::move(free);
         labels_.reset();
+        shapes_.clear();
         mark(problem);
     }
     /// Velocities of these impulses: V_free + M^-1 H r, with the inverse masses as they stand.
@@ -187,6 +187,11 @@ class DistanceSums {
     const Components<M>& labels(const ContactProblem<M>& problem) {
         if (!labels_) labels_.emplace(problem);
         return *labels_;
+    }
+    /// Their shapes, likewise.
+    const std::vector<ComponentShape<M>>& shapes(const ContactProblem<M>& problem) {
+        if (shapes_.empty()) shapes_ = labels(problem).shapes(problem);
+        return shapes_;
     }
     /// Sums over the components of the iterate as it is. last: the one before it; may be null.
     void add_up(const ContactProblem<M>& problem, const Iterate<M>* last) {
@@ -248,8 +253,8 @@ class DistanceSums {
                 sum += u.template tail<M::spins>().dot(v.template tail<M::spins>()) / body.inv_inertia;
         return sum;
     }
-    /// since_mark, since_last: changes of its impulse.
-    void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& since_mark,
+    /// since_mark, since_last: changes of its impulse. flatten: GCC leaves calls for products of three numbers.
+    [[gnu::flatten]] void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& since_mark,
              const typename M::Impulse& since_last, ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const DelassusDiagonal w = delassus(problem, c, false, kind);
@@ -278,7 +283,7 @@ class DistanceSums {
         if constexpr (std::is_same_v<decltype(kind), BetweenGrains>)
             radius = (std::min)(radius, problem.radii[static_cast<std::size_t>(c.j)]);
         double way = force_of<M>(miss).norm();
-        if constexpr (M::rolling) way = std::hypot(way, radius * couple_of<M>(miss).norm());
+        if constexpr (M::rolling) way = std::sqrt(way * way + radius * radius * couple_of<M>(miss).squaredNorm());
         sums.gap_error = (std::max)(sums.gap_error, problem.h * way / radius);
     }
 
@@ -302,6 +307,7 @@ class DistanceSums {
 
     FreeVelocities<M> free_;
     std::optional<Components<M>> labels_;
+    std::vector<ComponentShape<M>> shapes_;
     Iterate<M> mark_;
     const Iterate<M>* last_ = nullptr;  ///< between add_contacts() and add_bodies()
 };
@@ -311,7 +317,7 @@ template <class M>
 DistanceEstimate estimate_distance(const ContactProblem<M>& problem, DistanceSums<M>& sums,
                                    const ResidualParts& residual, const Iterate<M>* last) {
     sums.add_up(problem, last);
-    const std::vector<ComponentShape<M>> shapes = sums.labels(problem).shapes(problem);
+    const std::vector<ComponentShape<M>>& shapes = sums.shapes(problem);
     DistanceEstimate estimate;
     ComponentSums scene;
     for (std::size_t k = 0; k < shapes.size(); ++k) {

@@ -38,10 +38,9 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         return at(head).coefficients() == at(c).coefficients();
     };
     group.driven = wall && problem.driven_walls();
-    const auto touched = [&](int c, auto&& visit) {
-        visit(at(c).i);
-        if constexpr (!wall) visit(at(c).j);
-        if (group.driven) visit(static_cast<int>(bodies) + at(c).j);
+    const auto touched = [&](int c) {
+        const int other = !wall ? at(c).j : group.driven ? static_cast<int>(bodies) + at(c).j : -1;
+        return std::array{at(c).i, other};
     };
     const int most = group.driven ? (std::min)(batch_size, static_cast<int>(problem.walls.size())) : batch_size;
     const auto deal = [&](std::size_t begin, std::size_t end) {
