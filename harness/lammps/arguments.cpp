@@ -58,7 +58,7 @@ class Reader {
         read_.options = read_.options.accelerated();
         read_.settings.materials = MaterialsOf<M>(lmp->atom->ntypes + 1);
         read_.settings.may_be_empty = true;
-        read_.settings.partition = by_bisection<M>();  // the program's, where LAMMPS' bricks are not taken
+        read_.settings.partition = by_bisection<M>();  // the program's
     }
 
     FixArguments all() {

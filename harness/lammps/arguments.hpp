@@ -16,7 +16,7 @@ struct FixArguments {
     SimulationSettings<M> settings;  // row t-1 of the materials is atom type t, the last row the walls
     std::vector<std::string> wall_names, obstacle_names;  // each obstacle is a cylinder
     SolveOptions options;                                 // as the program has them by default
-    bool bricks = true;                                   // subdomains are LAMMPS' own, else those of bisection
+    bool bricks = false;                                  // subdomains are LAMMPS' own, else those of the program
 
     int wall_material() const { return settings.materials.count() - 1; }
     // LAMMPS' axes are 0 to 2. Grains are on the side that the normal points to, or inside of the cylinder.

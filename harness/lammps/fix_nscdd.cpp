@@ -25,6 +25,7 @@ FixNscdd::FixNscdd(LAMMPS_NS::LAMMPS* lammps, int count, char** words)
     if (lack) error->all(FLERR, std::string("Fix nscdd: works where ") + lack);
     time_integrate = 1;
     scalar_flag = vector_flag = global_freq = 1;
+    extscalar = extvector = 0;
     size_vector = 7;
     virial_global_flag = thermo_virial = 1;
 }
@@ -109,8 +110,10 @@ void FixNscdd::take_atoms() {
 }
 
 void FixNscdd::setup(int vflag) {
-    by_kernel([this] { take_atoms(); });
-    v_init(vflag);
+    by_kernel([&] {
+        take_atoms();
+        note_virial(vflag);
+    });
 }
 
 void FixNscdd::initial_integrate(int vflag) {
