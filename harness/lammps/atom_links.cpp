@@ -66,7 +66,7 @@ bool AtomLinks::renew(const Simulation<M>& simulation) {
     for (int a = 0; a < atom_->nlocal; ++a) {
         const auto found = grain_places_.find(atom_->tag[a]);
         here_.push_back(found == grain_places_.end() ? -1 : found->second);
-        if (here_.back() < 0) alone_[atom_->tag[a]] = a;
+        if (here_.back() < 0) alone_[atom_->tag[a]] = {a, {}};
     }
     const auto [atoms, alone] = sums<2>(simulation, {double(atom_->nlocal), double(alone_.size())});
     all_here_ = alone == 0;
@@ -77,7 +77,7 @@ bool AtomLinks::renew(const Simulation<M>& simulation) {
     std::vector<char> held(here_.size());
     for (const Away& holder : holders_) held[static_cast<std::size_t>(holder.place)] = 1;
     double lost = 0;
-    for (const auto& [id, a] : alone_) lost += !held[static_cast<std::size_t>(a)];
+    for (const auto& [id, atom] : alone_) lost += !held[static_cast<std::size_t>(atom.place)];
     return sums<1>(simulation, {lost})[0] == 0 && atoms == double(simulation.grain_count());
 }
 
@@ -97,7 +97,7 @@ void AtomLinks::ask(const Simulation<M>& simulation) {
         for (std::size_t p = 0; p < from.size(); p += 3)
             each(static_cast<int>(from[p]), static_cast<int>(from[p + 1]), static_cast<What>(int(from[p + 2])));
     };
-    for (const auto& [id, a] : alone_) put(id, part.rank, an_atom, asked[0][id % comm.size()]);
+    for (const auto& [id, atom] : alone_) put(id, part.rank, an_atom, asked[0][id % comm.size()]);
     for (std::size_t g = 0; g < met.size(); ++g)
         if (const int id = part.grains[g].id; !met[g])
             put(id, part.rank, part.primary(g) ? a_speaker : a_grain, asked[0][id % comm.size()]);
@@ -116,7 +116,7 @@ void AtomLinks::ask(const Simulation<M>& simulation) {
         if (what == an_atom)
             told_.push_back({grain_places_.at(id), rank});
         else
-            holders_.push_back({alone_.at(id), rank});
+            holders_.push_back({alone_.at(id).place, rank});
     });
 }
 
@@ -136,7 +136,12 @@ bool AtomLinks::give(Simulation<M>& simulation) const {
         for (std::size_t r = part.first_replica(g); r < part.last_replica(g); ++r)
             if (part.replicas[r] != part.rank) Serialise::put(grain, out[0][part.replicas[r]]);
     }
-    for (const Away& holder : holders_) Serialise::put(grain_of(holder.place), out[0][holder.rank]);
+    for (const Away& holder : holders_) {
+        const Grain<M> grain = grain_of(holder.place);
+        const auto& had = alone_.at(grain.id).had;
+        others += had && !same_body(grain, *had, part.cell);
+        if (!had || !same_motion(grain, *had)) Serialise::put(grain, out[0][holder.rank]);
+    }
     const auto [changed, messages] = sums<2>(simulation, {others, double(out[0].size())});
     if (changed > 0 || messages == 0) return changed == 0;
     others = 0;
@@ -165,7 +170,7 @@ void AtomLinks::move(int atom, const Grain<M>& grain, const Cell<M>& cell) const
     }
 }
 
-void AtomLinks::take(const Simulation<M>& simulation) const {
+void AtomLinks::take(const Simulation<M>& simulation) {
     const Subdomain<M>& part = simulation.parts()[0];
     for (int a = 0; a < atom_->nlocal; ++a)
         if (const int g = here_[static_cast<std::size_t>(a)]; g >= 0)
@@ -176,7 +181,9 @@ void AtomLinks::take(const Simulation<M>& simulation) const {
     const Buffer in = simulation.comm().route(out)[0];
     for (std::size_t p = 0; p < in.size(); p += Serialise::grain_size) {
         const Grain<M> grain = Serialise::grain(&in[p]);
-        move(alone_.at(grain.id), grain, part.cell);
+        Alone& atom = alone_.at(grain.id);
+        move(atom.place, grain, part.cell);
+        atom.had = grain;
     }
 }
 

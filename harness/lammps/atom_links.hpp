@@ -5,6 +5,7 @@
 
 #include <lammps/atom.h>
 
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -27,12 +28,16 @@ class AtomLinks {
     // Gives velocities and loads to the grains. Collective. False where an atom has changed otherwise.
     bool give(Simulation<M>& simulation) const;
     // Takes positions and velocities of the grains. Collective.
-    void take(const Simulation<M>& simulation) const;
+    void take(const Simulation<M>& simulation);
 
   private:
     struct Away {
         int place;  // of an atom or a grain
         int rank;   // of the grain or the atom
+    };
+    struct Alone {
+        int place;                    // of an atom without a grain on this rank
+        std::optional<Grain<M>> had;  // its grain, as the last take() has brought it
     };
     Grain<M> grain_of(int atom) const;
     void move(int atom, const Grain<M>& grain, const Cell<M>& cell) const;
@@ -43,8 +48,8 @@ class AtomLinks {
     double force_unit_;
     std::vector<int> here_;                      // by atom: place of its grain on this rank, or -1
     std::unordered_map<int, int> grain_places_;  // by id
-    std::unordered_map<int, int> alone_;         // places of the atoms without a grain on this rank, by id
-    bool all_here_ = true;                       // no rank has such an atom
+    std::unordered_map<int, Alone> alone_;       // by id
+    bool all_here_ = true;                       // on no rank an atom is alone
     std::vector<Away> holders_;                  // ranks with grains of atoms that are alone here
     std::vector<Away> told_;                     // ranks with atoms that are alone, for whose grain this rank speaks
 };
