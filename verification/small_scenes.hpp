@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "every_model.hpp"
+#include "smooth.hpp"
 
 namespace scenes {
 
@@ -19,7 +20,7 @@ using nscdd::Wall;
 template <class M>
 struct Scene {
     std::string name;
-    nscdd::SimulationSettings<M> settings;
+    nscdd::SimulationSettings<M> settings{.materials = nscdd::smooth<M>()};
     std::vector<Grain<M>> grains;
     std::vector<nscdd::PairImpulse<M>> impulses;  // warm start of the first step
 };

@@ -66,7 +66,7 @@ double slide(const Solver& solve, int ranks) {
     nscdd::Simulation<Model> simulation(comm, settings, grains);
     if (!simulation.step(solve).solve.converged) return NAN;
     double error = 0;
-    for (const auto& [grain, where, rank, copies] : nscdd::gather_grains(simulation)) {
+    for (const auto& [grain, at_broad_phase, rank, copies] : nscdd::gather_grains(simulation)) {
         const double slip = grain.velocity[0] - radius * grain.velocity[4];
         const double expected = 3.5 / grain.mass * time_step * std::max(0.0, grain.load[0] - most(grain));
         error = std::max(error, std::abs(slip - expected));

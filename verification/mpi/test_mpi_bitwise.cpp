@@ -8,6 +8,7 @@
 #include "../unit/described_scenes.hpp"
 #include "nscdd/comm/mpi.hpp"
 #include "nscdd/partition/metis.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace scenes;
@@ -129,7 +130,7 @@ struct Forgetful {  // leaves out the owner of all but the first cell
 TEST_CASE("a partition that loses the grain of one rank is refused on every rank") {
     using M = Disks;
     Mpi comm;
-    SimulationSettings<M> settings{.h = 1e-3};
+    SimulationSettings<M> settings{.materials = smooth<M>(), .h = 1e-3};
     settings.partition = {.kind = "forgetful", .make = [](const auto&) { return Forgetful{}; }};
     const std::vector<Grain<M>> mine{make_grain<M>(comm.ranks()[0], 0.1, 1.0, {comm.ranks()[0] + 0.5, 0.0})};
     std::string said;

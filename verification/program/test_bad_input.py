@@ -114,6 +114,8 @@ class BadOptions(Refusals):
         scene = self.scene()
         for arguments, fragment in (
             (("--scheme", "dcs", "--subdomains", 2, "--threads", 3), "--threads"),
+            (("--threads", "many"), "--threads many: expected auto or a whole number"),
+            (("--threads", 0), "--threads 0: expected auto"),
             (("--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1"), "--grid 3x1x1"),
             (("--scheme", "dcs", "--grid", "641x6700417x1"), "--grid 641x6700417x1: 4294967297 cells for 1"),
             (("--scheme", "dcs", "--grid", "65536x65536x65536"), "281474976710656 cells for 1"),
@@ -263,7 +265,7 @@ class OnAllRanks(Refusals):
         self.refused(["no-folder"], "run", scene, "--scheme", "dcs", "--json", self.folder / "no-folder" / "out.json", ranks=2)
         self.refused(["--subdomains 1"], "run", scene, "--scheme", "dcs", "--subdomains", 1, ranks=2)
         self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
-        self.refused(["nlgs is sequential"], "run", scene, ranks=2)
+        self.refused(["nlgs is sequential"], "run", scene, "--scheme", "nlgs", ranks=2)
 
     def test_options_that_are_wrong_before_mpi_is_used(self):
         self.refused(["not expected: --wrong"], "run", self.scene(), "--wrong", ranks=3)

@@ -178,7 +178,7 @@ class AutomaticStep(GrainsTest):
                 self.assertAlmostEqual(report["h"], 0.05 * 0.5 / speed, delta=0.06 * report["h"])
         self.check_goes_on(fall, 13)  # with the step that was chosen at the start
         self.refused(HEAD.replace("gravity = [0, -10]", "") + grain(0, 4.5) + step('"auto"', 3), 'h = "auto" finds nothing that moves')
-        self.refused(HEAD + grain(0, 4.5) + step('"small"', 3), "step: h must be one of auto, found 'small'")
+        self.refused(HEAD + grain(0, 4.5) + step('"small"', 3), 'h must be a number [s] or "auto"')
 
 
 class Radii(GrainsTest):

@@ -183,6 +183,14 @@ class Program(ProgramTest):
         with h5py.File(self.packing) as file:
             self.assertAlmostEqual(max(masses.pop()) / (np.pi * (file["radius"][...] ** 2).sum()), 1, places=12)
 
+    def test_threads_alone_have_a_subdomain_each(self):
+        threads, _ = self.run_case("threads", "--threads", 2)
+        named, _ = self.run_case("named", "--scheme", "dcs", "--subdomains", 2)
+        self.assertEqual((threads["scheme"], threads["subdomains"], threads["threads"], named["threads"]), ("dcs", 2, 2, 1))
+        self.assertEqual((self.folder / "threads.h5").read_bytes(), (self.folder / "named.h5").read_bytes())
+        auto, _ = self.run_case("auto", "--threads", "auto", "--subdomains", 1)
+        self.assertEqual((auto["scheme"], auto["threads"]), ("nlgs", 1))
+
     def test_processes_may_have_several_subdomains_to_the_bit(self):
         run = ("--scheme", "dcs", "--subdomains", 7, "--partition", "bisection")
         _, expected = self.run_case("own", *run), (self.folder / "own.h5").read_bytes()

@@ -349,11 +349,25 @@ class Motion(unittest.TestCase):
     def test_a_law_of_scene_files(self):
         """Two spheres that a pull of less than their cohesion does not part."""
         for pull, parted in ((0.9, False), (1.1, True)):
-            glue = {("grains", "grains"): {"friction": 0.3, "cohesion": 1.0, "range": 1e-3}}
-            pair = nscdd.Simulation([[0.0, 0, 0], [1.0, 0, 0]], 0.5, density=1.0, law="cohesive", pairs=glue, h=0.01)
+            pair = nscdd.Simulation([[0.0, 0, 0], [1.0, 0, 0]], 0.5, density=1.0, friction=0.3, cohesion=1.0, range=1e-3, h=0.01)
             pair.forces = [[-pull, 0, 0], [pull, 0, 0]]
             pair.run(20)
             self.assertEqual(np.ptp(pair.positions[:, 0]) > 1.0005, parted)
+
+    def test_a_ball_rolls_on_a_plate_unless_it_resists(self):
+        plate = nscdd.Obstacle(points=[[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], faces=[[0, 1, 2, 3]])
+        for rolling, moves in ((0.049, True), (0.051, False)):  # of a radius of 0.5, on a slope of 1 in 10
+            ball = nscdd.Simulation(
+                [[0, 0, 0.5]], 0.5, density=1.0, friction=0.5, rolling=rolling, gravity=(1, 0, -10), obstacles=[plate], h=0.01, tolerance=1e-10
+            )
+            ball.run(50)
+            self.assertEqual(ball.velocities[0, 0] > 1e-3, moves)
+        with self.assertRaisesRegex(ValueError, "obstacle 'obstacle 0'"):
+            nscdd.Simulation([[0, 0, 0.5]], 0.5, density=1.0, obstacles=[nscdd.Obstacle(points=[[0, 0, 0]])], h=0.01)
+
+    def test_it_chooses_a_step(self):
+        ball = nscdd.Simulation([[0, 0, 1.0]], 0.5, density=1.0, gravity=(0, 0, -10), walls=[FLOOR], h="auto")
+        self.assertTrue(0 < ball.h < 0.05)
 
     def test_without_friction_grains_do_not_turn(self):
         simulation = nscdd.Simulation([[0.0, 0.0]], 0.5, density=1.0, h=0.01)
@@ -422,7 +436,7 @@ class Errors(unittest.TestCase):
             (dict(h=0), "step: h must be > 0, found 0"),
             (dict(scheme="magic"), "scheme must be one of 'nlgs'"),
             (dict(scheme="nlgs", subdomains=2), "^scheme nlgs is sequential: give ccs or dcs"),
-            (dict(threads=2), "threads: subdomains are dealt to them|threads 2"),
+            (dict(threads=2, subdomains=1), "threads: subdomains are dealt to them|threads 2"),
             (dict(toleranec=1), "unknown key 'toleranec'"),
             (dict(tolerance=-1), "tolerance must be"),
             (dict(scheme="newton", window=1), "^window is of sweeps"),

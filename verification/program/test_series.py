@@ -58,6 +58,7 @@ def observables(path, h):
         "stress_contacts": stress,
         "stress_walls": by_walls,
         "wall_normal_force": of_walls,
+        "wall_force": np.array([-force[j == -1 - k].sum(0) for k in range(len(offset))]),
         "solid_fraction": size.sum() / volume,
         "coordination": (2 * carries.sum() - (carries & wall).sum()) / len(touched),
         "rattlers": 1 - len(touched) / n,

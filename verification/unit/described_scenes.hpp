@@ -2,12 +2,13 @@
 #pragma once
 
 #include "any_partition.hpp"
+#include "smooth.hpp"
 
 namespace nscdd::test {
 
 template <class M>
 struct Described {
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.materials = smooth<M>()};
     std::vector<Grain<M>> grains;
     double edge;  // of its box
     int steps;

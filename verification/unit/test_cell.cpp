@@ -9,6 +9,7 @@
 #include "nscdd/plain/sweep.hpp"
 #include "nscdd/reference/assemble.hpp"
 #include "random_scenes.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -251,7 +252,7 @@ TEST_CASE("a grain alone goes straight on in a cell that flows") {
         Cell<M> cell{.periodic = {true, true, true}, .size = M::Vec::Constant(10)};
         cell.gradient(0, 1) = 0.7;
         cell.gradient(0, 2) = -0.3;
-        SimulationSettings<M> settings{.cell = cell, .h = h};
+        SimulationSettings<M> settings{.cell = cell, .materials = smooth<M>(), .h = h};
         auto grain = make_grain<M>(0, 0.5, 1.0, M::Vec(2, 3, 4));
         grain.velocity.head<3>() = M::Vec(1, -0.5, 0.25);
         InProcess comm(1);

@@ -3,6 +3,7 @@
 
 #include "random_scenes.hpp"
 #include "scratch.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -240,10 +241,12 @@ TEMPLATE_TEST_CASE("an overlap of more than 10 % of a radius is an error that na
     using M = TestType;
     const auto refused = complaint_of<M, std::runtime_error>;
     for (const int ranks : {1, 4}) {
-        CHECK(refused(two_grains<M>(0.951), {.h = 1e-3}, ranks) == "");
-        CHECK(lacks(refused(two_grains<M>(0.949), {.h = 1e-3}, ranks), {"grain 3", "grain 7", "11 %"}) == "");
-        CHECK(lacks(refused(two_grains<M>(0), {.h = 1e-3}, ranks), {"grain 3", "grain 7"}) == "");
-        SimulationSettings<M> settings{.h = 1e-3};
+        CHECK(refused(two_grains<M>(0.951), {.materials = smooth<M>(), .h = 1e-3}, ranks) == "");
+        CHECK(lacks(refused(two_grains<M>(0.949), {.materials = smooth<M>(), .h = 1e-3}, ranks),
+                    {"grain 3", "grain 7", "11 %"}) == "");
+        CHECK(lacks(refused(two_grains<M>(0), {.materials = smooth<M>(), .h = 1e-3}, ranks), {"grain 3", "grain 7"}) ==
+              "");
+        SimulationSettings<M> settings{.materials = smooth<M>(), .h = 1e-3};
         settings.walls.resize(2);
         settings.walls[0].offset = -5;
         settings.walls[1].offset = -0.44;
@@ -258,7 +261,7 @@ TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", S
     const auto spoilt = [&](auto&& spoil) {
         auto grains = two_grains<M>(2);
         spoil(grains[1]);
-        return refused(grains, {.h = 1e-3}, 1);
+        return refused(grains, {.materials = smooth<M>(), .h = 1e-3}, 1);
     };
     CHECK(spoilt([](Grain<M>&) {}) == "");
     for (const double bad : {0.0, -1.0, nan, inf}) {
@@ -275,14 +278,14 @@ TEMPLATE_TEST_CASE("a grain that cannot be is refused by name", "[detection]", S
     CHECK(lacks(spoilt([](Grain<M>& g) { g.material = -1; }), {"grain 7", "material"}) == "");
     CHECK(lacks(spoilt([](Grain<M>& g) { g.id = 3; }), {"grain 3", "two"}) == "");
     CHECK(lacks(spoilt([](Grain<M>& g) { g.id = -1; }), {"grain -1: id"}) == "");
-    CHECK(lacks(refused({}, {.h = 1e-3}, 1), {"no grains"}) == "");
+    CHECK(lacks(refused({}, {.materials = smooth<M>(), .h = 1e-3}, 1), {"no grains"}) == "");
 }
 
 TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
     const auto spoilt = [&](auto&& spoil) {
-        SimulationSettings<M> settings{.h = 1e-3};
+        SimulationSettings<M> settings{.materials = smooth<M>(), .h = 1e-3};
         settings.walls.resize(1);
         settings.walls[0].offset = -5;
         spoil(settings);

@@ -3,6 +3,7 @@
 
 #include "nscdd/iterate/convergence_test.hpp"
 #include "random_scenes.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -14,7 +15,7 @@ constexpr double row_step = 1e-3;
 
 // Disks without friction: a column, and beside it a row whose disks are to close by the same in the third step.
 SimulationSettings<SmoothDisks> row_settings() {
-    SimulationSettings<SmoothDisks> settings;
+    SimulationSettings<SmoothDisks> settings{.materials = smooth<SmoothDisks>()};
     settings.h = row_step;
     settings.gravity = {0, -10};
     settings.walls.resize(1);
@@ -97,7 +98,7 @@ TEST_CASE("a row that begins to touch is not done before it has stopped", "[dist
 TEST_CASE("a flat arch beside a fast disk is not done before it carries", "[distance]") {
     using M = SmoothDisks;
     for (const double slope : {0.01, 0.03}) {
-        SimulationSettings<M> settings;
+        SimulationSettings<M> settings{.materials = smooth<M>()};
         settings.h = 1e-5;
         settings.walls.resize(4);
         settings.walls[0].normal = {0, 1};

@@ -9,6 +9,7 @@
 #include "nscdd/reference.hpp"
 #endif
 #include "random_scenes.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -264,7 +265,7 @@ TEMPLATE_TEST_CASE("grains come into a scene, also into an empty one", "", EVERY
 TEST_CASE("a fixed grain has no motion and no load") {
     using M = scenes::Disks;
     InProcess comm(1);
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.materials = smooth<M>()};
     settings.h = 1;
     for (const bool moves : {true, false}) {
         Grain<M> grain = make_grain<M>(0, 0.5, 1.0, M::Vec::Zero());

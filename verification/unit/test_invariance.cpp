@@ -8,6 +8,7 @@
 
 #include "../catch.hpp"
 #include "random_scenes.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -19,7 +20,7 @@ constexpr Solver every_solver[]{nlgs_alone, {Scheme::dcs, 3}, {Scheme::dcs, 4}};
 
 template <class M>
 struct Setting {
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.materials = smooth<M>()};
     std::vector<Grain<M>> grains;
 };
 

@@ -6,6 +6,7 @@
 
 #include "random_scenes.hpp"
 #include "scratch.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -296,6 +297,8 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     settings.walls[0].normal = M::Vec::UnitY();
 
     InProcess two(2);
+    CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "no friction is known") == "");
+    settings.materials.set(0, 0, {});
     for (const GridCells<2> cells :
          {GridCells<2>{-2, -1}, {0, 2}, {2, 0}, {1, 1}, {1 << 30, 1 << 30}, {65536, 65536}}) {
         settings.partition = by_grid<M>(cells);
@@ -369,7 +372,7 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
 
 TEST_CASE("a step within tasks, or beside another thread's on one communicator, is refused", "[misuse]") {
     using M = FrictionSpheres;
-    SimulationSettings<M> settings{.h = 1e-3};
+    SimulationSettings<M> settings{.materials = smooth<M>(), .h = 1e-3};
     settings.walls.emplace_back().normal = M::Vec::UnitY();
     const std::vector<Grain<M>> grains{make_grain<M>(0, 0.5, 1.0, {0, 0.5, 0}),
                                        make_grain<M>(1, 0.5, 1.0, {3, 0.5, 0})};

@@ -338,7 +338,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
 TEMPLATE_TEST_CASE("a column of grains is cut along its axis", "[partition]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     const int ranks = GENERATE(2, 4);
-    SimulationSettings<M> settings{.h = 1e-3};
+    SimulationSettings<M> settings{.materials = smooth<M>(), .h = 1e-3};
     settings.walls = box_walls<M>(20);
     settings.gravity[M::dim - 1] = -1;
     std::vector<Grain<M>> grains;

@@ -5,6 +5,7 @@
 #include "../small_scenes.hpp"
 #include "any_partition.hpp"
 #include "scratch.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;
@@ -246,7 +247,7 @@ TEMPLATE_TEST_CASE("a partition is made anew when it has become uneven, and not 
                    SmoothDisks) {
     using M = TestType;
     // a row of grains, half of which flies away from the other: candidates of the resting half alone remain
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.materials = smooth<M>()};
     settings.h = 0.01;
     settings.broad_phase_every = 1;
     settings.partition = by_bisection<M>(1.2);
@@ -288,7 +289,7 @@ TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it
     std::vector<Grain<M>> grains;  // a row, from the second slab into the third
     for (int k = 0; k < 4; ++k) grains.push_back(make_grain<M>(k, 0.5, 1.0, (3.5 + k) * M::Vec::UnitX()));
     Lapse lapse = Lapse::none;
-    SimulationSettings<M> settings{.h = 0.01, .broad_phase_every = 0};
+    SimulationSettings<M> settings{.materials = smooth<M>(), .h = 0.01, .broad_phase_every = 0};
     settings.partition = {.kind = "slabs", .make = [&lapse](const PartitionInput<M>& scene) {
                               return Slabs<M>{scene.comm.size(), lapse};
                           }};
@@ -315,7 +316,7 @@ TEMPLATE_TEST_CASE("a partition that would lose a grain is refused, and names it
 TEMPLATE_TEST_CASE("a partition that cannot be even is not made anew at every detection", "[partition]", SmoothDisks) {
     using M = TestType;
     // five pairs at rest on four ranks: one rank has two, 1.6 times the mean, whatever the cuts
-    SimulationSettings<M> settings;
+    SimulationSettings<M> settings{.materials = smooth<M>()};
     settings.h = 0.01;
     settings.broad_phase_every = 1;
     settings.partition = by_bisection<M>(1.2);

@@ -86,7 +86,11 @@ std::string version() {
 
 // Prints the help or the version, or says on all ranks together what is wrong with the command line.
 int end_of_parsing(const CLI::App& app, const CLI::ParseError& error, std::span<char*> words) {
-    const auto check = [&error](int) {
+    const auto check = [&](int) {
+        const auto named = [&](const CLI::App* one) { return one->get_name() == words[1]; };
+        if (dynamic_cast<const CLI::RequiredError*>(&error) && words.size() > 1 && *words[1] != '-' &&
+            app.get_subcommands(named).empty())
+            throw InputError(fmt::format("unknown command '{}'; see --help", words[1]));
         if (error.get_exit_code() != 0) throw InputError(fmt::format("{}; see --help", error.what()));
     };
     return begin_together(words, false, check,

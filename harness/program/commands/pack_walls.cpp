@@ -27,9 +27,10 @@ PackSpecification stretched(PackSpecification spec) {
 template <class M>
 SimulationSettings<M> pressed(const PackSpecification& spec, const Cell<M>& cell, double mass) {
     SimulationSettings<M> settings;
+    settings.materials.set(0, 0, {});  // without friction
     settings.h = 0.02 * 2 * spec.radius;
     settings.cell = cell;
-    if (M::friction) {  // the model of cells that flow; no coefficient is set
+    if (M::friction) {  // the model of cells that flow
         settings.cell.driven.fill(true);
         settings.cell.stress.setOnes();
         settings.cell.mass = 6 * mass;

@@ -60,11 +60,15 @@ double worst(const RunResult& result, auto&& figure) {
 
 // The warning for steps that stopped early: bounds, and the worst figures of all steps.
 std::string unconverged(const RunResult& result) {
+    const auto first = result.last_step - std::ssize(result.steps) + 1 +
+                       (std::ranges::find_if(result.steps, [](const StepReport& s) { return !s.solve.converged; }) -
+                        result.steps.begin());
     std::string told = fmt::format(
-        "{} of {} steps stopped, after {:.0f} iterations at most, without reaching what is asked: eta <= {:g} (worst "
-        "{:.2g})",
-        result.unconverged_steps(), result.steps.size(), worst(result, [](const auto& s) { return s.iterations; }),
-        result.options.tolerance, worst(result, [](const auto& s) { return s.residual; }));
+        "{} of {} steps stopped, step {} the first, after {:.0f} iterations at most, without reaching what is asked: "
+        "eta <= {:g} (worst {:.2g})",
+        result.unconverged_steps(), result.steps.size(), first,
+        worst(result, [](const auto& s) { return s.iterations; }), result.options.tolerance,
+        worst(result, [](const auto& s) { return s.residual; }));
     for (const BoundOption& bound : bound_options) {
         told += fmt::format(", {} <= {:g}{}{} ({:.2g})", spoken(bound.figure_name), result.options.bounds.*bound.limit,
                             *bound.info.unit ? " of the " : "", bound.info.unit,
@@ -129,9 +133,10 @@ void write_results(const RunRequest& request, const RunResult& result, FileSet& 
 
 void say_results(const RunRequest& request, const RunResult& result) {
     if (!request.quiet)
-        say("{}: {} grains, {} steps, {} on {} subdomain{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
+        say("{}: {} grains, {} steps, {} on {} subdomain{}{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
             result.grains, result.steps.size(), request.scheme, result.ranks, result.ranks == 1 ? "" : "s",
-            result.iterations(), result.seconds());
+            *request.threads > 1 ? fmt::format(", {} threads", *request.threads) : "", result.iterations(),
+            result.seconds());
     if (const State::SoFar& so_far = result.so_far; !so_far.came.empty() && !request.quiet)
         say("{}: {:.0f} grains inserted, {:.0f} removed, {} left\n", request.scene.name, so_far.came[0], so_far.left[0],
             result.grains_left);

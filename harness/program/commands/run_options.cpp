@@ -5,6 +5,15 @@
 namespace nscdd {
 namespace {
 
+int read_threads(const std::string& text) {
+    if (text == "auto") return RunArguments::one_a_core;
+    int threads = 0;
+    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), threads);
+    if (fault != std::errc() || end != text.data() + text.size() || threads < 1 || threads > largest_subdomains)
+        throw InputError(fmt::format("--threads {}: expected auto or a whole number, such as 2", text));
+    return threads;
+}
+
 std::vector<int> read_grid(const std::string& text) {
     std::vector<int> cells;
     for (std::size_t at = 0; at <= text.size();) {
@@ -48,8 +57,10 @@ void add_subdomain_options(CLI::App& command, RunArguments& run) {
         .add_option("-n,--subdomains", run.subdomains,
                     "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
         ->check(whole_number(1, largest_subdomains));
-    command.add_option("--threads", run.threads, "That share the in-process subdomains (default: 1); same results")
-        ->check(whole_number());
+    add_text(
+        command, "--threads",
+        "That share the subdomains of one process, a subdomain each unless -n says more; auto: one a core (default: 1)",
+        [&run](const std::string& text) { run.threads = read_threads(text); });
     add_grid_option(command, run);
     command
         .add_option("--imbalance", run.partition.imbalance,
@@ -110,7 +121,8 @@ void add_source_options(CLI::App& command, RunArguments& run, const std::string&
 
 void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&)) {
     const auto every = [](const PartitionInfo&) { return true; };
-    command.add_option("--scheme", run.scheme, help_of(offered_schemes(), wanted))
+    const char* by_number = run.scheme.empty() ? " (default: nlgs, and dcs of several subdomains)" : "";
+    command.add_option("--scheme", run.scheme, help_of(offered_schemes(), wanted) + by_number)
         ->check(CLI::IsMember(names_of(offered_schemes(), wanted)))
         ->capture_default_str();
     add_choice(command, "--interface", interface_names,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <thread>
 
 #include "files/frames.hpp"
 #include "files/series.hpp"
@@ -27,22 +28,28 @@ void check_outputs_asked(const RunArguments& arguments) {
         throw InputError("--adopt is of a state to go on from: give --from");
 }
 
-void check_scheme(const RunArguments& arguments) {
-    if (sweeps(arguments.scheme)) return;
-    std::string option = arguments.solver.method ? "--method" : "";
+void check_scheme(const RunRequest& request) {
+    if (sweeps(request.scheme)) return;
+    std::string option = request.solver.method ? "--method" : "";
     visit_options(SolveOptions{}, [&](const OptionInfo& info, auto) {
-        if (info.of_sweeps && option.empty() && arguments.solver.given.contains(info.name)) option = dashed(info.name);
+        if (info.of_sweeps && option.empty() && request.solver.given.contains(info.name)) option = dashed(info.name);
     });
     if (!option.empty())
-        throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, arguments.scheme));
+        throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
 }
 
-// Sets subdomains and threads.
+// Sets subdomains, threads and, unless it is given, the scheme. Threads alone have a subdomain each.
 void deal_subdomains(RunRequest& request) {
     const int processes = request.share.parts;
-    request.undivided = !sequential(request.scheme) && !request.subdomains && processes == 1;
-    const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : 1);
-    const int threads = request.threads.value_or(1);
+    int threads = request.threads.value_or(1);
+    if (threads == RunArguments::one_a_core) {
+        const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+        threads = request.over_mpi ? 1 : std::min(cores, request.subdomains.value_or(cores));
+    }
+    const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : threads);
+    request.undivided =
+        !request.scheme.empty() && !sequential(request.scheme) && !request.subdomains && subdomains == 1;
+    if (request.scheme.empty()) request.scheme = subdomains > 1 ? "dcs" : "nlgs";
     request.subdomains = subdomains;
     request.threads = threads;
     if (request.over_mpi && subdomains < processes)
@@ -90,6 +97,10 @@ void read_start(RunRequest& request) {
     // a run that goes on from a state needs no packing: that of the scene is compared if its file is still there
     const std::string& packing = start.packing.empty() ? scene.packing_file : start.packing;
     if (!packing.empty() && (!request.goes_on() || !start.packing.empty() || std::filesystem::exists(packing))) {
+        if (!std::filesystem::exists(packing))
+            throw InputError(fmt::format(
+                "{}: {} asks for this packing: cannot open: No such file or directory; nscdd pack makes one", packing,
+                start.packing.empty() ? scene.file : "--packing"));
         request.packing = read_packing(packing, share);
         fit_packing(request.packing, packing, scene);
     }
@@ -113,7 +124,7 @@ RunRequest begin_request(const RunArguments& arguments, const Provenance& proven
     request.over_mpi = over_mpi;
     check_outputs_asked(arguments);
     deal_subdomains(request);
-    check_scheme(arguments);
+    check_scheme(request);
     check_partition(request);
     return request;
 }

@@ -38,8 +38,9 @@ struct RunArguments {
         std::string scene, packing, from;  // files
         bool adopt = false;                // `from` may be of another scene
     } start;
-    std::string scheme = "nlgs";         // of offered_schemes()
-    std::optional<Interface> interface;  // the scheme's own unless given
+    static constexpr int one_a_core = 0;  // threads
+    std::string scheme;                   // of offered_schemes(); empty: nlgs, and dcs of several subdomains
+    std::optional<Interface> interface;   // the scheme's own unless given
     Multiplicity multiplicity = Multiplicity::minimal;
     PartitionChoice partition;
     SolveSettings solver;

@@ -342,7 +342,7 @@ class SceneReader {
             const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
             const std::string_view key = table.key_of(info.name, earlier_name(info.name));
             if (key == "h" && table.is_text(key)) {
-                table.choice(key, {"auto"});
+                if (table.text(key) != "auto") table.fail(std::string(key), "must be a number [s] or \"auto\"");
                 scene_.step.automatic = true;
                 return;
             }

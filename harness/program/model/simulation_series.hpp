@@ -57,7 +57,11 @@ class SeriesRows {
         if (!walls_.empty())
             add(row, "wall_normal_force", "N", "of the grains on each wall, positive out of the sample",
                 normal_forces(simulation, seen.wall_force));
-        if (!obstacles_.empty()) add_obstacles(row, seen.obstacle_force);
+        if (!walls_.empty())
+            add(row, "wall_force", "of the grains on each wall, mean of the step", walls_, seen.wall_force);
+        if (!obstacles_.empty())
+            add(row, "obstacle_force", "of the grains on each obstacle, mean of the step", obstacles_,
+                seen.obstacle_force);
         add(row, "solid_fraction", "1", "volume of the grains over that of the box", m.grains_volume / volume);
         add(row, "coordination", "1", "contacts that carry, per grain that has one",
             m.touched > 0 ? m.coordination() : NAN);
@@ -124,14 +128,14 @@ class SeriesRows {
         row.push_back({name, unit, meaning, {of_walls.size()}, walls_, of_walls});
     }
 
-    void add_obstacles(SeriesRow& row, const std::vector<Vec>& force) const {
-        row.push_back(
-            {"obstacle_force", "N", "of the grains on each obstacle, mean of the step", {force.size(), dim}, {}, {}});
-        for (std::size_t o = 0; o < force.size(); ++o)
+    static void add(SeriesRow& row, const std::string& name, const std::string& meaning,
+                    const std::vector<std::string>& of, const std::vector<Vec>& force) {
+        row.push_back({name, "N", meaning, {force.size(), dim}, {}, {}});
+        for (std::size_t k = 0; k < force.size(); ++k)
             for (int d = 0; d < dim; ++d) {
-                std::string& label = row.back().labels.emplace_back(obstacles_[o]);
+                std::string& label = row.back().labels.emplace_back(of[k]);
                 (label += '_') += "xyz"[d];
-                row.back().values.push_back(force[o][d]);
+                row.back().values.push_back(force[k][d]);
             }
     }
 

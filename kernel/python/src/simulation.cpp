@@ -73,8 +73,8 @@ RunArguments to_arguments(const py::dict& options) {
     for (const char* name : {"subdomains", "threads"})
         if (const int number = find<int>(options, name).value_or(1); number < 1)
             throw InputError(std::string(name) + " must be at least 1, found " + std::to_string(number));
-    arguments.scheme = find<std::string>(options, "scheme").value_or(*arguments.subdomains > 1 ? "dcs" : "nlgs");
-    one_of("scheme", arguments.scheme, names_of(offered_schemes(), any));
+    if (const auto name = find<std::string>(options, "scheme"))
+        arguments.scheme = one_of("scheme", *name, names_of(offered_schemes(), any));
     if (const auto name = find<std::string>(options, "interface"))
         arguments.interface = value_of(interface_names, one_of("interface", *name, names_in(interface_names)));
     if (const auto name = find<std::string>(options, "multiplicity"))

@@ -1,23 +1,18 @@
-"""All studies. A new one is a file here and a line below."""
+"""All studies. A new one is a file here, with a class of Study, and its name below."""
 import functools
+import importlib
+
+from ..study import Study
+
+# In the order of the page.
+NAMES = (
+    *("paper", "physics", "rheology", "gallery", "peers", "reduced", "bits", "hard", "accuracy", "acceleration"),
+    *("velocity_error", "wild", "partitions", "scaling", "million"),
+)
 
 
 @functools.cache
 def studies():
-    """{name: study}, in the order of the page."""
-    from . import acceleration, accuracy, bits, gallery, hard, million, paper, partitions, peers, physics, reduced, rheology, scaling, velocity_error, wild
-
-    classes = (
-        paper.Paper,
-        physics.Physics,
-        rheology.Rheology,
-        gallery.Gallery,
-        peers.Peers,
-        reduced.Reduced,
-        bits.Bits,
-        hard.Hard,
-        accuracy.Accuracy,
-        acceleration.Acceleration,
-    )
-    classes += (velocity_error.VelocityError, wild.Wild, partitions.Partitions, scaling.Scaling, million.Million)
-    return {one.name: one() for one in classes}
+    """{name: study}."""
+    modules = [importlib.import_module(f".{name}", __name__) for name in NAMES]
+    return {one.name: one() for module in modules for one in vars(module).values() if isinstance(one, type) and issubclass(one, Study) and one is not Study}

@@ -66,8 +66,10 @@ bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, doub
 }
 
 template <class M>
-void fill(Contact<M>& c, const Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double h,
-          const typename M::Vec& normal, double approach, double lever_i, double lever_j) {
+[[gnu::always_inline]] inline void fill(Contact<M>& c, const Candidate<M>& candidate,
+                                        const typename M::Law::Pairing& pairing, double gap, double h,
+                                        const typename M::Vec& normal, double approach, double lever_i,
+                                        double lever_j) {
     c.i = candidate.i;
     c.j = candidate.j;
     c.normal = normal;

@@ -254,8 +254,9 @@ class DistanceSums {
         return sum;
     }
     /// since_mark, since_last: changes of its impulse. flatten: GCC leaves calls for products of three numbers.
-    [[gnu::flatten]] void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind, const typename M::Impulse& since_mark,
-             const typename M::Impulse& since_last, ComponentSums& sums) {
+    [[gnu::flatten]] void add(const ContactProblem<M>& problem, const Contact<M>& c, auto kind,
+                              const typename M::Impulse& since_mark, const typename M::Impulse& since_last,
+                              ComponentSums& sums) {
         const typename M::Impulse v = relative_velocity(problem, c, kind);
         const DelassusDiagonal w = delassus(problem, c, false, kind);
         const typename M::Impulse miss = law_miss(c, v, w.normal);

@@ -40,8 +40,10 @@ inline std::string describe(const Refusal& refusal, std::span<const std::string>
     const std::string allowed = detail::two_digits(100 * refusal.allowed) + " %";
     if (refusal.overlap > 0)
         return text + " overlap by " + detail::two_digits(100 * refusal.overlap, std::ceil) +
-               " % of a radius (at most " + allowed + ")";
-    if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and close";
+               " % of a radius (at most " + allowed + ")" +
+               (refusal.j < 0 && refusal.overlap > 1 ? ": it is behind the wall, whose normal points into the sample"
+                                                     : "");
+    if (refusal.h <= 0) return text + " overlap by more than " + allowed + " of a radius, and come nearer";
     // rounded down; with the step itself round-off would decide
     return text + " pass into or through each other within the step: take h <= " +
            detail::two_digits(0.999 * refusal.h, std::floor) + " s";

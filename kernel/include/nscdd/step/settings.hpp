@@ -26,13 +26,16 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class M>
 struct Acceleration : M::Vec {
     Acceleration() : M::Vec(M::Vec::Zero()) {}
+    /// Takes a vector of Eigen [m/s^2].
     template <class Derived>
     Acceleration(const Eigen::MatrixBase<Derived>& a) : M::Vec(a) {}
+    /// Takes the components [m/s^2].
     template <class... Component>
         requires(sizeof...(Component) > 0 && (std::is_arithmetic_v<Component> && ...))
     Acceleration(Component... a) {
         constexpr bool fits = sizeof...(Component) == M::dim;
-        static_assert(fits, "nscdd: gravity is {0, -9.81} in 2D and {0, 0, -9.81} in 3D, a component for each dimension");
+        static_assert(fits,
+                      "nscdd: gravity is {0, -9.81} in 2D and {0, 0, -9.81} in 3D, a component for each dimension");
         if constexpr (fits) static_cast<typename M::Vec&>(*this) = typename M::Vec(static_cast<double>(a)...);
     }
 };
@@ -40,17 +43,17 @@ struct Acceleration : M::Vec {
 /// All data of a scene beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
-    Cell<M> cell{};                            ///< along which axes the scene repeats; along none unless it is set
-    std::vector<Wall<M>> walls{};              ///< their index is their name in messages and in GatheredContact
-    std::vector<Obstacle<M>> obstacles{};      ///< their facets are numbered behind the walls (PlacedObstacles)
-    MaterialsOf<M> materials{1};               ///< coefficients of the law for each pair of materials
-    Acceleration<M> gravity{};                 ///< [m/s^2]
-    double h = 0;                              ///< time step [s], has to be set
-    double start_time = 0;                     ///< time of the scene when `steps_before` is 0 [s]
-    std::int64_t steps_before = 0;             ///< steps of h made since then, before the simulation begins
-    double theta = 0.5;                        ///< of the Moreau-Jean scheme, 0.5 to 1 in use
-    int broad_phase_every = 10;                ///< steps between broad phases; sooner when grains have moved too far
-    Partitioner<M> partition = by_grid<M>();   ///< deals space to subdomains; a regular grid as in the paper
+    Cell<M> cell{};                           ///< along which axes the scene repeats; along none unless it is set
+    std::vector<Wall<M>> walls{};             ///< their index is their name in messages and in GatheredContact
+    std::vector<Obstacle<M>> obstacles{};     ///< their facets are numbered behind the walls (PlacedObstacles)
+    MaterialsOf<M> materials{1};              ///< coefficients of the law for each pair of materials
+    Acceleration<M> gravity{};                ///< [m/s^2]
+    double h = 0;                             ///< time step [s], has to be set
+    double start_time = 0;                    ///< time of the scene when `steps_before` is 0 [s]
+    std::int64_t steps_before = 0;            ///< steps of h made since then, before the simulation begins
+    double theta = 0.5;                       ///< of the Moreau-Jean scheme, 0.5 to 1 in use
+    int broad_phase_every = 10;               ///< steps between broad phases; sooner when grains have moved too far
+    Partitioner<M> partition = by_grid<M>();  ///< deals space to subdomains; a regular grid as in the paper
     Multiplicity multiplicity = Multiplicity::minimal;  ///< which copies of a grain share its mass
     double largest_overlap = 0.1;                       ///< of a radius; more is an error
     bool may_be_empty = false;                          ///< no grains at the start are no mistake: some will come
@@ -121,7 +124,8 @@ void check_settings(const SimulationSettings<M>& settings) {
     if (!std::isfinite(settings.start_time) || settings.steps_before < 0)
         throw std::invalid_argument("the time of the start must be finite, and the steps before it none or more");
     if (M::friction && !settings.materials.known())
-        throw std::invalid_argument("materials: no friction is known; call materials.set(0, 0, {friction, restitution})");
+        throw std::invalid_argument(
+            "materials: no friction is known; call materials.set(0, 0, {friction, restitution})");
     check_walls<M>(settings.walls, settings.materials.count());
     check_obstacles<M>(settings.obstacles, settings.materials.count());
     if (!settings.obstacles.empty() && settings.cell.flows())

@@ -31,7 +31,8 @@ struct Batches {
         std::size_t next = 0, waiting = 0;
         for (int batch = 0; waiting > 0 || next < order.size(); ++batch) {
             for (; waiting < window && next < order.size(); ++next, ++waiting)
-                class_of(order[next], together).waiting.push_back({static_cast<int>(next), order[next], touched(order[next])});
+                class_of(order[next], together)
+                    .waiting.push_back({static_cast<int>(next), order[next], touched(order[next])});
             const std::size_t begin = contact.size(), full = begin + static_cast<std::size_t>(most);
             Class* from = nullptr;  // of the batch
             for (const int distance : {apart, 1}) {

@@ -58,7 +58,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
     group.j.resize(order.size());
     group.shared.assign(group.count, 0);
     group.coefficients.assign(group.count, {});
-    group.data.assign(order.size() * Layout::fields, 0.0);
+    group.data.resize(order.size() * Layout::fields);
     group.distance.assign(!wall && problem.flow ? order.size() : 0, 0.0);
     bool fits = rows.fits();
     for (std::size_t k = 0; k < order.size(); ++k) {
@@ -68,6 +68,7 @@ bool load_batches(const ContactProblem<M>& problem, const std::vector<Contact<M>
         if (order[k] < 0) {
             group.i[k] = static_cast<int>(rows.no_body(k / lanes));
             group.j[k] = wall ? -1 : static_cast<int>(rows.no_other_body(k / lanes));
+            for (int f = 0; f < Layout::fields; ++f) field(f) = 0;
             field(Layout::normal_at) = 1;  // at rest, without an impulse: that satisfies every law
             if constexpr (Layout::framed && M::rolling)
                 field(Layout::radius_field) = field(Layout::radius_field + 1) = 1;
