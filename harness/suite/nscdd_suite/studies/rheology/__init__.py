@@ -2,10 +2,12 @@
 
 Disks and spheres start from packings that repeat (cases/packings/rheology-*.toml), and are sheared at rates that span three decades, each to a
 strain of SHEARED; means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
-One rate is also run by NSCDD (DCS) on 8 subdomains. Nothing is timed.
+One rate is also run by NSCDD (DCS) on 8 subdomains. LAMMPS, where there is one, shears the grains on from the end of some runs. Nothing is timed.
 """
 import csv
+import itertools
 import math
+import shutil
 import statistics
 import tomllib
 from pathlib import Path
@@ -13,11 +15,13 @@ from pathlib import Path
 from ... import record
 from ...program import NSCDD, ROOT
 from ...study import Study
+from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
 SHEARED, A_STEP, BLOCKS = 4.0, 1e-3, 8  # strain in all, strain a step, blocks of the second half
 SCENES = {"disks": (2, "yy", "xy", 15), "spheres": (3, "zz", "xz", 40)}  # dimension, normal and shear stress, seconds a run
 DECOMPOSED, QUICK_GRAINS, QUICK_STEPS = 1e-2, 120, 60  # rate that DCS runs too; what a quick job has
+BY_LAMMPS, SHEARED_ON = (3e-3, 1e-2, 3e-2, 0.1, 0.2), 2.0  # rates that LAMMPS runs too, and their strain
 
 
 def rate(scene, inertial):
@@ -54,8 +58,16 @@ class Rheology(Study):
             file.write_text(text)
             how = ["--scheme", "dcs", "-n", 8] if solver == "dcs" else ["--scheme", "nlgs"]
             steps = QUICK_STEPS if plan.quick else round(SHEARED / A_STEP)
-            command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", "--series", f"{stem}.csv", "--json", f"{stem}.json"]
-            plan.add(stem.name, [f"{stem}.csv", f"{stem}.json"], [command], needs=[packing], cost=cost)
+            made = {"--json": f"{stem}.json", "--series": f"{stem}.csv", "--state": f"{stem}.h5"}
+            command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", *itertools.chain(*made.items())]
+            plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost)
+        if not shutil.which("lmp"):
+            plan.leave_out("LAMMPS: lmp is not installed")
+            return
+        for scene, inertial in also_by_lammps():
+            stem = self.stem(plan, scene, inertial, "nlgs")
+            work = (lammps.by_lammps, scene, rate(scene, inertial), stem, A_STEP * QUICK_STEPS if plan.quick else SHEARED_ON, mean, law)
+            plan.rows(f"lammps {stem.name}", *work, needs=[f"{stem}.h5"], cost=0.4 / inertial)
 
     def stem(self, plan, scene, inertial, solver):
         return plan.folder / f"{scene}-{inertial:g}{'-dcs' if solver == 'dcs' else ''}"
@@ -63,6 +75,7 @@ class Rheology(Study):
     def rows(self, plan):
         made = [(point, self.stem(plan, *point)) for point in points()]
         rows = [row(*point, stem, plan.quick) for point, stem in made if Path(f"{stem}.json").exists()]
+        rows += filter(None, (plan.made(f"lammps {self.stem(plan, *point, 'nlgs').name}") for point in also_by_lammps()))
         return {"rows": rows, "sources": {scene: told["source"] for scene, told in published().items()}} if rows else {}
 
 
@@ -70,6 +83,10 @@ def points():
     for scene in SCENES:
         yield from ((scene, inertial, "nlgs") for inertial in INERTIAL)
         yield scene, DECOMPOSED, "dcs"
+
+
+def also_by_lammps():
+    return itertools.product(SCENES, BY_LAMMPS)
 
 
 def mean(values):

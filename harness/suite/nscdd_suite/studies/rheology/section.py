@@ -12,8 +12,10 @@ TEXTS = captions(__file__)
 def draw(record):
     figure, axes = plt.subplots(1, 2, figsize=(8.6, 3.6))
     for scene, colour in zip(SCENES, SUBDOMAINS):
-        for solver, marker in (("nlgs", "o"), ("dcs", "x")):
+        for solver, marker in (("nlgs", "o"), ("dcs", "x"), ("lammps", "s")):
             rows = [row for row in record["rows"] if (row["scene"], row["solver"]) == (scene, solver)]
+            if not rows:
+                continue
             how = {"fmt": marker, "color": colour, "markersize": 4, "markerfacecolor": "none", "label": f"{scene}, {solver}"}
             for axis, value, error in ((axes[0], "mu", "mu_error"), (axes[1], "solid_fraction", "fraction_error")):
                 axis.errorbar([row["inertial_number"] for row in rows], [row[value] for row in rows], [row[error] for row in rows], **how)
@@ -33,6 +35,6 @@ def parts(record, source, out):
     yield figure_block(file, "Shear in a cell under stress", f"{TEXTS['figure']} {sources}.", source, ("counted",), wide=True)
     columns = ("scene", "solver", "grains", "inertial_number", "mu", "mu_error", "mu_published", "solid_fraction", "fraction_error", "fraction_published")
     lines = [[row[key] for key in (*columns, "iterations_a_step", "unconverged_steps")] for row in record["rows"]]
-    names = "scene | solver | grains | inertial number | ours | \u00b1 | law | ours | \u00b1 | law | iterations a step | steps not converged"
+    names = "scene | solver | grains | inertial number | mean | \u00b1 | law | mean | \u00b1 | law | iterations a step | steps not converged"
     head = [" *4 | stress ratio *3 | solid fraction *3 |  *2", names]
     yield table_block(table(head, lines, "Homogeneous shear"), "Homogeneous shear", TEXTS["table"], source, ("counted",), wide=True)
