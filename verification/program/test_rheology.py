@@ -11,7 +11,7 @@ import numpy as np
 
 from harness import ROOT
 from nscdd_suite.study import Plan
-from nscdd_suite.studies.rheology import Rheology, law, lammps, mean
+from nscdd_suite.studies.rheology import Rheology, angles, lade_duncan, lammps, law, mean
 
 
 class Lammps(unittest.TestCase):
@@ -62,6 +62,14 @@ class Lammps(unittest.TestCase):
             self.assertAlmostEqual(row["motion_over_normal_stress"], 0.01, delta=1e-3)
             self.assertAlmostEqual(row["inertial_number"], 0.005 * (math.sqrt(math.pi / 4) if dim == 2 else 1), delta=1e-4)
             self.assertTrue((ROOT / "cases/rheology/shear.lmp").exists() and "cases/rheology/shear.lmp" in row["command"])
+
+    def test_angles_of_shear_and_of_triaxial_compression(self):
+        sheared = np.eye(3)
+        sheared[0, 2] = sheared[2, 0] = -0.357
+        found = angles(sheared)
+        self.assertAlmostEqual(found["angle"], math.degrees(math.asin(0.357)))
+        self.assertAlmostEqual(found["angle_triaxial"], lade_duncan(0.357))
+        self.assertAlmostEqual(angles(np.diag([1.0, 1.0, 2.0]))["angle_triaxial"], math.degrees(math.asin(1 / 3)))
 
     def test_without_it_the_study_says_so(self):
         for there in (None, "lmp"):

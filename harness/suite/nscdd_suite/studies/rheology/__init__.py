@@ -12,9 +12,12 @@ import statistics
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from ... import record
 from ...program import NSCDD, ROOT
 from ...study import Study
+from ..physics.granular import lade_duncan
 from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
@@ -96,6 +99,13 @@ def mean(values):
     return statistics.fmean(values), 2 * statistics.stdev(blocks) / math.sqrt(len(blocks)) if len(blocks) > 1 else math.nan
 
 
+def angles(stress):
+    """Friction angles [degrees] of spheres: of shear, by the largest and least stress, and of triaxial compression by Lade's and Duncan's criterion."""
+    least, middle, most = np.linalg.eigvalsh((stress + stress.T) / 2)
+    invariant = (least + middle + most) ** 3 / (least * middle * most)
+    return {"angle": math.degrees(math.asin((most - least) / (most + least))), "angle_triaxial": lade_duncan(math.sqrt(1 - 27 / invariant))}
+
+
 def row(scene, inertial, solver, stem, quick):
     run = record.load(f"{stem}.json")
     _, normal, shear, _ = SCENES[scene]
@@ -106,9 +116,11 @@ def row(scene, inertial, solver, stem, quick):
     mu, mu_error = mean([-line[f"stress_contacts_{shear}"] / stress for line in half])
     fraction, fraction_error = mean([line["solid_fraction"] for line in half])
     by_law, fraction_by_law = law(scene, inertial)
+    tensor = np.array([[statistics.fmean(line[f"stress_contacts_{a}{b}"] for line in half) for b in "xyz"] for a in "xyz"]) if scene == "spheres" else None
     return {
         **{"scene": scene, "solver": solver, "grains": run["grains"], "steps": run["steps"], "inertial_number": inertial / math.sqrt(stress)},
         **{"normal_stress": stress, "mu": mu, "mu_error": mu_error, "mu_published": by_law},
         **{"solid_fraction": fraction, "fraction_error": fraction_error, "fraction_published": fraction_by_law},
         **{"iterations_a_step": sum(run["iterations"]) / run["steps"], "unconverged_steps": run["unconverged_steps"], "command": run["command"]},
+        **(angles(tensor) if scene == "spheres" else {}),
     }
