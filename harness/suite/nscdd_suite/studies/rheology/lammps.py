@@ -57,14 +57,14 @@ def by_lammps(scene, rate, stem, strain, mean, law):
     means = np.loadtxt(out)
     half = means[len(means) // 2 :]
     normal, shear = (2, 4) if dim == 2 else (3, 5)  # columns: step, contacts, motion
-    stress = float(half[:, normal].mean())
+    stress, stress_error = mean([float(value) for value in half[:, normal]])
     ratio = float(-half[:, shear].mean()) / stress
     mu, mu_error = mean([ratio - float(a + ratio * b) / stress for a, b in zip(half[:, shear], half[:, normal])])  # at this volume both vary together
     inertial = rate * (math.sqrt(math.pi / 4) if dim == 2 else 1.0) / math.sqrt(stress)
     by_law, fraction_by_law = law(scene, inertial)
     return {
         **{"scene": scene, "solver": "lammps", "grains": grains, "steps": steps, "inertial_number": inertial},
-        **{"normal_stress": stress, "motion_over_normal_stress": float(half[:, normal + 6].mean()) / stress},
+        **{"normal_stress": stress, "normal_stress_error": stress_error, "motion_over_normal_stress": float(half[:, normal + 6].mean()) / stress},
         **{"mu": mu, "mu_error": mu_error, "mu_published": by_law},
         **{"solid_fraction": fraction, "fraction_error": 0.0, "fraction_published": fraction_by_law},
         **{"iterations_a_step": None, "unconverged_steps": None, "command": shown(command)},
