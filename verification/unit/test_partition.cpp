@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "random_scenes.hpp"
+#include "smooth.hpp"
 
 using namespace nscdd;
 using namespace nscdd::test;

@@ -63,7 +63,7 @@ class Rheology(Study):
             steps = QUICK_STEPS if plan.quick else round(SHEARED / A_STEP)
             made = {"--json": f"{stem}.json", "--series": f"{stem}.csv", "--state": f"{stem}.h5"}
             command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", *itertools.chain(*made.items())]
-            plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost)
+            plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost * max(1, 0.003 / inertial) ** 2)  # slow flow is hard
         if not shutil.which("lmp"):
             plan.leave_out("LAMMPS: lmp is not installed")
             return
