@@ -8,7 +8,7 @@ namespace nscdd::test {
 
 template <class M>
 struct Described {
-    SimulationSettings<M> settings{.materials = smooth<M>()};
+    SimulationSettings<M> settings;
     std::vector<Grain<M>> grains;
     double edge;  // of its box
     int steps;
@@ -17,7 +17,7 @@ struct Described {
 // It falls, and rests on the first wall.
 template <class M>
 Described<M> one_grain() {
-    Described<M> scene{{}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(2))}, 4, 60};
+    Described<M> scene{{.materials = smooth<M>()}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(2))}, 4, 60};
     scene.settings.walls = box_walls<M>(scene.edge);
     scene.settings.gravity[0] = -1;
     scene.settings.h = 0.05;
@@ -28,7 +28,7 @@ Described<M> one_grain() {
 // in all subdomains, aside.
 template <class M>
 Described<M> crossing_grain() {
-    Described<M> scene{{}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(1))}, 32, 5};
+    Described<M> scene{{.materials = smooth<M>()}, {make_grain<M>(0, 0.5, 1.0, M::Vec::Constant(1))}, 32, 5};
     scene.settings.walls = box_walls<M>(scene.edge);
     scene.settings.h = 0.1;
     scene.settings.broad_phase_every = 1;
@@ -48,7 +48,7 @@ Described<M> crossing_grain() {
 // Grains in clumps that are far from each other, each thrown together.
 template <class M>
 Described<M> clumps(int count) {
-    Described<M> scene{{}, {}, 20.0 * count, 4};
+    Described<M> scene{{.materials = smooth<M>()}, {}, 20.0 * count, 4};
     Random random(41);
     scene.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0.0});
     scene.settings.h = 0.05;

@@ -322,7 +322,8 @@ TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", Smoot
         return complaint<std::invalid_argument>([&] {
             InProcess comm(1);
             const PairImpulse<M> impulse{3, 7, M::Impulse::Constant(r)};
-            Simulation<M>(comm, {.h = 1e-3}, std::span<const Grain<M>>(two_grains<M>(1)), std::span(&impulse, 1));
+            Simulation<M>(comm, {.materials = smooth<M>(), .h = 1e-3}, std::span<const Grain<M>>(two_grains<M>(1)),
+                          std::span(&impulse, 1));
         });
     };
     CHECK(given(1) == "");
@@ -337,7 +338,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
         INFO("ranks: " << ranks);
         const Solver solver{ranks == 1 ? Scheme::nlgs : Scheme::dcs, ranks};
         CHECK(lacks((complaint<std::invalid_argument>([&] {
-                        auto settings = SimulationSettings<M>{.h = 1e-3};
+                        auto settings = SimulationSettings<M>{.materials = smooth<M>(), .h = 1e-3};
                         settings.walls.resize(1);
                         settings.walls[0].offset = -5;
                         Run<M> run(solver, settings, two_grains<M>(2));
@@ -349,7 +350,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
         for (const double bad : {nan, std::numeric_limits<double>::infinity()})
             for (const bool touches : {false, true})
                 CHECK(lacks((complaint<std::invalid_argument>([&] {
-                                auto settings = SimulationSettings<M>{.h = 1e-3};
+                                auto settings = SimulationSettings<M>{.materials = smooth<M>(), .h = 1e-3};
                                 settings.walls.resize(1);
                                 settings.walls[0].offset = touches ? -0.5 : -5;
                                 settings.walls[0].driven = true;
@@ -364,7 +365,7 @@ TEMPLATE_TEST_CASE("numbers that stop being finite stop the run", "[detection]",
                         auto grains = two_grains<M>(2);
                         grains[1].mass = 1e-200;
                         grains[1].load[0] = 1e200;
-                        Run<M> run(solver, {.h = 1e-3}, grains);
+                        Run<M> run(solver, {.materials = smooth<M>(), .h = 1e-3}, grains);
                         for (int step = 0; step < 3; ++step) run.step();
                     })),
                     {"step", "finite"}) == "");
