@@ -151,7 +151,7 @@ TEST_CASE("two grains of one id, each of another rank, are refused on every rank
     const std::vector<Grain<M>> mine{make_grain<M>(7, 0.5, 1.0, {2.0 * comm.ranks()[0], 0.0})};
     std::string said;
     try {
-        Simulation<M>(comm, {.h = 1e-3}, mine);
+        Simulation<M>(comm, {.materials = smooth<M>(), .h = 1e-3}, mine);
     } catch (const std::invalid_argument& error) {
         said = error.what();
     }

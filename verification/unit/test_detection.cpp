@@ -376,7 +376,7 @@ TEMPLATE_TEST_CASE("a contact problem with velocities that are not finite has no
                    FrictionSpheres) {
     using M = TestType;
     ContactProblem<M> problem;
-    Run<M> run(nlgs_alone, {.h = 1e-3}, two_grains<M>(1));
+    Run<M> run(nlgs_alone, {.materials = smooth<M>(), .h = 1e-3}, two_grains<M>(1));
     run.simulation.step([&](std::span<Subdomain<M>> parts, Communicator&, PhaseSeconds&) {
         problem = parts[0].problem;
         return SolveReport{};
