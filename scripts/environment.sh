@@ -11,6 +11,10 @@ export OMPI_MCA_rmaps_base_oversubscribe=1
 export OMPI_MCA_btl_vader_eager_limit=65536
 export OMPI_MCA_btl_vader_max_send_size=65536
 
+# OpenBLAS, where it stands for the reference BLAS, starts a thread for each core, and they spin for a while: a run would take
+# two cores for 30 ms. SuiteSparse is all that calls it.
+export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
+
 # mpirun refuses to run as root unless told twice; containers have no other user.
 if [[ $(id -u) == 0 ]]; then
     export OMPI_ALLOW_RUN_AS_ROOT=1
