@@ -67,7 +67,8 @@ struct Batches {
     }
     int& taken(int body) { return taken_[static_cast<std::size_t>(body + 1)]; }
     bool free(const Bodies& bodies, int batch, int distance) {
-        return (batch - taken(bodies[0]) >= distance) & (batch - taken(bodies[1]) >= distance);
+        const bool first = batch - taken(bodies[0]) >= distance, second = batch - taken(bodies[1]) >= distance;
+        return first & second;  // no branch
     }
     /// The class of the first contact that is free.
     Class* first_free(int batch, int distance) {
