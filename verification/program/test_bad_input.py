@@ -110,6 +110,14 @@ class BadOptions(Refusals):
         for command in (("export-fclib", self.scene(), "-o", self.folder / "out.h5"), ("solve-fclib", self.folder / "none.h5")):
             self.assertIn("--tolerance: must be a", self.run_program(*command, "--tolerance", "nan").stderr)
 
+    def test_an_unknown_command_and_a_packing_that_is_not_there_are_named(self):
+        for words, said in (
+            (("rnu",), "unknown command 'rnu'"),
+            (("run", self.scene(), "--packing", self.folder / "none.h5"), "--packing asks for this packing"),
+        ):
+            done = self.run_program(*words)
+            self.assertEqual((done.returncode, said in done.stderr), (1, True), done.stderr)
+
     def test_combinations(self):
         scene = self.scene()
         for arguments, fragment in (
