@@ -5,7 +5,6 @@ import gc
 import os
 import pathlib
 import pickle
-import re
 import shutil
 import subprocess
 import sys
