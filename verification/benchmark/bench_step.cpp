@@ -53,9 +53,11 @@ template <class M>
 void fine_detection(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
     const ContactProblem<M>& problem = s.parts[0].problem;
-    per_contact(
-        state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
-        [&] { detail::detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h, 2e-3); });
+    per_contact(state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
+                [&] {
+                    detail::detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h,
+                                               {.least = 2e-3});
+                });
 }
 
 // One gluing: velocities packed, exchanged in-process, averaged, unpacked.

@@ -202,6 +202,18 @@ TEST_CASE("an impulse of round-off holds no open contact closed", "[distance]") 
     CHECK(detail::law_miss<FrictionDisks>(c, {0.5, 2}, 1).norm() == Approx(std::hypot(0.5, 2)));
 }
 
+// Seen of a sphere that slides along a wall: squares of its impulse are no longer normal numbers.
+TEST_CASE("an impulse of round-off slides", "[distance]") {
+    Contact<FrictionDisks> c;
+    c.normal = {1, 0};
+    c.friction_coefficient = 0.5;
+    c.r = {1e-158, -0.5e-158 * (1 - 1e-8)};
+    CHECK(detail::law_miss<FrictionDisks>(c, {1e-172, 0.7}, 1).norm() == 0);
+    CHECK(detail::law_miss<FrictionDisks>(c, {-1e-9, 0.7}, 1).norm() == Approx(1e-9));
+    c.r *= 1e150;
+    CHECK(detail::law_miss<FrictionDisks>(c, {1e-172, 0.7}, 1).norm() == Approx(0.7));
+}
+
 TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdomains", "[distance]", FrictionDisks,
                    SmoothSpheres, FrictionSpheres) {
     using M = TestType;

@@ -25,7 +25,7 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
     prefix template void detail::repartition(std::vector<Subdomain<M>>&, Communicator&, const Partition<M>&,           \
                                              std::span<const Wall<M>>, double, double, bool);                          \
     prefix template detail::Overlap detail::detect_contacts(Subdomain<M>&, std::span<const Wall<M>>, const Materials&, \
-                                                            double, double);                                           \
+                                                            double, const detail::Alert&);                             \
     prefix template detail::Tunnelled detail::find_tunnelled(Subdomain<M>&, std::span<const Wall<M>>,                  \
                                                              const Materials&, double, double, double);                \
     prefix template void detail::agree_on_multiplicities(std::vector<Subdomain<M>>&, Communicator&,                    \

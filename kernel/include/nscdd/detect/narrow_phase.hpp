@@ -29,6 +29,20 @@ struct Overlap {
     }
 };
 
+/// Gap up to which a pair without restitution is a contact [m]. What is left out is looked at again once the step is
+/// solved, so this bounds no error. It decides how many contacts stay open, and how often a step is solved again.
+struct Alert {
+    double h = 0;      ///< step [s]
+    double fall = 0;   ///< way that two bodies come nearer in the step by gravity, at most [m]
+    double least = 0;  ///< for a pair at rest [m]
+
+    /// Of a pair that moves at a relative velocity [m/s].
+    template <class Vec>
+    double of(const Vec& velocity) const {
+        return (std::max)(least, h * velocity.norm() + fall);
+    }
+};
+
 /// Warm start: last step's impulse, made one that the law allows about the new normal.
 template <class M>
 [[gnu::always_inline]] inline typename M::Impulse admissible(const typename M::Impulse& r,
@@ -84,13 +98,13 @@ template <class M>
 
 template <class M>
 void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const MaterialsOf<M>& materials,
-                           double h, double alert, Overlap& worst);
+                           double h, const Alert& alert, Overlap& worst);
 
 /// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
-/// `h`: step [s]; `alert`: gap up to which a pair is a contact [m]. Returns the worst overlap found.
+/// `h`: step [s]. Returns the worst overlap found.
 template <class M>
 Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
-                        double alert) {
+                        const Alert& alert) {
     Overlap worst;
     const auto note = [&](double gap, double radius, int i, int j) {
         if (-gap > worst.ratio * radius) worst = {-gap / radius, i, j};
@@ -119,7 +133,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double approach = v.dot(normal);
         const bool passes = gap > 0 && pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,
                                                passing_way * (std::min)(a.radius, b.radius));
-        const bool acts = detail::acts(candidate, pairing, gap, alert, passes);
+        const bool acts = detail::acts(candidate, pairing, gap, alert.of(v), passes);
         fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
              b.radius + 0.5 * gap);
         part.source[count] = static_cast<int>(k);
@@ -144,9 +158,10 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double gap = wall.distance(a.position) - a.radius;
         note(gap, a.radius, a.id, -1 - candidate.j);
         const auto& pairing = materials(a.material, wall.material);
-        if (!acts(candidate, pairing, gap, alert, false)) continue;
-        const double approach =
-            a.velocity.template head<M::dim>().dot(wall.normal) - (wall.normal_speed() - wall.change.dot(wall.normal));
+        const typename M::Vec v = a.velocity.template head<M::dim>();
+        const double speed = wall.normal_speed();
+        if (!acts(candidate, pairing, gap, alert.of(typename M::Vec(v - speed * wall.normal)), false)) continue;
+        const double approach = v.dot(wall.normal) - (speed - wall.change.dot(wall.normal));
         fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius, 0.0);
         part.wall_source.push_back(static_cast<int>(k));
     }

@@ -21,6 +21,7 @@ struct NearFacet {
     Closest<M> next;        ///< in the place that the facet has at the next detection
     double gap;             ///< now [m]
     bool pulls;             ///< its pair has a range
+    double alert = 0;       ///< gap up to which it is a contact [m]
     bool kept = true;       ///< not that of another one
 };
 
@@ -127,7 +128,7 @@ double bend(const PlacedObstacles<M>& obstacles, std::size_t obstacle, const Gra
 /// 1]. `h`, `alert` and `worst` as in detect_contacts().
 template <class M>
 void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const MaterialsOf<M>& materials,
-                           double h, double alert, Overlap& worst) {
+                           double h, const Alert& alert, Overlap& worst) {
     using Vec = typename M::Vec;
     const PlacedObstacles<M>& obstacles = *part.obstacles;
     const Grain<M>& grain = part.grains[static_cast<std::size_t>(part.wall_pairs[begin].i)];
@@ -144,7 +145,10 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
                     grain.radius;
         if (obstacle.moves()) keep_side(obstacles, grain, facet);
         if (facet.gap < 0) worst.note({-facet.gap / grain.radius, grain.id, -1 - number});
-        if (facet.gap <= (std::max)(alert, range) || candidate.missed) {
+        Vec from = v;
+        if (obstacle.moves()) from -= obstacles.velocity(obstacles.name(number).obstacle, facet.next.point);
+        facet.alert = alert.of(from);
+        if (facet.gap <= (std::max)(facet.alert, range) || candidate.missed) {
             near.push_back(facet);
         } else {
             candidate.free_gap = facet.gap;
@@ -179,7 +183,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
         const bool passes = facet.next.edge && facet.gap > 0 && taken > 0 && taken * h > passing_way * grain.radius &&
                             !(when_meets<M>(obstacles, facet.number, obstacles.next(), grain.position,
                                             grain.position + h * v, (1 - touches_unseen) * grain.radius) < 1);
-        if (!acts(candidate, pairing, facet.gap, alert, passes)) continue;
+        if (!acts(candidate, pairing, facet.gap, facet.alert, passes)) continue;
         Contact<M>& contact = part.problem.wall_contacts.emplace_back();
         fill(contact, candidate, pairing, facet.gap, h, n, v.dot(n) - own_before, grain.radius, 0.0);
         if (obstacle.surface->cylinder() && !facet.next.edge && !(pairing.restitution > 0))

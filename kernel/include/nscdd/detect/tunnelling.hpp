@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 #include <tuple>
+#include <vector>
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
@@ -234,12 +235,19 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
     return unseen;
 }
 
-/// Candidates that find_tunnelled() has found to close become contacts in the next attempt. To be called only where no
-/// rank has marked a contact as passing: its impulse may be what closes them.
+/// Candidates that find_tunnelled() has found to close become contacts in the next attempt. Not those of a grain that a
+/// contact has deflected which mark_passing() takes away now: its impulse may be what closes them.
 template <class M>
 void mark_missed(Subdomain<M>& part) {
-    for (auto* candidates : {&part.pairs, &part.wall_pairs})
-        for (Candidate<M>& c : *candidates) c.missed |= c.closes;
+    std::vector<bool> deflected(part.grains.size());
+    for (const int source : part.source) {
+        const Candidate<M>& c = part.pairs[static_cast<std::size_t>(source)];
+        if (!c.passes || c.missed) continue;
+        deflected[static_cast<std::size_t>(c.i)] = deflected[static_cast<std::size_t>(c.j)] = true;
+    }
+    for (Candidate<M>& c : part.pairs)
+        c.missed |= c.closes && !deflected[static_cast<std::size_t>(c.i)] && !deflected[static_cast<std::size_t>(c.j)];
+    for (Candidate<M>& c : part.wall_pairs) c.missed |= c.closes && !deflected[static_cast<std::size_t>(c.i)];
 }
 
 }}}  // namespace nscdd::NSCDD_ABI::detail

@@ -64,8 +64,7 @@ class Anderson {
     int last() const { return last_; }          ///< slot that takes g, the end of the last iteration
     int restarts() const { return restarts_; }  ///< number of times that a change that grew has emptied the window
 
-    /// True where velocities have to be computed from the impulses again. They must not be combined with earlier ones
-    /// then, forget().
+    /// True where velocities have to be computed from the impulses again before they are judged.
     ///
     /// Velocities and impulses are combined by the same coefficients, so V = V_free + M^-1 H r stays true but for
     /// round-off. Coefficients beyond 1 multiply that round-off, by `growth_` at most. A heavy ball on light ones shows

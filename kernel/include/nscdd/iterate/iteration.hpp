@@ -75,20 +75,26 @@ class Stall {
 /// Result of a test.
 struct TestResult {
     bool over;        ///< the step has converged, or the cap is reached
+    bool near;        ///< the residual is small enough, and the step may converge
     double residual;  ///< figures over their bounds, residual_over_bounds()
 };
 
 /// Tests the iterate. The estimate costs more than the residual, so it is asked where the residual is small enough, or
-/// at the end. The step may converge before the last test only with may_pass.
+/// at the end. The step may converge before the last test only with may_pass. renew() is called before an estimate; it
+/// returns whether it has made the velocities anew.
 template <Tested System>
 TestResult tested(System& system, const SolveOptions& options, bool may_pass, ResidualParts& residual,
-                  SolveReport& report) {
-    residual = system.residual();
+                  SolveReport& report, auto&& renew) {
     const bool last = report.iterations >= options.max_iterations;
-    const bool near = detail::report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
+    const auto is_near = [&] {
+        residual = system.residual();
+        return detail::report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
+    };
+    bool near = is_near();
+    if ((near || last) && renew()) near = is_near();
     const double over_bounds = detail::residual_over_bounds(report, options, system.least_radius());
     if (near || last) detail::report_distance(system.distance(residual), options, system.least_radius(), near, report);
-    return {report.converged || last, over_bounds};
+    return {report.converged || last, near, over_bounds};
 }
 
 /// Iterates until the step has converged (SolveReport) or the cap is reached.
@@ -100,7 +106,13 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     Marks marks;
     Stall stall;
     const bool bounded = std::isfinite(options.bounds.max_distance);
-    for (TestResult test{false, 0}; !test.over;) {
+    bool renewed = false;
+    const auto renew = [&] {
+        renewed = anderson.velocities_stale();
+        if (renewed) system.restore_velocities();
+        return renewed;
+    };
+    for (TestResult test{false, false, 0}; !test.over;) {
         const bool accelerated = detail::pays_to_accelerate(options, report, residual.contacts);
         const int count = detail::until_test(options, report);
         // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
@@ -111,12 +123,10 @@ SolveReport iterate(System& system, const SolveOptions& options) {
             if (accelerated) anderson.update(products);
         }
         report.iterations += count;
-        test = tested(system, options, kept || !bounded, residual, report);
-        if (test.over && anderson.velocities_stale()) {
-            system.restore_velocities();
-            anderson.forget();
-            test = tested(system, options, kept || !bounded, residual, report);
-        }
+        renewed = false;
+        test = tested(system, options, kept || !bounded, residual, report, renew);
+        // Round-off that keeps the step from its end is not combined further.
+        if (renewed && !test.near) anderson.forget();
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
         const bool stalled =
@@ -128,7 +138,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
                 report.rebounds_given_up += solved.rebounds_given_up;
                 anderson.forget();
                 system.mark();  // no iteration has led here from the last one
-                test = tested(system, options, true, residual, report);
+                test = tested(system, options, true, residual, report, [] { return false; });
             }
         }
         if (!test.over) system.mark();

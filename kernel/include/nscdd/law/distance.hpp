@@ -111,10 +111,13 @@ struct DistanceEstimate {
 
 /// The least change of w [m/s], in the axes of the impulse, after which a contact satisfies its law with the impulse
 /// that it has: 0 at an answer. The impulse must be one that the law allows, as after a sweep. An impulse that changes
-/// w_n by less than 1e-12 of it is none: solvers that only halve it never end at 0. wn: W_n [1/kg].
+/// w_n by less than 1e-12 of it or of the relative velocity is none: solvers that only halve it never end at 0. wn: W_n
+/// [1/kg].
 template <class M>
 typename M::Impulse law_miss(const Contact<M>& c, const typename M::Impulse& v, double wn) {
-    const auto none = [wn](double opening, double excess) { return wn * excess <= 1e-12 * std::abs(opening); };
+    const auto none = [wn, speed = force_of<M>(v).norm()](double opening, double excess) {
+        return wn * excess <= 1e-12 * (std::max)(std::abs(opening), speed);
+    };
     const auto normal_miss = [none](double opening, double excess) {
         return none(opening, excess) ? (std::max)(-opening, 0.0) : -opening;
     };

@@ -12,6 +12,7 @@
 #include "nscdd/detect/narrow_phase.hpp"
 #include "nscdd/detect/tunnelling.hpp"
 #include "nscdd/step/broad_phase.hpp"
+#include "nscdd/step/checked_solve.hpp"
 #include "nscdd/step/energy.hpp"
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/scene_sums.hpp"
@@ -250,8 +251,15 @@ class Simulation {
         auto largest() { return std::tie(worst_overlap); }
     };
 
+    /// Pairs that may close their gap in the step become contacts. A step that has not settled after some attempts
+    /// takes in more: a blow goes on through a row of gaps, one an attempt.
+    detail::Alert alert(int attempt, double speed) const {
+        const double h = settings_.h, small = 2e-3 * radii_.least;
+        return {h, 2 * h * h * settings_.gravity.norm(), attempt <= 5 ? small : (std::max)(2 * h * speed, small)};
+    }
+
     /// Finds contacts and multiplicities.
-    void detect(double alert, StepReport& report) {
+    void detect(const detail::Alert& alert, StepReport& report) {
         std::vector<detail::Overlap> worst(parts_.size());
         comm_.each_rank([&](std::size_t k) {
             worst[k] = detail::detect_contacts<M>(parts_[k], settings_.walls, settings_.materials, settings_.h, alert);
@@ -272,47 +280,6 @@ class Simulation {
         report.interface_grains = all.interface_grains;
         report.free_norm = std::sqrt(all.energy);
         comm_.each_rank([this](std::size_t k) { apply_impulses(parts_[k].problem); });
-    }
-
-    SolveReport solve_checked(const AnyStepSolver<M>& solve) {
-        const auto sizes = [](const Subdomain<M>& part) {
-            const ContactProblem<M>& p = part.problem;
-            return std::array{p.contacts.size(),     p.wall_contacts.size(),     p.bodies.size(),   p.walls.size(),
-                              p.multiplicity.size(), p.wall_multiplicity.size(), part.grains.size()};
-        };
-        constexpr std::array names{"contacts between grains", "contacts with walls",     "bodies", "walls",
-                                   "multiplicities",          "multiplicities of walls", "grains"};
-        std::vector<std::array<std::size_t, names.size()>> given;
-        for (const auto& part : parts_) given.push_back(sizes(part));
-        const SolveReport report = solve(parts_, comm_, seconds_);
-        for (std::size_t k = 0; k < parts_.size(); ++k)
-            for (std::size_t n = 0; n < names.size(); ++n)
-                if (const std::size_t left = sizes(parts_[k])[n]; left != given[k][n])
-                    throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
-                                           std::to_string(parts_[k].rank) + ": " + names[n] + " were " +
-                                           std::to_string(given[k][n]) + ", the solver has made them " +
-                                           std::to_string(left));
-        return report;
-    }
-
-    /// Writes impulses into the candidates. Throws std::logic_error for a contact that is no longer that of its
-    /// candidate.
-    void keep_impulses(Subdomain<M>& part) const {
-        const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
-                              std::vector<Candidate<M>>& candidates, const char* name, auto&& other) {
-            for (std::size_t c = 0; c < contacts.size(); ++c) {
-                const auto from = c < source.size() ? static_cast<std::size_t>(source[c]) : candidates.size();
-                if (from >= candidates.size() || candidates[from].i != contacts[c].i ||
-                    candidates[from].j != other(contacts[c]))
-                    throw std::logic_error("step " + std::to_string(steps_ + 1) + ", subdomain " +
-                                           std::to_string(part.rank) + ": the solver has made " + name +
-                                           std::to_string(c) + " another one");
-                candidates[from].r = contacts[c].r;
-            }
-        };
-        keep(part.problem.contacts, part.source, part.pairs, "contact ", [](const Contact<M>& c) { return c.j; });
-        keep(part.problem.wall_contacts, part.wall_source, part.wall_pairs, "wall contact ",
-             [&](const Contact<M>& c) { return part.number_of(c, settings_.walls.size()); });
     }
 
     /// Checks the motion of (1 - theta) h before the first detection. No step has checked it, and a stored state may
@@ -351,7 +318,7 @@ class Simulation {
             return false;
         }
         std::vector<detail::Passage> passages;
-        const bool early = attempt <= 3;  // of many grains some pass in each attempt, and 55,000 did not settle in 50
+        const bool early = attempt <= 1;  // of many grains some pass in each attempt, 55,000 did not settle in 50
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             const bool passes = early && detail::mark_passing(parts_[k], settings_.h);
             const detail::Tunnelled unseen = detail::find_tunnelled<M>(
@@ -359,11 +326,9 @@ class Simulation {
             passages.push_back(unseen.passage);
             return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
-        if (any.passes > 0) return false;
-        if (any.closes > 0) {
+        if (any.closes > 0)
             for (auto& part : parts_) detail::mark_missed(part);
-            return false;
-        }
+        if (any.passes > 0 || any.closes > 0) return false;
         if (any.passages > 0) refuse_passages(passages, Velocities::solved);
         return true;
     }
@@ -482,18 +447,18 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     drift(detection * settings_.h, settings_.theta * settings_.h, 0, detection);
     check_sides();
     watch.lap(seconds_.advance);
-    const detail::Motion before = motion(Velocities::known);
+    const detail::Motion before = motion(Velocities::known, settings_.h);
     if (broad_.due(settings_) || 2 * before.moved > broad_.spare_skin(settings_)) detect_roughly(0);
     int iterations = 0;
     for (;; ++report.attempts) {
-        detect((std::max)(2 * settings_.h * before.speed, 2e-3 * radii_.least), report);
+        detect(alert(report.attempts, before.speed), report);
         watch.lap(seconds_.detect);
         start_iteration(report);
         watch.lap(seconds_.advance);
-        if (report.contacts > 0) report.solve = solve_checked(solve);
+        if (report.contacts > 0) report.solve = detail::solve_checked<M>(solve, parts_, comm_, seconds_, steps_ + 1);
         iterations += report.solve.iterations;
         watch.skip();
-        for (auto& part : parts_) keep_impulses(part);  // checks the contacts that the solver leaves
+        for (auto& part : parts_) detail::keep_impulses(part, settings_.walls.size(), steps_ + 1);
         detail::share_velocities(parts_, comm_);
         watch.lap(seconds_.advance);
         const bool done = complete(report.attempts);
