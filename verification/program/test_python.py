@@ -445,6 +445,12 @@ class Errors(unittest.TestCase):
             (dict(walls=[nscdd.Wall(side="x-")]), "wall 'wall 0': side 'x-' needs a 3D packing"),
             (dict(walls=[nscdd.Wall((0, 0, 1), (0, 0, 0), force=1, pressure=1)]), "a force or a pressure pushes it"),
             (dict(walls=["floor"]), "each must be an nscdd.Wall"),
+            (dict(walls=nscdd.Wall(side="z-")), "walls must be a list of nscdd.Wall, found a Wall"),
+            (dict(obstacles="x"), "obstacles must be a list of nscdd.Obstacle, found a str"),
+            (dict(obstacles=[{"points": 1}]), "obstacles has a dict, each must be an nscdd.Obstacle"),
+            (dict(obstacles=[nscdd.Obstacle(cylinder=3)]), "obstacle 'obstacle 0': cylinder must be a dictionary with centre and radius, found a int"),
+            (dict(obstacles=[nscdd.Obstacle(stl=3)]), "obstacle 'obstacle 0': stl must be the name of a file, found a int"),
+            *((dict(threads=bad), "threads must be a whole number, such as 2, found ") for bad in ("auto", 1.5, np.nan, True, 10**20)),
             (dict(tables={"obstakle": [{}]}), "unknown key 'obstakle'"),
         ):
             given = {"positions": PAIR, "radii": 0.5, "walls": [FLOOR], **GLASS} | change

@@ -77,6 +77,23 @@ TEMPLATE_TEST_CASE("a long row that runs into a heavy grain stays a row", "[pass
     }
 }
 
+// No grain but the first moves before the step, so no pair is a contact by its own speed: each closes when the one
+// before it has. All are contacts in the end without an attempt for each.
+TEMPLATE_TEST_CASE("a blow goes on through a row of gaps in one step", "[passing]", SmoothDisks, FrictionSpheres) {
+    using M = TestType;
+    constexpr int row = 60;
+    constexpr double gap = 0.005, way = 0.5;  // diameters, and diameters a step
+    std::vector<Grain<M>> start{make_grain<M>(0, 0.5, 1e9, at<M>(0, 0))};
+    start[0].velocity[0] = 1;
+    for (int k = 1; k <= row; ++k) start.push_back(make_grain<M>(k, 0.5, 1, at<M>(k * (1 + gap), 0)));
+    for (const Solver& solver : {one_and_several[0], one_and_several[2]}) {
+        INFO(solver.name());
+        Run<M> run(solver, in_space<M>(way), start);
+        CHECK(run.step().attempts <= 8);
+        for (const Grain<M>& g : run.grains()) CHECK(std::abs(g.velocity[0] - (1 - g.id * gap / way)) < 2e-3);
+    }
+}
+
 TEMPLATE_TEST_CASE("a grain that is hit is hit, along a normal no farther off than the way of the step", "[passing]",
                    SmoothDisks, SmoothSpheres) {
     using M = TestType;

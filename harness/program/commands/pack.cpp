@@ -111,7 +111,8 @@ int pack(const PackArguments& arguments, const Provenance& provenance) {
         attributes["radii"] =
             confirm_radii(*spec.radii, packing.radius, 1 - measures.shrink, spec.dimension, arguments.specification);
     write_packing(arguments.output, packing, attributes);
-    say("{}: {} grains by {}\n", arguments.output, packing.size(), by);
+    say("{}: {} grains by {}, in a box of {:.4g} m\n", arguments.output, packing.size(), by,
+        fmt::join(packing.box, " x "));
     say("solid fraction {:.4f}, {:.4f} in the core of {} grains; coordination there {:.3f} without rattlers ({:.1f} % "
         "of all); largest overlap {:.1e} d, taken away by radii shrunk by {:.1e}\n",
         measures.solid_fraction, measures.core_fraction, measures.core_grains, measures.core_coordination,

@@ -10,7 +10,8 @@ int read_threads(const std::string& text) {
     int threads = 0;
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), threads);
     if (fault != std::errc() || end != text.data() + text.size() || threads < 1 || threads > largest_subdomains)
-        throw InputError(fmt::format("--threads {}: expected auto or a whole number, such as 2", text));
+        throw InputError(
+            fmt::format("--threads {}: expected auto or a whole number from 1 to {}", text, largest_subdomains));
     return threads;
 }
 

@@ -66,6 +66,7 @@ Json costs_json(const RunResult& result) {
 Json steps_json(const RunResult& result) {
     Json json;
     json["iterations"] = list(result, [](const StepReport& s) { return s.solve.iterations; });
+    json["solves"] = list(result, [](const StepReport& s) { return s.attempts; });
     json["residual"] = list(result, [](const StepReport& s) { return s.solve.residual; });
     for (const BoundOption& bound : bound_options)
         json[bound.figure_name] = list(result, [&](const StepReport& s) { return result.figure(bound, s.solve); });

@@ -363,7 +363,10 @@ def read_csv(path: Path) -> State:
         reader = csv.reader(file)
         for row in reader:
             if row and row[0].lstrip().startswith("#"):
-                above[row[0].lstrip("# ").strip()] = (reader.line_num, row[1:])
+                key, values = row[0].lstrip("# ").strip(), row[1:]
+                if key in ABOVE and key in above:
+                    raise ValueError(f"{name}, line {reader.line_num}: '# {key}' is there twice, first in line {above[key][0]}")
+                above[key] = (reader.line_num, values)
             elif row:
                 lines.append(reader.line_num)
                 rows.append(row)
@@ -404,10 +407,17 @@ def read_csv(path: Path) -> State:
         return numbers if shape is None else numbers.reshape(shape)
 
     positions, radii, turning = table(axes), column("radius", least=0), table(spins)
-    materials = above["materials"][1] if "materials" in above else []
+    materials = [label.strip() for label in above["materials"][1]] if "materials" in above else []
+    if "materials" in above and (len(set(materials)) < len(materials) or not all(materials)):
+        raise ValueError(f"{name}, line {above['materials'][0]}: materials must be different names, found {above['materials'][1]}")
+    for key, needed in (("periodic", "box"), ("tilt", "box")):
+        if key in above and needed not in above:
+            raise ValueError(f"{name}, line {above[key][0]}: '# {key}' needs a line '# {needed}'")
     material = None
     if "material" in header:
         texts = [row[header.index("material")].strip() for row in rows]
+        if "" in texts:
+            raise ValueError(f"{name}, line {lines[1:][texts.index('')]}: column 'material' is empty")
         if not materials and all(text.lstrip("-").isdigit() for text in texts):
             material = column("material", int)
         else:
@@ -529,6 +539,8 @@ def _get(name: str, file: h5py.File, dataset: str, *shape: Optional[int]) -> np.
     if len(found.shape) != len(wanted) or any(want is not None and want != has for want, has in zip(wanted, found.shape)):
         told = ", ".join("n" if want is None else str(want) for want in wanted)
         raise ValueError(f"{name}: dataset '{dataset}' must have shape ({told}), found {found.shape}")
+    if found.dtype.kind == "c":
+        raise ValueError(f"{name}: dataset '{dataset}' must be real numbers, found complex ones")
     with _reading(f"{name}: dataset '{dataset}'"):
         return found[()]
 
@@ -539,7 +551,7 @@ def _number(place: str, text: str, kind: Callable, least: float = -np.inf) -> An
     except ValueError:
         raise ValueError(f"{place}: '{text}' is no {'whole ' if kind is int else ''}number") from None
     if not np.isfinite(value) or value <= least:
-        raise ValueError(f"{place}: must be {'finite' if least < 0 else '> 0'}, found {text}")
+        raise ValueError(f"{place}: must be {'> 0' if np.isfinite(value) else 'finite'}, found {text}")
     return value
 
 
@@ -578,7 +590,12 @@ def _aside(path: Path) -> Iterator[str]:
     name = os.fspath(path)
     part = f"{name}.{os.getpid()}.part"
     try:
-        open(part, "wb").close()  # tells what is wrong with the folder better than HDF5 does
+        if os.path.isdir(name):
+            raise IsADirectoryError(f"{name}: is a folder")
+        try:
+            open(part, "wb").close()  # tells what is wrong with the folder better than HDF5 does
+        except OSError as error:
+            raise type(error)(f"{name}: cannot be written: {error.strerror}") from None
         yield part
         os.replace(part, name)
     finally:
@@ -586,6 +603,7 @@ def _aside(path: Path) -> Iterator[str]:
             os.remove(part)
 
 
+ABOVE = ("box", "periodic", "tilt", "gradient", "materials", "densities")  # lines of a CSV file that begin with #
 READ = {".h5": _read_h5, ".vtkhdf": read_vtkhdf, ".csv": read_csv}
 WRITE = {".h5": _write_h5, ".vtkhdf": write_vtkhdf, ".csv": write_csv}
 LEFT_OUT = {".h5": ("contacts", "walls", "densities", "gradient"), ".csv": ("contacts", "walls")}

@@ -93,8 +93,16 @@ class Obstacle:
 
     def table(self, number: int, material: str) -> dict:
         """The obstacle as a table [[obstacle]] of a scene file."""
+        name = self.name if self.name is not None else f"obstacle {number}"
+        for key, value, kinds, told in (
+            ("cylinder", self.cylinder, Mapping, "a dictionary with centre and radius"),
+            ("motion", self.motion, Mapping, "a dictionary"),
+            ("stl", self.stl, (str, os.PathLike), "the name of a file"),
+        ):
+            if value is not None and not isinstance(value, kinds):
+                raise ValueError(f"obstacle '{name}': {key} must be {told}, found a {type(value).__name__}")
         own = {
-            "name": self.name if self.name is not None else f"obstacle {number}",
+            "name": name,
             "material": self.material if self.material is not None else material,
             "motion": "velocity" if self.velocity is not None else "fixed",
             "stl": os.fspath(self.stl) if self.stl is not None else None,

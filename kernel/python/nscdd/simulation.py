@@ -5,7 +5,9 @@ import atexit
 import contextlib
 import os
 import weakref
+from collections.abc import Iterable
 from collections.abc import Sequence as AbstractSequence
+from numbers import Integral
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
@@ -188,8 +190,8 @@ class Simulation:
             "law": law if law is not None else _law(others, pairs, turns or _flows(cell)),
             "material": substances,
             "pair": pair_tables(names, {**others, "restitution": restitution}, pairs),
-            "wall": [_wall(wall).table(k, names[0]) for k, wall in enumerate(walls)],
-            "obstacle": [obstacle.table(k, names[0]) for k, obstacle in enumerate(obstacles)],
+            "wall": [wall.table(k, names[0]) for k, wall in enumerate(_all("walls", Wall, walls))],
+            "obstacle": [obstacle.table(k, names[0]) for k, obstacle in enumerate(_all("obstacles", Obstacle, obstacles))],
             "cell": cell.table(dimension) if cell is not None else None,
             "stop": dict(stop) if stop is not None else None,
             "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
@@ -498,6 +500,10 @@ def _options(given: Mapping[str, Any]) -> dict:
     """What the extension is to know of how steps are solved."""
     names = ("scheme", "subdomains", "threads", "partition", "grid", "imbalance", "interface", "multiplicity", "solver", "adopt")
     options = {name: given[name] for name in names if given.get(name) is not None}
+    for name in ("subdomains", "threads"):
+        number = options.get(name, 1)
+        if isinstance(number, bool) or not isinstance(number, Integral) or not number < 2**31:
+            raise ValueError(f"{name} must be a whole number, such as 2, found {number!r}")
     options.update({name: os.fspath(given[name]) for name in ("packing", "state") if given.get(name) is not None})
     return options
 
@@ -527,10 +533,14 @@ def _grains(positions, radii, velocities, spins):
     return x, r, more
 
 
-def _wall(wall: Any) -> Wall:
-    if not isinstance(wall, Wall):
-        raise ValueError(f"Simulation: walls has a {type(wall).__name__}, each must be an nscdd.Wall")
-    return wall
+def _all(name: str, kind: type, values: Any) -> list:
+    """A list of what are all of this class."""
+    if isinstance(values, (kind, str)) or not isinstance(values, Iterable):
+        raise ValueError(f"Simulation: {name} must be a list of nscdd.{kind.__name__}, found a {type(values).__name__}")
+    for value in (found := list(values)):
+        if not isinstance(value, kind):
+            raise ValueError(f"Simulation: {name} has a {type(value).__name__}, each must be an nscdd.{kind.__name__}")
+    return found
 
 
 def _law(others: Mapping[str, Optional[float]], pairs: Optional[Pairs], turns: bool) -> str:

@@ -30,7 +30,7 @@ struct Overlap {
 };
 
 /// Gap up to which a pair without restitution is a contact [m]. What is left out is looked at again once the step is
-/// solved, so this bounds no error. It decides how many contacts stay open, and how often a step is solved again.
+/// solved (find_tunnelled()). So this decides how many contacts stay open, and how often a step is solved again.
 struct Alert {
     double h = 0;      ///< step [s]
     double fall = 0;   ///< way that two bodies come nearer in the step by gravity, at most [m]

@@ -134,6 +134,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     const Grain<M>& grain = part.grains[static_cast<std::size_t>(part.wall_pairs[begin].i)];
     const Vec v = grain.velocity.template head<M::dim>();
     std::vector<NearFacet<M>> near;
+    double reach = 0;
     for (std::size_t k = begin; k < end; ++k) {
         Candidate<M>& candidate = part.wall_pairs[k];
         const int number = candidate.j;
@@ -148,13 +149,17 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
         Vec from = v;
         if (obstacle.moves()) from -= obstacles.velocity(obstacles.name(number).obstacle, facet.next.point);
         facet.alert = alert.of(from);
-        if (facet.gap <= (std::max)(facet.alert, range) || candidate.missed) {
-            near.push_back(facet);
-        } else {
-            candidate.free_gap = facet.gap;
-            candidate.r.setZero();
-        }
+        reach = (std::max)({reach, facet.alert, range});
+        near.push_back(facet);
     }
+    // One reach for all: a nearer facet hides the edge of a farther one, also where only that one moves.
+    std::erase_if(near, [&](const NearFacet<M>& facet) {
+        Candidate<M>& candidate = part.wall_pairs[facet.candidate];
+        if (facet.gap <= reach || candidate.missed) return false;
+        candidate.free_gap = facet.gap;
+        candidate.r.setZero();
+        return true;
+    });
     std::sort(near.begin(), near.end(), [](const NearFacet<M>& a, const NearFacet<M>& b) {
         return std::tie(a.next.distance, a.number) < std::tie(b.next.distance, b.number);
     });

@@ -8,7 +8,6 @@
 #include <limits>
 #include <span>
 #include <tuple>
-#include <vector>
 
 #include "nscdd/core/materials.hpp"
 #include "nscdd/core/wall.hpp"
@@ -146,6 +145,14 @@ struct Tunnelled {
     Passage passage;      ///< of pairs with restitution, which act once they touch
 };
 
+/// The cell with the flow that the step has found: a stress may drive its sides.
+template <class M>
+Cell<M> solved_cell(const Subdomain<M>& part) {
+    Cell<M> cell = part.cell;
+    if (part.problem.flow) cell.gradient = part.problem.flow_gradient();
+    return cell;
+}
+
 /// Marks as passing the contacts whose grains would pass each other without touching, but for the contact's own
 /// impulse. Where others act too, one that takes little stays: solving again costs more than it is worth. What turns
 /// out to touch without the contact is missed then, and stays a contact. True if there is one: the step is solved
@@ -153,6 +160,7 @@ struct Tunnelled {
 template <class M>
 bool mark_passing(Subdomain<M>& part, double h) {
     bool found = false;
+    const Cell<M> cell = solved_cell(part);
     for (std::size_t k = 0; k < part.problem.contacts.size(); ++k) {
         const Contact<M>& c = part.problem.contacts[k];
         Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
@@ -163,7 +171,7 @@ bool mark_passing(Subdomain<M>& part, double h) {
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
         const typename M::Vec own = (1 / a.mass + 1 / b.mass) * impulse_vector<M>(c.r, c.normal),
                               d = part.cell.apart(a.position, b.position),
-                              w = part.cell.with_flow(
+                              w = cell.with_flow(
                                   part.problem.bodies[i].linear() - part.problem.bodies[j].linear() - own, d),
                               before = part.cell.with_flow((a.velocity - b.velocity).template head<M::dim>(), d);
         const bool alone = (w - before).norm() <= 1e-9 * w.norm();  // no other impulse acts on either
@@ -187,6 +195,7 @@ template <class M>
 Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
                          double speed, double largest_overlap) {
     Tunnelled unseen;
+    const Cell<M> cell = solved_cell(part);
     const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
     const auto check_law = [&](Candidate<M>& c, bool closes) {
@@ -201,8 +210,8 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         if (!near(c)) continue;
         const Grain<M>& a = part.grains[static_cast<std::size_t>(c.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(c.j)];
-        const typename M::Vec d = part.cell.apart(a.position, b.position),
-                              w = part.cell.with_flow(velocity(c.i) - velocity(c.j), d);
+        const typename M::Vec d = cell.apart(a.position, b.position),
+                              w = cell.with_flow(velocity(c.i) - velocity(c.j), d);
         if (materials(a.material, b.material).restitution > 0) {
             const double allowed = largest_overlap * (std::min)(a.radius, b.radius);
             note(when_nearer(d, w, a.radius + b.radius - allowed, h), allowed, w.norm(), a.id, b.id);
@@ -233,21 +242,6 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         }
     }
     return unseen;
-}
-
-/// Candidates that find_tunnelled() has found to close become contacts in the next attempt. Not those of a grain that a
-/// contact has deflected which mark_passing() takes away now: its impulse may be what closes them.
-template <class M>
-void mark_missed(Subdomain<M>& part) {
-    std::vector<bool> deflected(part.grains.size());
-    for (const int source : part.source) {
-        const Candidate<M>& c = part.pairs[static_cast<std::size_t>(source)];
-        if (!c.passes || c.missed) continue;
-        deflected[static_cast<std::size_t>(c.i)] = deflected[static_cast<std::size_t>(c.j)] = true;
-    }
-    for (Candidate<M>& c : part.pairs)
-        c.missed |= c.closes && !deflected[static_cast<std::size_t>(c.i)] && !deflected[static_cast<std::size_t>(c.j)];
-    for (Candidate<M>& c : part.wall_pairs) c.missed |= c.closes && !deflected[static_cast<std::size_t>(c.i)];
 }
 
 }}}  // namespace nscdd::NSCDD_ABI::detail

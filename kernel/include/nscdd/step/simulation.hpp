@@ -14,6 +14,7 @@
 #include "nscdd/step/broad_phase.hpp"
 #include "nscdd/step/checked_solve.hpp"
 #include "nscdd/step/energy.hpp"
+#include "nscdd/step/missed.hpp"
 #include "nscdd/step/refusals.hpp"
 #include "nscdd/step/scene_sums.hpp"
 
@@ -251,11 +252,22 @@ class Simulation {
         auto largest() { return std::tie(worst_overlap); }
     };
 
+    /// A solve of a step, which is solved again while its answer changes which pairs are contacts.
+    struct Attempt {
+        int number = 1;
+        double speed = 0;    ///< largest of any body, before the step and in its answers [m/s]
+        bool seeks = true;   ///< contacts of grains that pass each other, see complete()
+        bool wide() const {  ///< all pairs that bodies so fast could close are contacts
+            return number > 5;
+        }
+    };
+
     /// Pairs that may close their gap in the step become contacts. A step that has not settled after some attempts
     /// takes in more: a blow goes on through a row of gaps, one an attempt.
-    detail::Alert alert(int attempt, double speed) const {
+    detail::Alert alert(const Attempt& attempt) const {
         const double h = settings_.h, small = 2e-3 * radii_.least;
-        return {h, 2 * h * h * settings_.gravity.norm(), attempt <= 5 ? small : (std::max)(2 * h * speed, small)};
+        return {h, 2 * h * h * settings_.gravity.norm(),
+                attempt.wide() ? (std::max)(2 * h * attempt.speed, small) : small};
     }
 
     /// Finds contacts and multiplicities.
@@ -308,26 +320,28 @@ class Simulation {
     /// Returns false if the velocities found could close a pair that was not among the contacts, or if grains of a
     /// contact pass each other. The step is then solved again with that pair, or without. The broad phase is renewed
     /// first if grains move farther than its skin allows.
-    bool complete(int attempt) {
-        if (attempt > 50)
+    bool complete(Attempt& attempt) {
+        if (attempt.number > 50)
             throw std::runtime_error("step " + std::to_string(steps_ + 1) +
                                      ": detection does not settle, take a smaller step");
         const detail::Motion after = motion(Velocities::solved, settings_.h);
+        attempt.speed = (std::max)(attempt.speed, after.speed);
         if (2 * after.moved > broad_.spare_skin(settings_)) {
             detect_roughly(2.2 * settings_.h * after.speed);
+            attempt.seeks = true;  // candidates are new
             return false;
         }
         std::vector<detail::Passage> passages;
-        const bool early = attempt <= 1;  // of many grains some pass in each attempt, 55,000 did not settle in 50
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
-            const bool passes = early && detail::mark_passing(parts_[k], settings_.h);
+            const bool passes = attempt.seeks && detail::mark_passing(parts_[k], settings_.h);
             const detail::Tunnelled unseen = detail::find_tunnelled<M>(
                 parts_[k], settings_.walls, settings_.materials, settings_.h, after.speed, settings_.largest_overlap);
             passages.push_back(unseen.passage);
             return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
-        if (any.closes > 0)
-            for (auto& part : parts_) detail::mark_missed(part);
+        if (any.closes > 0) detail::mark_missed(parts_, comm_, any.passes > 0);
+        // Not each time, as of many grains some pass in each attempt: 55,000 did not settle in 50.
+        attempt.seeks = !attempt.wide() && Attempt{attempt.number + 1}.wide();
         if (any.passes > 0 || any.closes > 0) return false;
         if (any.passages > 0) refuse_passages(passages, Velocities::solved);
         return true;
@@ -450,8 +464,9 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     const detail::Motion before = motion(Velocities::known, settings_.h);
     if (broad_.due(settings_) || 2 * before.moved > broad_.spare_skin(settings_)) detect_roughly(0);
     int iterations = 0;
-    for (;; ++report.attempts) {
-        detect(alert(report.attempts, before.speed), report);
+    Attempt attempt{.speed = before.speed};
+    for (;; ++attempt.number) {
+        detect(alert(attempt), report);
         watch.lap(seconds_.detect);
         start_iteration(report);
         watch.lap(seconds_.advance);
@@ -461,11 +476,12 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
         for (auto& part : parts_) detail::keep_impulses(part, settings_.walls.size(), steps_ + 1);
         detail::share_velocities(parts_, comm_);
         watch.lap(seconds_.advance);
-        const bool done = complete(report.attempts);
+        const bool done = complete(attempt);
         watch.lap(seconds_.detect);
         if (done) break;
     }
     report.solve.iterations = iterations;
+    report.attempts = attempt.number;
     report.energy = detail::step_energy<M>(parts_, comm_, settings_.walls, settings_.gravity, settings_.h);
     commit();
     drift(settings_.theta * settings_.h, 0, detection, 1);
