@@ -39,9 +39,10 @@ Outcome<M> compare_bits(const Scene<M>& scene, int steps, const SolveOptions& op
 }
 
 template <template <class, class> class Scheme, class Gluing, class M>
-void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}, int ranks = 0) {
+void compare(const Scene<M>& scene, const SolveOptions& options = {.check_every = 3}, int ranks = 0,
+             double least_contacts = 60) {
     const auto theirs = compare_bits<Scheme, Gluing>(scene, 5, options, ranks);  // steps with a broad phase
-    CHECK(theirs.last().contacts > 60);
+    CHECK(theirs.last().contacts > least_contacts);
     if (std::max(ranks, Mpi().size()) > 1) CHECK(theirs.last().interface_grains > 0);
 }
 
@@ -83,10 +84,11 @@ TEMPLATE_TEST_CASE("a run over MPI is the run in process, bit for bit", "", Smoo
 
 TEMPLATE_TEST_CASE("a run over MPI in a cell that repeats is the run in process", "", SmoothDisks, Spheres) {
     auto scene = repeating_cell<TestType>();
+    for (auto& grain : scene.grains) grain.velocity += 0.5 * grain.load;  // they meet
     for (const auto& partitioner : {by_grid<TestType>(), by_bisection<TestType>(1.0), by_metis<TestType>(1.0)}) {
         scene.settings.partition = partitioner;
         scene.settings.broad_phase_every = 2;
-        compare<Dcs, ClosedForm>(scene);
+        compare<Dcs, ClosedForm>(scene, {.check_every = 3}, 0, 20);
     }
     if constexpr (TestType::friction) {
         CHECK(compare_bits<Dcs, ClosedForm>(flowing_cell<TestType>(), 20, {.check_every = 3}).last().contacts > 20);

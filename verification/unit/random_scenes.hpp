@@ -54,7 +54,7 @@ std::vector<Grain<M>> random_grains(Random& random, int count, double edge, doub
     return grains;
 }
 
-// side^dim grains of radii 0.45 to 0.5 on a shaken lattice of spacing 1.05 with random velocities: nearly touching, so
+// side^dim grains of radii 0.49 to 0.51 on a shaken lattice of spacing 1.05 with random velocities: nearly touching, so
 // that with h = 0.05 each meets most of its neighbours. In the box [0, 1.05 side]. Ids are not in spatial order.
 template <class M>
 std::vector<Grain<M>> shaken_lattice(Random& random, int side) {
@@ -63,7 +63,7 @@ std::vector<Grain<M>> shaken_lattice(Random& random, int side) {
         typename M::Vec x;
         for (int d = 0, rest = k; d < M::dim; ++d, rest /= side)
             x[d] = 1.05 * (rest % side + 0.5) + uniform(random, -0.01, 0.01);
-        grains.push_back(make_grain<M>(0, uniform(random, 0.45, 0.5), 1.0, x));
+        grains.push_back(make_grain<M>(0, uniform(random, 0.49, 0.51), 1.0, x));
         grains.back().velocity = random_vector<typename M::Velocity>(random);
     }
     std::shuffle(grains.begin(), grains.end(), random);

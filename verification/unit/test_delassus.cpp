@@ -83,7 +83,7 @@ TEMPLATE_TEST_CASE("a sweep is the plain sweep", "[delassus]", EVERY_MODEL) {
         ContactProblem<M>& fast = parts[0].problem;
         ContactProblem<M> plain = fast;
         prepare_contacts(fast);
-        REQUIRE(fast.contacts.size() > 50);
+        REQUIRE(fast.contacts.size() > 30);
         REQUIRE(fast.wall_contacts.size() > 10);
         for (int s = 0; s < 5; ++s) {
             sweep(fast);

@@ -43,11 +43,13 @@ template <class M>
 std::vector<Grain<M>> heap_on_fixed(int side) {
     Random random(3);
     std::vector<Grain<M>> grains = shaken_lattice<M>(random, side);
-    for (Grain<M>& grain : grains)
+    for (Grain<M>& grain : grains) {
+        grain.radius -= 0.03;
         if (grain.position[M::dim - 1] < 2.2) {
             grain.radius = 0.56;
             fix(grain);
         }
+    }
     return grains;
 }
 

@@ -82,8 +82,8 @@ TEMPLATE_TEST_CASE("a long row that runs into a heavy grain stays a row", "[pass
 TEMPLATE_TEST_CASE("a blow goes on through a row of gaps in one step", "[passing]", SmoothDisks, FrictionSpheres) {
     using M = TestType;
     constexpr int row = 60;
-    constexpr double gap = 0.005, way = 0.5;  // diameters, and diameters a step
-    std::vector<Grain<M>> start{make_grain<M>(0, 0.5, 1e9, at<M>(0, 0))};
+    constexpr double gap = 0.005, way = 0.5;                                        // diameters, and diameters a step
+    std::vector<Grain<M>> start{make_grain<M>(0, 0.5, 1e9, at<M>(-0.5 * way, 0))};  // detected half a step later
     start[0].velocity[0] = 1;
     for (int k = 1; k <= row; ++k) start.push_back(make_grain<M>(k, 0.5, 1, at<M>(k * (1 + gap), 0)));
     for (const Solver& solver : {one_and_several[0], one_and_several[2]}) {
