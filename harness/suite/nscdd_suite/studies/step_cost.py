@@ -34,7 +34,7 @@ class StepCost(Study):
             plan.add(scene, [whole, whole.with_suffix(".h5")], [command], needs=[start], cost=1 if plan.quick else cost, alone=True)
             for count in (FEW, MANY):
                 out = self.file(plan, scene, count)
-                fixed = ["--tolerance", 0, "--check-every", count, "--max-iterations", count, "--steps", STEPS, "--from", whole.with_suffix(".h5")]
+                fixed = ["--tolerance", 1e-30, "--check-every", count, "--max-iterations", count, "--steps", STEPS, "--from", whole.with_suffix(".h5")]
                 plan.add(f"{scene} {count}", [out], [[*how, *fixed, "--json", out]], needs=[start, whole.with_suffix(".h5")], cost=cost / 10, alone=True)
 
     def file(self, plan, scene, what):
