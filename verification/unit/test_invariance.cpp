@@ -71,7 +71,11 @@ template <class M>
 Setting<M> random_setting(Random& random, bool driven) {
     const int side = M::dim == 2 ? 6 : 4;
     Setting<M> setting{lattice_settings<M>(side, driven), shaken_lattice<M>(random, side)};
-    for (Grain<M>& grain : setting.grains) grain.radius -= 0.04;  // jammed ones take long
+    for (Grain<M>& grain : setting.grains) {  // of radii 0.45 to 0.5, as jammed ones take long
+        const auto velocity = grain.velocity;
+        grain = make_grain<M>(grain.id, 0.45 + 2.5 * (grain.radius - 0.49), 1.0, grain.position);
+        grain.velocity = velocity;
+    }
     setting.settings.materials = Materials(2);
     setting.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0});
     setting.settings.materials.set(0, 1, {M::friction ? 0.2 : 0.0, 0});
