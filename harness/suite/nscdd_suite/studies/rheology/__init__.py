@@ -1,7 +1,7 @@
 """How grains flow: stress ratio and solid fraction against the inertial number, in a cell that is sheared under a stress.
 
 Disks and spheres start from packings that repeat (cases/packings/rheology-*.toml), and are sheared at rates that span three decades, each to a
-strain of SHEARED; means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
+strain of SHEARED, or of SLOWLY below an inertial number of SLOW; means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
 One rate is also run by NSCDD (DCS) on 8 subdomains. LAMMPS, where there is one, shears the grains on from the end of some runs. Nothing is timed.
 """
 import csv
@@ -21,8 +21,9 @@ from ..physics.granular import lade_duncan
 from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
-SHEARED, A_STEP, BLOCKS = 4.0, 1e-3, 8  # strain in all, strain a step, blocks of the second half
-SCENES = {"disks": (2, "yy", "xy", 15), "spheres": (3, "zz", "xz", 40)}  # dimension, normal and shear stress, seconds a run
+SHEARED, SLOWLY, SLOW, BLOCKS = 4.0, 2.0, 1e-3, 8  # strains in all, least inertial number of the first, blocks of the second half
+A_STEP, LONGEST = 1e-3, 0.3  # largest strain of a step, and its longest time: longer ones need iterations by the square
+SCENES = {"disks": (2, "yy", "xy", 40), "spheres": (3, "zz", "xz", 110)}  # dimension, normal and shear stress, seconds a run
 DECOMPOSED, QUICK_GRAINS, QUICK_STEPS = 1e-2, 120, 60  # rate that DCS runs too; what a quick job has
 BY_LAMMPS, SHEARED_ON = (3e-3, 1e-2, 3e-2, 0.1, 0.2), 2.0  # rates that LAMMPS runs too, and their strain
 
@@ -55,15 +56,16 @@ class Rheology(Study):
             text = Path(ROOT, f"cases/rheology/{scene}.toml").read_text()
             strain = rate(scene, inertial)
             text = text.replace("0.01]" if dimension == 2 else "0.01],", f"{strain!r}]" if dimension == 2 else f"{strain!r}],", 1)
-            text = text.replace("h = 0.1", f"h = {A_STEP / strain!r}")
+            h = min(A_STEP / strain, LONGEST)
+            text = text.replace("h = 0.1", f"h = {h!r}")
             file = Path(f"{stem}.toml")
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text)
             how = ["--scheme", "dcs", "-n", 8] if solver == "dcs" else ["--scheme", "nlgs"]
-            steps = QUICK_STEPS if plan.quick else round(SHEARED / A_STEP)
+            steps = QUICK_STEPS if plan.quick else round((SLOWLY if inertial < SLOW else SHEARED) / (strain * h))
             made = {"--json": f"{stem}.json", "--series": f"{stem}.csv", "--state": f"{stem}.h5"}
             command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", *itertools.chain(*made.items())]
-            plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost * max(1, 0.003 / inertial) ** 2)  # slow flow is hard
+            plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost * steps * A_STEP / SHEARED)
         if not shutil.which("lmp"):
             plan.leave_out("LAMMPS: lmp is not installed")
             return
