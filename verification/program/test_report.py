@@ -135,7 +135,10 @@ class Page(Case):
 
         self.assertNotRegex(page, r"<link|<script|https?://(?!doi.org)")
         names = {path.name for path in self.out.iterdir()}
-        self.assertEqual(names, {"index.html", "summary.json", *re.findall('src="([^"]*)"', page)})
+        self.assertEqual(names, {"index.html", "summary.json", "artifact.md", *re.findall('src="([^"]*)"', page)})
+        labels = re.findall(r"<figcaption><b>((?:Table|Fig\.) [\d.]*\d)", page)
+        appendix = (self.out / "artifact.md").read_text()
+        self.assertEqual(re.findall(r"^\| \[([^]]*)\]", appendix, re.M), labels)
         self.assertLessEqual({"network.svg", "spheres.png", "biaxial-reduced.svg", "histories.svg", "velocity-error.svg"}, names)
 
     def test_damaged_state_is_one_line(self):

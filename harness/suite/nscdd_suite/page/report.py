@@ -1,4 +1,4 @@
-"""The page of a folder of results: OUT/index.html, its figures beside it (SVG, pictures PNG), summary.json."""
+"""The page of a folder of results: OUT/index.html, its figures beside it (SVG, pictures PNG), summary.json, artifact.md."""
 import json
 import os
 import sys
@@ -7,6 +7,7 @@ from html import escape
 
 from ..record import aside
 from ..studies import studies
+from .artifact import artifact
 from .load import load
 from .page import captions, commits, machines, number, page
 from .tables import count
@@ -69,6 +70,7 @@ def make(folder, out):
     summary |= {"machine": machines(results.sources), "commit": commits(results.sources), "dates": [dates[0], dates[-1]], **results.summary}
     aside(out / "summary.json", (json.dumps(summary, indent=1) + "\n").encode())
     aside(out / "index.html", html.encode())
+    aside(out / "artifact.md", artifact(studies(), sections, folder, out).encode())
     for line in results.failures:
         print(f"report: {line}", file=sys.stderr)
     print(f"report: {os.path.relpath(out / 'index.html')}: " + ("FAILS" if results.failures else "passes"))

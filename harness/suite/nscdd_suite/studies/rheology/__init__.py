@@ -22,6 +22,7 @@ from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
 SHEARED, SLOWLY, SLOW, BLOCKS = 4.0, 2.0, 1e-3, 8  # strains in all, least inertial number of the first, blocks of the second half
+TOLERANCE, A_SHARE = 1e-4, 1 / 30  # in all, and at most this share of the inertial number: else slow grains sink into each other
 A_STEP, LONGEST = 1e-3, 0.3  # largest strain of a step, and its longest time: longer ones need iterations by the square
 SCENES = {"disks": (2, "yy", "xy", 40), "spheres": (3, "zz", "xz", 110)}  # dimension, normal and shear stress, seconds a run
 DECOMPOSED, QUICK_GRAINS, QUICK_STEPS = 1e-2, 120, 60  # rate that DCS runs too; what a quick job has
@@ -64,7 +65,8 @@ class Rheology(Study):
             how = ["--scheme", "dcs", "-n", 8] if solver == "dcs" else ["--scheme", "nlgs"]
             steps = QUICK_STEPS if plan.quick else round((SLOWLY if inertial < SLOW else SHEARED) / (strain * h))
             made = {"--json": f"{stem}.json", "--series": f"{stem}.csv", "--state": f"{stem}.h5"}
-            command = [NSCDD, "run", file, "--packing", packing, *how, "--steps", steps, "--quiet", *itertools.chain(*made.items())]
+            how += ["--steps", steps, "--tolerance", min(TOLERANCE, A_SHARE * inertial), "--quiet"]
+            command = [NSCDD, "run", file, "--packing", packing, *how, *itertools.chain(*made.items())]
             plan.add(stem.name, [*made.values()], [command], needs=[packing], cost=cost * steps * A_STEP / SHEARED)
         if not shutil.which("lmp"):
             plan.leave_out("LAMMPS: lmp is not installed")
@@ -123,6 +125,11 @@ def row(scene, inertial, solver, stem, quick):
         **{"scene": scene, "solver": solver, "grains": run["grains"], "steps": run["steps"], "inertial_number": inertial / math.sqrt(stress)},
         **{"normal_stress": stress, "mu": mu, "mu_error": mu_error, "mu_published": by_law},
         **{"solid_fraction": fraction, "fraction_error": fraction_error, "fraction_published": fraction_by_law},
-        **{"iterations_a_step": sum(run["iterations"]) / run["steps"], "unconverged_steps": run["unconverged_steps"], "command": run["command"]},
+        **{
+            "iterations_a_step": sum(run["iterations"]) / run["steps"],
+            "unconverged_steps": run["unconverged_steps"],
+            "max_overlap": run["final"]["max_overlap"],
+            "command": run["command"],
+        },
         **(angles(tensor) if scene == "spheres" else {}),
     }
