@@ -340,6 +340,17 @@ class Files(FclibTest):
         self.assertEqual(done.returncode, 1)
         self.assertIn("no contacts", done.stderr)
 
+    def test_auto_goes_on_by_newtons_method(self):
+        for dim in (2, 3):
+            path = self.export(dim, "--tolerance", "1e-4")
+            swept, _ = self.solve(path, "--solver", "nlgs", "--tolerance", "1e-12")
+            report, _ = self.solve(path, "--tolerance", "1e-12")
+            self.assertEqual(report["solver"], "auto")
+            self.assertLess(report["iterations"], 0.5 * swept["iterations"])
+            self.validate(report)
+            few, _ = self.solve(path, "--tolerance", "1e-12", "--max-sweeps", 50, code=3)  # a cap of sweeps is kept
+            self.assertEqual(few["iterations"], 50)
+
     @unittest.skipUnless(load_libfclib(), "libfclib is not installed (scripts/setup --siconos)")
     def test_libfclib_reads_an_export_and_finds_our_error(self):
         path = str(self.export(3, "--tolerance", "1e-6"))
@@ -370,6 +381,11 @@ class Judged(FclibTest):
     def test_measures_of_published_problems(self):
         for path in sorted(PUBLISHED.glob("*.hdf5")):
             self.agrees(path, "--max-sweeps", 50)  # far from solved: the measures are far from zero
+
+    def test_published_problems_are_solved(self):
+        for path in sorted(PUBLISHED.glob("*.hdf5")):
+            with self.subTest(file=path.name):
+                self.assertLess(self.solve(path, "--tolerance", "1e-10")[0]["measures"]["natural_map"], 1e-10)
 
     def test_measures_of_exports(self):
         for dim, mu in ((2, 0.3), (3, 0.3), (3, 0.0)):

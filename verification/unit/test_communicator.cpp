@@ -207,6 +207,13 @@ TEST_CASE("threads share the ranks", "[communicator]") {
         REQUIRE(calls == std::vector<int>(5, round));
     }
     CHECK(std::set<std::thread::id>(by.begin(), by.end()).size() == static_cast<std::size_t>(threads));
+    std::vector<std::thread::id> reducing(5);  // the tasks of a reduction too
+    const double sum = nscdd::reduce(comm, 1, [&](std::size_t k) {
+        reducing[k] = std::this_thread::get_id();
+        return Buffer{double(k)};
+    })[0];
+    CHECK(sum == 10);
+    CHECK(reducing == by);
 
     const auto throw_from_two = [](std::size_t k) {
         if (k == 1 || k == 4) throw std::runtime_error("rank " + std::to_string(k));

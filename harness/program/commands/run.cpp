@@ -92,6 +92,16 @@ std::string handed_over(const RunResult& result) {
     return said;
 }
 
+// What the grains at the end say of the steps before; empty where they hardly overlap.
+std::string overlapping(const RunResult& result) {
+    if (!(result.final.overlap > 0.03)) return {};
+    return fmt::format(
+        "grains overlap by up to {:.2g} % of a radius at the end, and a step is refused above 10 %: errors of the "
+        "steps "
+        "add up where motion is slow, so take a smaller --tolerance; where it is fast, a smaller h",
+        100 * result.final.overlap);
+}
+
 // Runs --repeat times; the run with the median CPU time of the solver, the same on all ranks, counts. Collective.
 RunResult run_and_repeat(RunRequest& request, FileSet& files) {
     const auto once = [&files](RunRequest& one) {
@@ -143,6 +153,8 @@ void say_results(const RunRequest& request, const RunResult& result) {
     if (result.stopped_by && !request.quiet)
         say("{}: stopped after step {}: {}\n", request.scene.name, result.last_step, result.stopped_by->text());
     if (const std::string said = handed_over(result); !said.empty() && !request.quiet)
+        say(stderr, "nscdd: note: {}\n", said);
+    if (const std::string said = overlapping(result); !said.empty() && !request.quiet)
         say(stderr, "nscdd: note: {}\n", said);
     if (result.unconverged_steps() > 0) say(stderr, "nscdd: {}\n", unconverged(result));
 }

@@ -9,7 +9,7 @@
 namespace nscdd {
 
 struct SolveFclibArguments {
-    std::string file, solver = "nlgs", output, json;
+    std::string file, solver = "auto", output, json;
     double tolerance = 1e-8;
     int max_sweeps = 200000, check_every = 10;
 };

@@ -34,8 +34,8 @@ Rows gather_costs(const Simulation<M>& simulation, double total, double solver_c
         row = {comm.meter().swept()[k], double(simulation.parts()[k].neighbours.size()), double(k == 0), total,
                solver_cpu};
         row.insert(row.end(), solving.begin(), solving.end());
-        for (const PhaseTime& time :
-             {seconds.detect, seconds.sweep, seconds.interface, seconds.advance})  // phase_names
+        for (const PhaseTime& time : {seconds.detect, seconds.load, seconds.sweep, seconds.test, seconds.interface,
+                                      seconds.advance})  // phase_names
             row.insert(row.end(), {time.own, time.wait, time.transfer});
     }
     const std::size_t columns = mine[0].size();

@@ -38,7 +38,7 @@ inline constexpr std::size_t communicated_columns = 2 + 3 * operation_names.size
 namespace cost_column {
 enum : std::size_t { work, neighbours, speaks, total, solver_cpu, messages, bytes };  // speaks: first of its process
 }
-inline constexpr std::array phase_names{"detect", "sweep", "interface", "advance"};
+inline constexpr std::array phase_names{"detect", "load", "sweep", "test", "interface", "advance"};
 inline constexpr std::size_t first_phase_column = cost_column::messages + communicated_columns;
 
 // A row of a window: these, the last two the first of communicated, whose others follow, then the work done by Work.

@@ -1,6 +1,9 @@
 // Ways to solve a contact problem in local form that `nscdd solve-fclib --solver` names, a line each.
 #pragma once
 
+#include <algorithm>
+#include <limits>
+
 #include "nscdd/reference/block_nlgs.hpp"
 #include "nscdd/reference/newton.hpp"
 #include "nscdd/reference/projected_gradient.hpp"
@@ -36,16 +39,50 @@ struct LocalTask {
                                    .max_iterations = options.max_iterations},
                                   descent, [this](const auto& now) { return measure(now); });
     }
+    NewtonReport newton() const
+        requires WithoutCouples<Problem>
+    {
+        return newton_solve<UmfPack>(problem, r, {.tolerance = options.tolerance},
+                                     [this](const auto& now) { return measure(now); });
+    }
+    // Sweeps, as long as each doubling of them takes off nine tenths of the error. Then Newton's method, once; where it
+    // fails, sweeps go on from the better of both answers. Its steps are counted with the sweeps.
+    SolveReport sweep_or_newton() const {
+        constexpr int first = 100;
+        SolveReport report;
+        bool asked = false;
+        double last = std::numeric_limits<double>::infinity();
+        for (BlockOptions some = options;; last = report.residual) {
+            some.max_iterations =
+                std::min(std::max(first, report.iterations), options.max_iterations - report.iterations);
+            const int before = report.iterations;
+            report = block_nlgs(problem, r, some);
+            report.iterations += before;
+            if (report.converged || report.iterations >= options.max_iterations) return report;
+            if constexpr (WithoutCouples<Problem>) {
+                if (asked || report.residual < 0.1 * last) continue;
+                asked = true;
+                const auto swept = r;
+                const NewtonReport by_newton = newton();
+                report.iterations += by_newton.iterations;
+                if (by_newton.residual < report.residual)
+                    report.residual = by_newton.residual, report.converged = by_newton.converged;
+                else
+                    r = swept;
+                if (report.converged) return report;
+            }
+        }
+    }
 };
 
 inline constexpr std::tuple local_solvers{
+    Offered{
+        LocalSolverInfo{"auto", "sweeps of nlgs, then newton where they get nowhere", "sweeps and Newton steps", true},
+        []<class P>(const LocalTask<P>& task) { return task.sweep_or_newton(); }},
     Offered{LocalSolverInfo{"nlgs", "Gauss-Seidel in the file's order, from zero", "sweeps", true},
             []<class P>(const LocalTask<P>& task) { return block_nlgs(task.problem, task.r, task.options); }},
     Offered{LocalSolverInfo{"newton", "slow and accurate", "Newton steps", false},
-            []<WithoutCouples P>(const LocalTask<P>& task) -> SolveReport {
-                return newton_solve<UmfPack>(task.problem, task.r, {.tolerance = task.options.tolerance},
-                                             [&task](const auto& now) { return task.measure(now); });
-            }},
+            []<WithoutCouples P>(const LocalTask<P>& task) -> SolveReport { return task.newton(); }},
     Offered{LocalSolverInfo{"spg", "spectral projected gradient", "iterations", true},
             []<WithoutCouples P>(const LocalTask<P>& task) { return task.descend(Descent::spectral); }},
     Offered{LocalSolverInfo{"apgd", "accelerated projected gradient", "iterations", true},

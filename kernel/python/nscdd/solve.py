@@ -53,7 +53,7 @@ def solve(
     H: Any = None,
     f: Any = None,
     w: Any = None,
-    solver: str = "nlgs",
+    solver: str = "auto",
     tolerance: float = 1e-8,
     max_iterations: int = 200000,
     check_every: int = 10,
@@ -67,7 +67,8 @@ def solve(
     M        (dof, dof) invertible, H (dof, m size), f (dof), w (m size)
     mu       (m); size is 2 or 3, the components of a contact are normal first, then tangential
     mu_r     (m) of rolling resistance; a contact has a couple about its tangents then, last, and size is 3 or 5
-    solver   "nlgs" (Gauss-Seidel), "newton", "spg", "apgd" (projected gradients), or "none": start is judged
+    solver   "auto" (Gauss-Seidel, then "newton" where it gets nowhere), "nlgs" (Gauss-Seidel), "newton", "spg", "apgd"
+             (projected gradients), or "none": start is judged
     tolerance        on the natural map
     max_iterations, check_every   sweeps or gradient steps
     start    (m size) impulses to begin with; 0 unless given

@@ -184,10 +184,10 @@ inline void combine_in_tree(Buffer& mine, const Buffer& other, std::size_t added
     for (double& number : mine) number += 0.0;
 }
 
-/// Reduces the numbers that task(k) returns for each hosted rank.
+/// Reduces the numbers that task(k) returns for each hosted rank. Tasks run at the same time, as those of each_rank().
 inline std::span<const double> reduce(Communicator& comm, std::size_t added, auto&& task) {
-    std::vector<Buffer> mine;
-    for (std::size_t k = 0; k < comm.ranks().size(); ++k) mine.push_back(task(k));
+    std::vector<Buffer> mine(comm.ranks().size());
+    comm.each_rank([&](std::size_t k) { mine[k] = task(k); });
     return comm.reduce(mine, added);
 }
 

@@ -52,7 +52,7 @@ Buffer numbers(T value) {
 }
 
 /// Combines the structs that task(k) returns for each hosted rank, over all ranks. The bits are the same on each rank.
-/// Collective.
+/// Tasks run at the same time, as those of each_rank(). Collective.
 template <Reducible T>
 T reduce(Communicator& comm, auto&& task) {
     const Turn::Hold hold(comm.turn(), "reduce");  // until the sums are read

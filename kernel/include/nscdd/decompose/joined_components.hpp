@@ -48,12 +48,12 @@ class JoinedComponents {
     /// Finds the components of problems as they are solved. Collective: one message to each neighbour, a gathering of
     /// the pairs of components that meet, and a reduction of the shapes of those that do.
     JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums)
-        : joined_(parts.size()) {
-        for (std::size_t k = 0; k < parts.size(); ++k) {
-            shapes_.push_back(sums[k].shapes(parts[k].problem));
+        : shapes_(parts.size()), joined_(parts.size()), estimates_(parts.size()) {
+        comm.each_rank([&](std::size_t k) {
+            shapes_[k] = sums[k].shapes(parts[k].problem);
             joined_[k].assign(shapes_[k].size(), -1);
-            estimates_.emplace_back(shapes_[k].size());
-        }
+            estimates_[k].resize(shapes_[k].size());
+        });
         if (comm.size() == 1) return;
         number_joined(parts, all_meetings(parts, comm, sums));
         if (count_ > 0) reduce_shapes(comm);
@@ -116,14 +116,15 @@ class JoinedComponents {
         const auto label = [&](std::size_t k, int grain) {
             return sums[k].labels(parts[k].problem).of_body(static_cast<std::size_t>(grain));
         };
-        for (std::size_t k = 0; k < parts.size(); ++k)
+        comm.each_rank([&](std::size_t k) {
             for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l)
                 std::transform(parts[k].linked[l].begin(), parts[k].linked[l].end(), channel->send(k, l).begin(),
                                [&](int grain) { return double(label(k, grain)); });
+        });
         channel->start();
         channel->finish();
         std::vector<Buffer> mine(parts.size());
-        for (std::size_t k = 0; k < parts.size(); ++k) {
+        comm.each_rank([&](std::size_t k) {
             std::vector<std::pair<double, double>> pairs;
             for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
                 if (parts[k].neighbours[l] < parts[k].rank) continue;  // which names the pair
@@ -140,7 +141,7 @@ class JoinedComponents {
             std::sort(pairs.begin(), pairs.end());
             pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
             for (const auto& [a, b] : pairs) append({a, b}, mine[k]);
-        }
+        });
         const double most =
             nscdd::reduce(comm, 0, [&mine](std::size_t k) { return Buffer{double(mine[k].size())}; })[0];
         for (Buffer& pairs : mine) pairs.resize(static_cast<std::size_t>(most), -1.0);

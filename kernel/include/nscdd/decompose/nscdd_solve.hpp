@@ -39,6 +39,7 @@ class SweptTogether {
             parts_[k].sweeper.store(parts_[k].problem);
             distance_[k].begin(parts_[k].problem, parts_[k].sweeper.free_velocities(parts_[k].problem));
         });
+        watch_.lap(seconds_.load);
     }
 
     void keep() {
@@ -71,7 +72,7 @@ class SweptTogether {
     ResidualParts residual() {
         const ResidualParts all =
             nscdd::reduce<ResidualParts>(comm_, [this](std::size_t k) { return sweepers_[k].residual(); });
-        watch_.lap(seconds_.sweep);
+        watch_.lap(seconds_.test);
         return all;
     }
 
@@ -79,7 +80,7 @@ class SweptTogether {
     detail::DistanceEstimate distance(const ResidualParts& residual) {
         add_up();
         const detail::DistanceEstimate all = joined_->estimate(comm_, distance_, residual);
-        watch_.lap(seconds_.sweep);
+        watch_.lap(seconds_.test);
         return all;
     }
     void mark() {
@@ -87,12 +88,14 @@ class SweptTogether {
             parts_[k].sweeper.store(parts_[k].problem);
             distance_[k].mark(parts_[k].problem);
         });
+        watch_.lap(seconds_.test);
     }
 
     HandedOver hand_over(const ResidualParts& residual) {
         if (!hand_over_) return {};
         add_up();
         const HandedOver solved = hand_over_(parts_, comm_, distance_, *joined_, residual, options_);
+        watch_.lap(seconds_.test);
         if (solved.contacts > 0) {
             comm_.each_rank([this](std::size_t k) { distance_[k].set_velocities(parts_[k].problem); });
             load();
@@ -102,7 +105,7 @@ class SweptTogether {
 
     void restore_velocities() {
         comm_.each_rank([this](std::size_t k) { parts_[k].sweeper.restore_velocities(parts_[k].problem); });
-        watch_.lap(seconds_.sweep);
+        watch_.lap(seconds_.test);
         glue();
     }
 
@@ -110,6 +113,7 @@ class SweptTogether {
 
     void store() {
         comm_.each_rank([this](std::size_t k) { parts_[k].sweeper.store(parts_[k].problem); });
+        watch_.lap(seconds_.load);
     }
 
   private:
@@ -172,7 +176,7 @@ class SweptTogether {
             Subdomain<M>& part = parts_[k];
             part.sweeper.load(part.problem, options_.relaxation, front(part));
         });
-        watch_.lap(seconds_.sweep);
+        watch_.lap(seconds_.load);
         scheme_.setup(parts_, comm_);
         // The warm start was applied to each copy with its split mass, so copies of a grain differ until they are
         // glued.

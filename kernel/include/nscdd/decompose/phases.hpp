@@ -16,7 +16,9 @@ struct PhaseTime {
 /// Time of one process by phases, added up over the steps.
 struct PhaseSeconds {
     PhaseTime detect;     ///< contact detection, new decomposition of the domain, multiplicities
-    PhaseTime sweep;      ///< of the iteration, sweeps and the test of convergence
+    PhaseTime load;       ///< contacts into the layout of the sweep, and answers back
+    PhaseTime sweep;      ///< of the iteration, sweeps
+    PhaseTime test;       ///< of the iteration, tests of convergence, and other methods that they call
     PhaseTime interface;  ///< the rest of the iteration
     PhaseTime advance;    ///< initial velocities and impulses, motion of the grains
 };

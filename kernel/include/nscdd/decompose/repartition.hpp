@@ -113,7 +113,7 @@ std::vector<std::vector<Holding>> agree_on_replicas(const std::vector<Subdomain<
     constexpr int nobody = (std::numeric_limits<int>::max)();  // sorts behind all ranks
     std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
     std::vector<Outbox> to_home(parts.size()), answers(parts.size());
-    for (std::size_t k = 0; k < parts.size(); ++k)
+    comm.each_rank([&](std::size_t k) {
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (uses[k][g] == Use::here_only) continue;
             const Grain<M>& grain = parts[k].grains[g];
@@ -121,9 +121,10 @@ std::vector<std::vector<Holding>> agree_on_replicas(const std::vector<Subdomain<
             if (home == parts[k].rank) listed[k].push_back({grain.id, nobody});
             if (uses[k][g] == Use::here) put({grain.id, parts[k].rank}, to_home[k][home]);
         }
+    });
     const std::vector<Buffer> at_home = comm.route(to_home);
 
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    comm.each_rank([&](std::size_t k) {
         std::vector<Holding>& list = listed[k];
         read(at_home[k], list);
         for (auto first = list.begin(); first != list.end();) {
@@ -135,9 +136,9 @@ std::vector<std::vector<Holding>> agree_on_replicas(const std::vector<Subdomain<
                 for (auto h = first; h != last; ++h) put(*h, answers[k][to->rank]);
             first = next;
         }
-    }
+    });
     const std::vector<Buffer> told = comm.route(answers);
-    for (std::size_t k = 0; k < parts.size(); ++k) read(told[k], holdings[k]);
+    comm.each_rank([&](std::size_t k) { read(told[k], holdings[k]); });
     return holdings;
 }
 
@@ -206,9 +207,9 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     using Serialise = Serialise<M>;
     std::vector<Outbox> grains(parts.size()), impulses(parts.size());
     std::vector<std::string> faults(parts.size());
-    std::vector<int> visited;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    comm.each_rank([&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
+        std::vector<int> visited;
         for (std::size_t g = 0; g < part.grains.size() && faults[k].empty(); ++g) {
             if (!part.primary(g)) continue;
             const Grain<M>& grain = part.grains[g];
@@ -218,14 +219,14 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
             if (faults[k].empty())
                 for (const int rank : visited) Serialise::put(grain, grains[k][rank]);
         }
-        if (!faults[k].empty()) continue;  // told below, when all ranks have come there
+        if (!faults[k].empty()) return;  // told below, when all ranks have come there
         visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
                 p.j < 0 ? xi : part.cell.middle(xi, part.grains[static_cast<std::size_t>(c.j)].position);
             Serialise::put(p, impulses[k][partition.owner(midpoint)]);
         });
-    }
+    });
     const auto route = [&](const auto& out) { return anywhere ? route_by_square(comm, out) : comm.route(out); };
     const std::vector<Buffer> received = route(grains), carried = route(impulses);
 
@@ -291,7 +292,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
     }
 
     const auto holdings = agree_on_replicas(parts, uses, comm, partition);
-    for (std::size_t k = 0; k < parts.size(); ++k) {
+    comm.each_rank([&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         keep_shared(part, uses[k], holdings[k]);
         part.broad_phase_position.clear();
@@ -300,7 +301,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
         for (std::size_t p = 0; p < carried[k].size(); p += Serialise::impulse_size)
             own.push_back(Serialise::impulse(carried[k].data() + p));
         set_impulses<M>(part, own);
-    }
+    });
 }
 
 }}}  // namespace nscdd::NSCDD_ABI::detail

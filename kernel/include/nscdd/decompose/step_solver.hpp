@@ -38,13 +38,14 @@ concept StepSolver = std::copy_constructible<S> &&
 template <class M>
 using AnyStepSolver = std::function<SolveReport(std::span<Subdomain<M>>, Communicator&, PhaseSeconds&)>;
 
-/// Makes a StepSolver of a solver of one problem, for scenes on one rank. solve(part, meter) returns a SolveReport.
+/// Makes a StepSolver of a solver of one problem, for scenes on one rank. solve(part, meter, watch, seconds) returns a
+/// SolveReport. Time that it does not lap is that of sweeps.
 template <class M>
 AnyStepSolver<M> on_one_rank(const char* name, auto solve) {
     return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         if (comm.size() != 1) throw std::logic_error(std::string(name) + " runs on one rank");
         Stopwatch watch(comm);
-        const SolveReport report = solve(parts[0], comm.meter());
+        const SolveReport report = solve(parts[0], comm.meter(), watch, seconds);
         watch.lap(seconds.sweep);
         return report;
     };
@@ -53,7 +54,7 @@ AnyStepSolver<M> on_one_rank(const char* name, auto solve) {
 /// Makes a StepSolver of a solver whose iterations are counted as sweeps. solve(problem) returns a SolveReport.
 template <class M>
 AnyStepSolver<M> counted_as_sweeps(const char* name, auto solve) {
-    return on_one_rank<M>(name, [=](Subdomain<M>& part, Meter& meter) -> SolveReport {
+    return on_one_rank<M>(name, [=](Subdomain<M>& part, Meter& meter, const auto&...) -> SolveReport {
         const SolveReport report = solve(part.problem);
         meter.charge(0, Work::sweep, double(report.iterations) * double(part.problem.contact_count()), 0);
         return report;

@@ -13,10 +13,10 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 template <class M>
 StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
                        const typename M::Vec& gravity, double h) {
-    ContactProblem<M> mean;
     StepEnergy total = reduce<StepEnergy>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
         StepEnergy e;
+        ContactProblem<M> mean;
         const bool flows = part.cell.flows();
         mean.flow = part.problem.flow;
         mean.bodies = part.problem.bodies;

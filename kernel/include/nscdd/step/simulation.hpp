@@ -148,12 +148,13 @@ class Simulation {
         Cell<M>& cell = settings_.cell;
         const bool flows = cell.flows();
         const Gradient<M> flow = cell.gradient_after(since);
-        for (auto& part : parts_)
-            for (auto& g : part.grains) {
+        comm_.each_rank([&](std::size_t k) {
+            for (auto& g : parts_[k].grains) {
                 typename M::Vec v = g.velocity.template head<M::dim>();
                 if (flows) v += flow_over<M>(flow, g.position - cell.low - since * v);
                 g.position += dt * v;
             }
+        });
         for (auto& wall : settings_.walls)
             wall.offset +=
                 wall.path ? wall.normal.dot(wall.path(time(end)) - wall.path(time(begin))) : dt * wall.normal_speed();
@@ -300,10 +301,10 @@ class Simulation {
         const double time = (1 - settings_.theta) * settings_.h;
         const detail::Motion start = motion(Velocities::known, time);
         if (2 * start.moved > broad_.spare_skin(settings_)) detect_roughly(2.2 * time * start.speed);
-        std::vector<detail::Passage> passages;
+        std::vector<detail::Passage> passages(parts_.size());
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
-            passages.push_back(detail::find_early_passage<M>(parts_[k], settings_.walls, settings_.materials,
-                                                             settings_.h, settings_.theta, settings_.largest_overlap));
+            passages[k] = detail::find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
+                                                        settings_.theta, settings_.largest_overlap);
             return Unsettled{.passages = double(passages[k].found())};
         });
         if (any.passages > 0) refuse_passages(passages, Velocities::known);
@@ -331,12 +332,12 @@ class Simulation {
             attempt.seeks = true;  // candidates are new
             return false;
         }
-        std::vector<detail::Passage> passages;
+        std::vector<detail::Passage> passages(parts_.size());
         const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
             const bool passes = attempt.seeks && detail::mark_passing(parts_[k], settings_.h);
             const detail::Tunnelled unseen = detail::find_tunnelled<M>(
                 parts_[k], settings_.walls, settings_.materials, settings_.h, after.speed, settings_.largest_overlap);
-            passages.push_back(unseen.passage);
+            passages[k] = unseen.passage;
             return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
         });
         if (any.closes > 0) detail::mark_missed(parts_, comm_, any.passes > 0);
@@ -370,8 +371,9 @@ class Simulation {
 
     /// Writes velocities of the step into grains and walls.
     void commit() {
-        momentum_changes_.clear();
-        for (auto& part : parts_) {
+        momentum_changes_.assign(parts_.size(), 0.0);
+        comm_.each_rank([this](std::size_t k) {
+            Subdomain<M>& part = parts_[k];
             double largest = 0;
             for (std::size_t g = 0; g < part.grains.size(); ++g) {
                 const typename M::Velocity& v = part.problem.bodies[g].v;
@@ -380,10 +382,10 @@ class Simulation {
                     largest = (std::max)(largest, part.grains[g].mass * change.template head<M::dim>().norm());
                 part.grains[g].velocity = v;
             }
-            momentum_changes_.push_back(largest);
+            momentum_changes_[k] = largest;
             for (auto& c : part.pairs) c.missed = c.passes = false;
             for (auto& c : part.wall_pairs) c.missed = false;
-        }
+        });
         for (std::size_t w = 0; w < settings_.walls.size(); ++w)
             settings_.walls[w].speed = parts_[0].problem.walls[w].speed;
         if (!settings_.cell.any_driven()) return;
@@ -473,7 +475,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
         if (report.contacts > 0) report.solve = detail::solve_checked<M>(solve, parts_, comm_, seconds_, steps_ + 1);
         iterations += report.solve.iterations;
         watch.skip();
-        for (auto& part : parts_) detail::keep_impulses(part, settings_.walls.size(), steps_ + 1);
+        comm_.each_rank([&](std::size_t k) { detail::keep_impulses(parts_[k], settings_.walls.size(), steps_ + 1); });
         detail::share_velocities(parts_, comm_);
         watch.lap(seconds_.advance);
         const bool done = complete(attempt);

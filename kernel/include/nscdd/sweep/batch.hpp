@@ -136,14 +136,21 @@ struct Batch : BatchLayout<M> {
 
     /// r' of solve_contact() for this W.
     EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const Coefficients& k, Packet* next) const {
-        if constexpr (framed) {
+        if constexpr (M::friction) {
             const Packet both = Packet(1) / (wn * wt);  // one division for two reciprocals
-            next[0] = Law::normal(r[0] - (v[0] + bias) * (wt * both), k);
+            solve_by_inverse(wt * both, wn * both, k, next);
+        } else {
+            (void)wt;
+            next[0] = Law::normal(r[0] - (v[0] + bias) / wn, k);
+        }
+    }
+    /// The same by 1/W.
+    EIGEN_ALWAYS_INLINE void solve_by_inverse(Packet inv_wn, Packet inv_wt, const Coefficients& k, Packet* next) const {
+        if constexpr (framed) {
+            next[0] = Law::normal(r[0] - (v[0] + bias) * inv_wn, k);
             const Packet most = Law::limit(next[0], k);
-            next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * (wn * both)));
-        } else if constexpr (M::friction) {
-            const Packet both = Packet(1) / (wn * wt);
-            const Packet inv_wn = wt * both, inv_wt = wn * both;
+            next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * inv_wt));
+        } else {
             const Packet vn = dot(v, n), rn = dot(r, n);
             const Packet normal = Law::normal(rn - (vn + bias) * inv_wn, k);
             const Packet along = rn - inv_wt * vn;
@@ -152,9 +159,6 @@ struct Batch : BatchLayout<M> {
             const Packet square = larger(dot(trial, trial), Packet(1e-300));
             const Packet scale = smaller(Packet(1), Law::limit(normal, k) * inverse_root(square));
             for (int d = 0; d < dim; ++d) next[d] = madd(scale, trial[d], normal * n[d]);
-        } else {
-            (void)wt;
-            next[0] = Law::normal(r[0] - (v[0] + bias) / wn, k);
         }
     }
 
@@ -173,9 +177,16 @@ struct Batch : BatchLayout<M> {
         return block;
     }
 
-    /// The couple of solve_contact(), behind the impulse that solve() has left in `next`.
-    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, const Coefficients& k, Packet* next) const {
-        const Packet inverse = Packet(1) / block.spin;
+    /// As solve(), and the couple behind the impulse.
+    EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const SpinBlock& block, const Coefficients& k,
+                                   Packet* next) const {
+        const Packet both = wn * wt, all = Packet(1) / (both * block.spin), of_both = all * block.spin;
+        solve_by_inverse(wt * of_both, wn * of_both, k, next);
+        solve_couple(block, both * all, k, next);
+    }
+    /// The couple of solve_contact(), behind the impulse that `next` has. inverse: of W_s.
+    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, Packet inverse, const Coefficients& k,
+                                          Packet* next) const {
         if constexpr (framed) {
             const Packet spin = v[2] - block.coupling * (next[1] - r[1]);
             const Packet most = Law::rolling_limit(next[0], k);

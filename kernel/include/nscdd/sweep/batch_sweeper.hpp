@@ -249,11 +249,12 @@ class BatchSweeper {
                 batch.delassus(Packet(1), Packet(1), wn, wt);
                 wn = wn * inverse_relaxation;
                 if constexpr (M::friction) wt = wt * inverse_relaxation;
-                batch.solve(wn, wt, group.coefficients[k], next);
                 if constexpr (M::rolling) {
                     auto block = batch.spin_block(Packet(1), Packet(1));
                     block.spin = block.spin * inverse_relaxation;
-                    batch.solve_couple(block, group.coefficients[k], next);
+                    batch.solve(wn, wt, block, group.coefficients[k], next);
+                } else {
+                    batch.solve(wn, wt, group.coefficients[k], next);
                 }
                 double* impulses = group.fields(k) + Layout::impulse_at * batch_size + lane;
                 for (int d = 0; d < Layout::components; ++d) {
@@ -291,12 +292,13 @@ class BatchSweeper {
                 Packet wn, wt, next[Layout::components], dr[Layout::components];
                 if (group.shared[k]) load_shares<Other>(group, k, lane, share_i, share_j);
                 batch.delassus(share_i, share_j, wn, wt);
-                batch.solve(wn, wt, group.coefficients[k], next);
                 Packet ws(0);
                 if constexpr (M::rolling) {
                     const auto block = batch.spin_block(share_i, share_j);
-                    batch.solve_couple(block, group.coefficients[k], next);
+                    batch.solve(wn, wt, block, group.coefficients[k], next);
                     ws = block.spin;
+                } else {
+                    batch.solve(wn, wt, group.coefficients[k], next);
                 }
                 for (int d = 0; d < Layout::components; ++d) dr[d] = next[d] - batch.r[d];
                 change[p] = change[p] + batch.energy(dr, wn, wt);

@@ -11,27 +11,31 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Hands nothing over. nlgs() uses it, as it knows no other method.
+/// What is outside of a solve: nothing. nlgs() knows no other method and no clock.
 struct NothingElse {
     /// Returns the report of nothing handed over.
     HandedOver operator()(const auto&...) const { return {}; }
+    void loaded() const {}  ///< called after loading and storing
+    void swept() const {}   ///< called after sweeps
+    void tested() const {}  ///< called after a test, and after what it has called
 };
 
 namespace detail {
 
-/// hand_over(problem, sums, residual): as Iterated says.
-template <class M, class HandOver>
+/// outside(problem, sums, residual) hands over, as Iterated says; its other members are those of NothingElse.
+template <class M, class Outside>
 class SweptAlone {
   public:
-    SweptAlone(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper, HandOver hand_over,
+    SweptAlone(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper, Outside outside,
                Meter* meter)
         : problem_(problem),
           options_(options),
           sweeper_(sweeper),
           metered_(sweeper, problem, {}, meter),
-          hand_over_(std::move(hand_over)) {
+          outside_(std::move(outside)) {
         sweeper_.load(problem_, options_.relaxation);
         sums_.begin(problem_, sweeper_.free_velocities(problem_));
+        outside_.loaded();
     }
 
     void keep() { sweeper_.keep(problem_); }
@@ -42,25 +46,42 @@ class SweptAlone {
         for (int s = 1; s < options_.sweeps; ++s) metered_.sweep(nullptr, products_);
         return products_.data();
     }
-    ResidualParts residual() { return metered_.residual(); }
+    ResidualParts residual() {
+        outside_.swept();
+        const ResidualParts parts = metered_.residual();
+        outside_.tested();
+        return parts;
+    }
     detail::DistanceEstimate distance(const ResidualParts& residual) {
         metered_.count_test();
         sweeper_.store(problem_);
-        return detail::estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
+        const auto estimate = detail::estimate_distance(problem_, sums_, residual, sweeper_.kept(problem_));
+        outside_.tested();
+        return estimate;
     }
     void mark() {
         sweeper_.store(problem_);
         sums_.mark(problem_);
+        outside_.tested();
     }
-    void restore_velocities() { sweeper_.restore_velocities(problem_); }
+    void restore_velocities() {
+        sweeper_.restore_velocities(problem_);
+        outside_.tested();
+    }
     HandedOver hand_over(const ResidualParts& residual) {
         sweeper_.store(problem_);
-        const HandedOver solved = hand_over_(problem_, sums_, residual);
+        const HandedOver solved = outside_(problem_, sums_, residual);
+        outside_.tested();
         if (solved.contacts > 0) {
             sums_.set_velocities(problem_);
             sweeper_.load(problem_, options_.relaxation);
+            outside_.loaded();
         }
         return solved;
+    }
+    void store() {
+        sweeper_.store(problem_);
+        outside_.loaded();
     }
     double least_radius() const { return problem_.least_radius; }
 
@@ -69,7 +90,7 @@ class SweptAlone {
     const SolveOptions& options_;
     Sweeper<M>& sweeper_;
     MeteredSweeper<M> metered_;
-    HandOver hand_over_;
+    Outside outside_;
     detail::DistanceSums<M> sums_;
     Anderson::Products products_{};
 };
@@ -78,14 +99,14 @@ class SweptAlone {
 
 /// Does nlgs() for a problem that validate() has let pass, or that our own detection has filled. `meter` counts the
 /// work, as that of its first rank, unless it is null.
-template <class M, class HandOver = NothingElse>
+template <class M, class Outside = NothingElse>
 SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper,
-                          HandOver hand_over = {}, Meter* meter = nullptr) {
+                          Outside outside = {}, Meter* meter = nullptr) {
     check_options(options);
     if (problem.contact_count() == 0) return {};
-    detail::SweptAlone<M, HandOver> system(problem, options, sweeper, std::move(hand_over), meter);
+    detail::SweptAlone<M, Outside> system(problem, options, sweeper, std::move(outside), meter);
     const SolveReport report = iterate(system, options);
-    sweeper.store(problem);
+    system.store();
     return report;
 }
 
