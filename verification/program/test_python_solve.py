@@ -125,7 +125,7 @@ class Matrices(ProgramTest):
             (dict(W=w, q=q, mu=mu, mu_r=[-1]), "coefficient of rolling"),
             (dict(W=w, q=q, mu=mu, mu_r=mu, solver="newton"), "newton does not solve problems with rolling resistance"),
             (dict(W=w, q=q, mu=[-1]), "coefficient of friction"),
-            (dict(W=w, q=q, mu=mu, solver="magic"), "solver must be one of 'nlgs'"),
+            (dict(W=w, q=q, mu=mu, solver="magic"), "solver must be one of 'auto' 'nlgs'"),
             (dict(W=w, q=q, mu=mu, tolerance=-1), "tolerance"),
             (dict(W=self.folder / "none.hdf5"), "none.hdf5"),
         ):
