@@ -53,6 +53,13 @@ class Notes(ProgramTest):
         self.assertEqual(self.notes(SCENE.replace("gravity = [0, 0, -10]", "gravity = [0, -10, 0]")), falls)
         self.assertEqual(self.notes(SCENE.replace(WALL, "").replace("-10", "0")), [])
 
+    def test_overlaps(self):
+        for overlap, says in ((0.05, True), (0.02, False)):  # of a radius of 0.5
+            grains = "".join(f'[[grain]]\nmaterial = "glass"\nradius = 0.5\nposition = [{x}, 0, 2]\n\n' for x in (0, 1 - 0.5 * overlap))
+            scene = self.write("two.toml", SCENE[: SCENE.index("[[grain]]")] + grains + SCENE[SCENE.index("[[wall]]") :])
+            done = self.succeeds("run", scene, "--steps", 1)
+            self.assertEqual("grains overlap by up to 5 % of a radius at the end" in done.stderr, says, done.stderr)
+
     def test_subdomains(self):
         for scheme in ("dcs", "ccs"):
             self.assertEqual(self.notes(SCENE, "--scheme", scheme), [f"--scheme {scheme} without -n: one subdomain, so nothing is decomposed"])

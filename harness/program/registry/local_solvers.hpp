@@ -69,7 +69,7 @@ struct LocalTask {
                     report.residual = by_newton.residual, report.converged = by_newton.converged;
                 else
                     r = swept;
-                if (report.converged) return report;
+                if (report.converged || report.iterations >= options.max_iterations) return report;
             }
         }
     }

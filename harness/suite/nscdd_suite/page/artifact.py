@@ -14,8 +14,8 @@ from .page import blocks
 BANDS = {
     "counted": "the same digits, with fused products",
     "computed": "the same digits, from the same numbers",
-    "measured": "times are the machine's: ratios of one run, within 10 % where idle",
-    "simulated": "the same digits with the same costs; other costs are another machine",
+    "measured": "times are the machine's: compare ratios of one run",
+    "simulated": "of the machine whose costs the record names",
 }
 
 
@@ -42,7 +42,7 @@ def artifact(studies, sections, results, out):
     """Markdown. sections: as page() takes them, numbered; results: folder of the records; out: of the page."""
     lines = ["# Artifact appendix", "", "Each command runs in the root of the repository, after `scripts/setup` and the build of the README."]
     lines += ["`scripts/reproduce --full` runs nearly all. Values are in the tables and figures themselves, by the links.", ""]
-    lines += ["| table or figure | command | hours on one core | expected | band |", "|---|---|---|---|---|"]
+    lines += ["| table or figure | command | hours on one core, as stated | expected | band |", "|---|---|---|---|---|"]
     with tempfile.TemporaryDirectory() as folder:
         for name, _, parts in sections:
             study = studies[name]
