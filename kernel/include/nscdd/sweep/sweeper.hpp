@@ -43,24 +43,14 @@ class Sweeper {
   public:
     /// Takes over velocities and impulses. `relaxation` is omega, between 0 and 2. The layout fits levers and inertias
     /// of solid grains in 3D. A problem that it does not fit is swept where it is, all of it in the first pass.
-    void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {}) {
-        batched_ = batches_.load(problem, relaxation, front);
-        if (!batched_) contacts_.load(problem, relaxation);
-        window_ = 0;
-    }
+    void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {});
 
     /// Prepares sweeps with an Anderson of this window. The first call makes room for its iterates and changes, and
     /// sets its metric.
-    void accelerate(const ContactProblem<M>& problem, int window) {
-        if (window_ != 0) return;
-        window_ = window;
-        of(*this, [&](auto& sweeps) { sweeps.make_room(problem, window); });
-    }
+    void accelerate(const ContactProblem<M>& problem, int window);
 
     /// Sets V = V_free + M^-1 H r of the impulses held here. Copies have to be glued after it.
-    void restore_velocities(ContactProblem<M>& problem) {
-        of(*this, [&](auto& sweeps) { sweeps.restore_velocities(problem); });
-    }
+    void restore_velocities(ContactProblem<M>& problem);
 
     ///@{
     /// Makes one sweep over all contacts. `problem` is that of load(); the speeds of its walls are used and changed.
@@ -78,37 +68,23 @@ class Sweeper {
 
     /// Begins the passes of a sweep; to be called once before them. Without acceleration `anderson` is null, and
     /// `products` of pass() may be null.
-    void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr) {
-        of(*this, [&](auto& sweeps) { sweeps.begin(problem, anderson); });
-    }
+    void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr);
     /// Makes a part of a sweep. SweepPass::first comes before or after all others. `anderson` is as in begin(),
     /// `products` as in sweep().
     void pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson = nullptr,
-              Anderson::Products* products = nullptr, SweepPiece piece = {}) {
-        of(*this, [&](auto& sweeps) { sweeps.pass(problem, which, anderson, products, piece); });
-    }
+              Anderson::Products* products = nullptr, SweepPiece piece = {});
 
     /// Sums of residual_parts(problem), for the velocities and impulses held here.
-    ResidualParts residual(const ContactProblem<M>& problem) const {
-        return of(*this, [&](auto& sweeps) { return sweeps.residual(problem); });
-    }
+    ResidualParts residual(const ContactProblem<M>& problem) const;
     /// V_free of the problem of load().
-    FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const {
-        return of(*this, [&](auto& sweeps) { return sweeps.free_velocities(problem); });
-    }
+    FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const;
     /// Writes velocities and impulses back into the problem.
-    void store(ContactProblem<M>& problem) const {
-        of(*this, [&](auto& sweeps) { sweeps.store(problem); });
-    }
+    void store(ContactProblem<M>& problem) const;
 
     /// Keeps the iterate as it is. The cost is a fifth of a sweep.
-    void keep(const ContactProblem<M>& problem) {
-        of(*this, [&](auto& sweeps) { sweeps.keep(problem); });
-    }
+    void keep(const ContactProblem<M>& problem);
     /// The iterate that keep() has kept last, or null if it has not been called since load().
-    const detail::Iterate<M>* kept(const ContactProblem<M>& problem) {
-        return of(*this, [&](auto& sweeps) -> const detail::Iterate<M>* { return sweeps.kept(problem); });
-    }
+    const detail::Iterate<M>* kept(const ContactProblem<M>& problem);
 
     /// Velocity of a body, M::dof doubles until the next load(): linear [m/s], then spins, in one unit for all copies.
     double* row(int body) {
@@ -116,13 +92,9 @@ class Sweeper {
     }
     /// Fills these bodies' rows from their velocities in the problem of load(), before rows are glued; only where not
     /// batched().
-    void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
-        of(*this, [&](auto& sweeps) { sweeps.put_rows(problem, bodies); });
-    }
+    void put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies);
     /// Reads the velocities of these bodies from their rows, after rows are glued; only where not batched().
-    void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
-        of(*this, [&](auto& sweeps) { sweeps.read_rows(problem, bodies); });
-    }
+    void read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const;
 
     bool batched() const { return batched_; }  ///< whether the layout fits the problem of load()
     /// Number of batches with driven walls in a pass. Each waits for the speeds that the one before it leaves.
@@ -152,5 +124,72 @@ class Sweeper {
     detail::BatchSweeper<M> batches_;
     detail::ContactSweeper<M> contacts_;
 };
+
+// Defined outside of the class, so that an explicit instantiation elsewhere is the only one.
+
+template <class M>
+void Sweeper<M>::load(ContactProblem<M>& problem, double relaxation, SweepFront front) {
+    batched_ = batches_.load(problem, relaxation, front);
+    if (!batched_) contacts_.load(problem, relaxation);
+    window_ = 0;
+}
+
+template <class M>
+void Sweeper<M>::accelerate(const ContactProblem<M>& problem, int window) {
+    if (window_ != 0) return;
+    window_ = window;
+    of(*this, [&](auto& sweeps) { sweeps.make_room(problem, window); });
+}
+
+template <class M>
+void Sweeper<M>::restore_velocities(ContactProblem<M>& problem) {
+    of(*this, [&](auto& sweeps) { sweeps.restore_velocities(problem); });
+}
+
+template <class M>
+void Sweeper<M>::begin(ContactProblem<M>& problem, const Anderson* anderson) {
+    of(*this, [&](auto& sweeps) { sweeps.begin(problem, anderson); });
+}
+
+template <class M>
+void Sweeper<M>::pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson,
+                      Anderson::Products* products, SweepPiece piece) {
+    of(*this, [&](auto& sweeps) { sweeps.pass(problem, which, anderson, products, piece); });
+}
+
+template <class M>
+ResidualParts Sweeper<M>::residual(const ContactProblem<M>& problem) const {
+    return of(*this, [&](auto& sweeps) { return sweeps.residual(problem); });
+}
+
+template <class M>
+FreeVelocities<M> Sweeper<M>::free_velocities(const ContactProblem<M>& problem) const {
+    return of(*this, [&](auto& sweeps) { return sweeps.free_velocities(problem); });
+}
+
+template <class M>
+void Sweeper<M>::store(ContactProblem<M>& problem) const {
+    of(*this, [&](auto& sweeps) { sweeps.store(problem); });
+}
+
+template <class M>
+void Sweeper<M>::keep(const ContactProblem<M>& problem) {
+    of(*this, [&](auto& sweeps) { sweeps.keep(problem); });
+}
+
+template <class M>
+const detail::Iterate<M>* Sweeper<M>::kept(const ContactProblem<M>& problem) {
+    return of(*this, [&](auto& sweeps) -> const detail::Iterate<M>* { return sweeps.kept(problem); });
+}
+
+template <class M>
+void Sweeper<M>::put_rows(const ContactProblem<M>& problem, const std::vector<int>& bodies) {
+    of(*this, [&](auto& sweeps) { sweeps.put_rows(problem, bodies); });
+}
+
+template <class M>
+void Sweeper<M>::read_rows(ContactProblem<M>& problem, const std::vector<int>& bodies) const {
+    of(*this, [&](auto& sweeps) { sweeps.read_rows(problem, bodies); });
+}
 
 }}  // namespace nscdd::NSCDD_ABI
