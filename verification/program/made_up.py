@@ -30,7 +30,7 @@ def hard(**changed):
 
 
 def accuracy(**changed):
-    """The JSON of speed against error: two solvers and Siconos on one scene, the last of which stalls; profiles of two sets."""
+    """The JSON of speed against error: two solvers and Siconos on one scene, the last of which stalls; profiles."""
 
     def curve(solver, cost, levels, **last):
         row = {"scene": "dense", "solver": solver, "arguments": "FABRICATED", "converged": True, "repeats": 3}
@@ -44,7 +44,7 @@ def accuracy(**changed):
     profiles = [
         {"set": group, "problem": problem, "solver": solver, "tolerance": 1e-4, "iterations": 10, "sweeps": 10}
         | {"cpu": cost * (1 + (problem == "b")), "error": 1e-5, "converged": (problem, solver) != ("b", "SPG")}
-        for group in ("hard", "fclib")
+        for group in ("hard",)
         for problem in "ab"
         for solver, cost in (("NLGS", 1.0), ("SPG", 4.0))
     ]
@@ -54,6 +54,18 @@ def accuracy(**changed):
     runs = [*curve("NLGS", 1.0, 8), *curve("NSCDD 8, n_GS 2", 2.0, 4, converged=False), *curve("Siconos NSGS", 30.0, 8)]
     record = {"quick": False, "budget": {"sweeps": 100, "seconds": 60}, "left_out": ["FABRICATED"], "scenes": [scene], "runs": runs, "profiles": profiles}
     return made_up("accuracy", **record | changed)
+
+
+def problems(**changed):
+    """The JSON of problems of other codes: one that ours is first on, and one that Siconos alone solves."""
+    rows = [
+        {"problem": problem, "contacts": 3, "dimension": 3, "solver": solver, "tolerance": level, "iterations": 10, "cpu": cost, "cores": 1.0}
+        | {"error": 0.5 * level, "converged": (problem, solver) != ("b", "auto")}
+        for problem in "ab"
+        for solver, cost in (("auto", 1.0), ("Siconos NSGS", 4.0))
+        for level in (1e-4, 1e-8, 1e-10)
+    ]
+    return made_up("problems", quick=False, rows=rows, left_out=[]) | changed
 
 
 def acceleration(**changed):

@@ -51,6 +51,19 @@ class Quick(ProgramTest):
         self.assertEqual(again["profiles"], record["profiles"])
 
 
+class Problems(ProgramTest):
+    def test_each_solver_gets_there_or_says_so(self):
+        for case in ("wedge-locked-2d", "column-10-2d"):
+            self.succeeds("export-fclib", ROOT / f"cases/hard/{case}.toml", "-o", self.folder / f"{case}.hdf5")
+        done = run_suite("run", "problems", "--quick", "--results", self.folder, NSCDD_FCLIB=str(self.folder))
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertIn("1e-10: auto solves 2 of 2 problems", done.stdout)
+        rows = json.loads((self.folder / "problems.json").read_text())["rows"]
+        self.assertEqual({(row["problem"], row["dimension"]) for row in rows}, {("wedge-locked-2d", 2), ("column-10-2d", 2)})
+        self.assertTrue(all(row["error"] <= 1.001 * row["tolerance"] for row in rows if row["converged"]))
+        self.assertLessEqual({"auto", "NLGS", "Newton", "SPG", "APGD"}, {row["solver"] for row in rows})
+
+
 class VelocityError(ProgramTest):
     def test_it_tells_the_distance_within_a_factor_and_eta_does_not(self):
         done = run_suite("run", "velocity_error", "--quick", "--results", self.folder)

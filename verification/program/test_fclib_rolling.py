@@ -181,10 +181,10 @@ class Files(RollingTest):
 class Agreement(RollingTest):
     def agrees(self, name, problem, ours, counts):
         """What is told of a problem; ours: impulses, one answer or several. Asserts that each and Siconos' satisfy the law, with the same velocities."""
-        from nscdd_suite import siconos_nsgs
+        from nscdd_suite import siconos_solve
 
         size, w, q, mu, mu_r = problem
-        theirs, report = siconos_nsgs.solve(*problem, 1e-9, 200000)
+        theirs, report = siconos_solve.solve(*problem, "NSGS", 1e-9, 200000)
         w = w.toarray()
         errors = [rolling_natural_map(w, q, mu, mu_r, r) for r in (*ours, theirs)]
         u, *others = (w @ r + q for r in (theirs, *ours))
@@ -198,7 +198,7 @@ class Agreement(RollingTest):
 
     @needs_siconos
     def test_exports(self):
-        from nscdd_suite import siconos_nsgs
+        from nscdd_suite import siconos_solve
 
         rows, counts = [], {}
         for number, (name, dim, step) in enumerate(problems()):
@@ -206,7 +206,7 @@ class Agreement(RollingTest):
             report, solution = self.solve(path, "--tolerance", "1e-9")
             with h5py.File(path) as file:
                 exported = file["solution/r"][...]  # by accelerated sweeps without a matrix
-            found = self.agrees(path.stem, siconos_nsgs.read(path), (solution["r"], exported), counts)
+            found = self.agrees(path.stem, siconos_solve.read(path), (solution["r"], exported), counts)
             rows.append((path.stem, report["contacts"], report["iterations"], *found))
         self.tell(rows, counts)
         self.assertGreaterEqual(len(rows), 30)
@@ -215,7 +215,7 @@ class Agreement(RollingTest):
     @needs_siconos
     @unittest.skipUnless(SHARED.is_dir(), f"no problems of Siconos in {SHARED}")
     def test_problems_of_siconos(self):
-        from nscdd_suite import siconos_nsgs
+        from nscdd_suite import siconos_solve
 
         rows, counts = [], {}
         for path in sorted((*SHARED.glob("*.hdf5"), *SHARED.glob("*.dat"))):
@@ -224,9 +224,9 @@ class Agreement(RollingTest):
                 if problem is None:
                     continue
                 path = self.folder / (path.stem + ".hdf5")
-                siconos_nsgs.write(path, *problem, np.zeros(len(problem[2])))
+                siconos_solve.write(path, *problem, np.zeros(len(problem[2])))
             report, solution = self.solve(path, "--tolerance", "1e-9")
-            found = self.agrees(path.stem, siconos_nsgs.read(path), (solution["r"],), counts)
+            found = self.agrees(path.stem, siconos_solve.read(path), (solution["r"],), counts)
             rows.append((path.stem, report["contacts"], report["iterations"], *found))
         self.tell(rows, counts)
         self.assertGreater(len(rows), 0)
@@ -242,7 +242,7 @@ class Agreement(RollingTest):
 
 
 def read_dat(path):
-    """A local problem of Siconos' text files with a dense W, as siconos_nsgs.read() has it; None for what is another."""
+    """A local problem of Siconos' text files with a dense W, as siconos_solve.read() has it; None for what is another."""
     import scipy.sparse
 
     numbers = path.read_text().split()

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import harness  # noqa: F401  (sets the path of nscdd_suite)
 import numpy as np
-from made_up import acceleration, accuracy, bits, compare, fabricate, hard, rheology, velocity_error, wild
+from made_up import acceleration, accuracy, bits, compare, fabricate, hard, problems, rheology, velocity_error, wild
 from nscdd_suite import cli
 from nscdd_suite.page import packings, tables
 from nscdd_suite.page.load import load
@@ -84,7 +84,7 @@ class Case(unittest.TestCase):
 class Page(Case):
     scenes = ("network", "biaxial", "isotropic", "triaxial")
     records = {"hard": hard, "accuracy": accuracy, "acceleration": acceleration, "velocity_error": velocity_error, "wild": wild, "bits": bits}
-    records |= {"rheology": rheology}
+    records |= {"rheology": rheology, "problems": problems}
 
     def test_good_results_pass_with_all_captions_in_one_file(self):
         self.assertEqual(self.report(), (0, ""))
@@ -110,6 +110,8 @@ class Page(Case):
             "Distance of NLGS",
             "CPU time beside Siconos",
             "Performance profiles, CPU time",
+            "Performance profiles on problems of other codes",
+            "Problems of other codes",
             "What acceleration saves",
             "Hard cases that cost more",
             "Distance against \u03b7",

@@ -24,6 +24,7 @@ def look(solver):
     name, _, variant = solver.partition(", ")
     nscdd = re.match(r"NSCDD (\d+)", name)
     fixed = {"NLGS": ("#222222", ""), "SPG": (SUBDOMAINS[4], "^"), "APGD": (SUBDOMAINS[7], "v"), "Newton": (SUBDOMAINS[5], "s"), SICONOS: (SUBDOMAINS[3], "o")}
+    fixed |= {"auto": (SUBDOMAINS[0], ""), "Siconos ADMM": (SUBDOMAINS[1], ""), "Siconos NSN_AC": (SUBDOMAINS[6], "")}  # of the study `problems`
     colour, marker = (SUBDOMAINS[min(int(math.log2(int(nscdd[1]))) // 2, 2)], "") if nscdd else fixed.get(name, (SUBDOMAINS[6], "d"))
     line = {"": "-", "n_GS 1": "-", "n_GS 2": "--", "n_GS 5": ":"}.get(variant)
     if line is None:

@@ -4,9 +4,8 @@ import shutil
 import h5py
 import numpy as np
 
-from ...measure import ANY, LONG, SICONOS, Scene, answered, asked, distance, ladder, ours, siconos, timed
+from ...measure import ANY, LONG, SICONOS, Scene, asked, distance, ladder, ours, siconos
 from ...program import NSCDD, Failed, made, shown
-from ...times import cores_of
 
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
 LEVELS = (1e-4, 1e-6, 1e-8)  # tolerances of the profiles
@@ -79,7 +78,7 @@ class Curves(Scene):
             return row
 
         for row in ladder(tolerances, measure):
-            yield self.row(SICONOS, "python3 -m nscdd_suite.siconos_nsgs", row)
+            yield self.row(SICONOS, "python3 -m nscdd_suite.siconos_solve", row)
 
     def row(self, solver, arguments, row):
         keys = ("tolerance", "iterations", "sweeps", "cpu", "cores", "eta", "distance", "converged", "repeats")
@@ -96,24 +95,13 @@ def first_step(path, solver, tolerance, out, budget):
     return swept(solver, ours(command + solver.cap(budget), out, budget.seconds))
 
 
-def fclib_problem(path, solver, tolerance, out, budget):
-    if solver.name == SICONOS:
-        row = siconos(path, tolerance, out.with_suffix(".hdf5"), budget)
-        return row and row | {"converged": row["error"] <= 1.001 * tolerance}
-    command = [NSCDD, "solve-fclib", path, *solver.fclib.split(), "--tolerance", f"{tolerance:g}", "--json", out]
-    run = answered(command + solver.cap(budget, "--max-sweeps"), out, budget.seconds)
-    row = run and {"iterations": run["iterations"], "cpu": run["solver_cpu"], "cores": cores_of(run), "converged": run["converged"]}
-    return swept(solver, row and row | dict.fromkeys(("error", "reached"), run["measures"]["natural_map"]))
-
-
-def profile_rows(group, path, folder, solvers, budget):
-    """A problem by each solver; no rows where a hard case has no contact."""
-    rows, out = [], folder / f"{group}-run.json"
-    solve, repeat = (first_step, lambda measure: measure()) if group == "hard" else (fclib_problem, timed)
+def profile_rows(path, folder, solvers, budget):
+    """A hard case by each solver; no rows where it has no contact."""
+    rows, out = [], folder / "hard-run.json"
     keys = ("tolerance", "iterations", "sweeps", "cpu", "cores", "error", "converged")
     for solver in solvers:
-        for row in ladder(LEVELS, lambda tolerance: solve(path, solver, tolerance, out, budget), repeat):
+        for row in ladder(LEVELS, lambda tolerance: first_step(path, solver, tolerance, out, budget), lambda measure: measure()):
             if row.get("contacts") == 0:
                 return []
-            rows.append({"set": group, "problem": path.stem, "solver": solver.name, **{key: row.get(key) for key in keys}})
+            rows.append({"set": "hard", "problem": path.stem, "solver": solver.name, **{key: row.get(key) for key in keys}})
     return rows

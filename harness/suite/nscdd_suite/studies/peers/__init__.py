@@ -38,7 +38,7 @@ QUICK_OURS = [(2e-3, "--tolerance 1e-3"), (1e-3, "--tolerance 1e-3")]
 SO_FAR = "settle-so-far.json"  # the runs of the settling bed, while not all are made
 SICONOS_SCENES, LOADING = ("biaxial", "triaxial"), 20  # steps before the one that is solved
 SICONOS_TOLERANCES = [10.0**-k for k in range(1, 7)]
-SOLVERS = {"NLGS": "--scheme nlgs --method paper", "NLGS, auto": "--scheme nlgs --method auto", SICONOS: "python3 -m nscdd_suite.siconos_nsgs"}
+SOLVERS = {"NLGS": "--scheme nlgs --method paper", "NLGS, auto": "--scheme nlgs --method auto", SICONOS: "python3 -m nscdd_suite.siconos_solve"}
 
 
 class Peers(Study):

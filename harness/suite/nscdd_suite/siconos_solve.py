@@ -1,6 +1,6 @@
-"""Solves one FCLIB problem by the NSGS of Siconos, for comparison.
+"""Solves one FCLIB problem by a solver of Siconos, for comparison.
 
-    PYTHONPATH=harness/suite python3 -m nscdd_suite.siconos_nsgs FILE --tolerance 1e-6 --max-iterations 20000 -o SOLVED
+    PYTHONPATH=harness/suite python3 -m nscdd_suite.siconos_solve FILE --solver NSGS --tolerance 1e-6 --max-iterations 20000 -o SOLVED
 
 Needs Siconos and SciPy (scripts/setup --siconos). Writes the problem in local form with the answer as /solution, which
 `nscdd solve-fclib SOLVED --solver none` judges, and prints one line of JSON: iterations, CPU seconds of the solver's call
@@ -19,6 +19,7 @@ import scipy.sparse as sparse  # noqa: E402
 import scipy.sparse.linalg as linear  # noqa: E402
 import siconos.numerics as numerics  # noqa: E402
 
+SOLVERS = ("NSGS", "NSN_AC", "ADMM")  # Gauss-Seidel, a semismooth Newton method, the alternating direction method of multipliers
 GROUPS = ("fclib_local", "fclib_local_rolling", "fclib_global", "fclib_global_rolling")
 
 
@@ -47,16 +48,25 @@ def read(path):
         return size, w, group["vectors/w"][...] + h.T @ mass.solve(group["vectors/f"][...]), mu, mu_r
 
 
-def write(path, size, w, q, mu, mu_r, r):
-    w.sort_indices()
-    values = {"W/p": w.indptr.astype(np.int32), "W/i": w.indices.astype(np.int32), "W/x": w.data, "vectors/q": q, "vectors/mu": mu}
-    numbers = {"spacedim": size, "W/nzmax": w.nnz, "W/m": w.shape[0], "W/n": w.shape[1], "W/nz": -1}
-    if mu_r is not None:
-        values["vectors/mu_r"] = mu_r
+def write_problem(path, group, size, matrices, vectors, solution={}):
+    """matrices: by columns."""
+    values = {f"vectors/{name}": value for name, value in vectors.items()} | {"spacedim": integer(size)}
+    for name, m in matrices.items():
+        m.sort_indices()
+        values |= {f"{name}/p": m.indptr.astype(np.int32), f"{name}/i": m.indices.astype(np.int32), f"{name}/x": m.data}
+        values |= {f"{name}/{key}": integer(number) for key, number in (("nzmax", m.nnz), ("m", m.shape[0]), ("n", m.shape[1]), ("nz", -1))}
     with h5py.File(path, "w") as file:
-        for key, value in (values | {key: np.array([number], np.int32) for key, number in numbers.items()}).items():
-            file[f"{GROUPS[mu_r is not None]}/{key}"] = value
-        file["solution/r"], file["solution/u"] = r, w @ r + q
+        for key, value in ({f"{group}/{key}": value for key, value in values.items()} | {f"solution/{key}": value for key, value in solution.items()}).items():
+            file[key] = value
+
+
+def integer(number):
+    return np.array([number], np.int32)
+
+
+def write(path, size, w, q, mu, mu_r, r):
+    rolls = {} if mu_r is None else {"mu_r": mu_r}
+    write_problem(path, GROUPS[len(rolls)], size, {"W": w}, {"q": q, "mu": mu} | rolls, {"r": r, "u": w @ r + q})
 
 
 def with_friction(size, w, q, mu):
@@ -77,15 +87,15 @@ def with_rolling(size, w, q, mu, mu_r):
         return numerics.rollingFrictionContact_new_from_filename(file.name)
 
 
-def solve(size, w, q, mu, mu_r, tolerance, max_iterations):
+def solve(size, w, q, mu, mu_r, name, tolerance, max_iterations):
     """Impulses r, and what main() prints."""
     if mu_r is None:
         problem = with_friction(size, w, q, mu)
-        solver = getattr(numerics, f"SICONOS_FRICTION_{size}D_NSGS")
+        solver = getattr(numerics, f"SICONOS_FRICTION_{size}D_{name}")
         call = numerics.fc3d_driver if size == 3 else numerics.fc2d_driver
     else:
         problem = with_rolling(size, w, q, mu, mu_r)
-        solver = numerics.SICONOS_ROLLING_FRICTION_3D_NSGS if size == 5 else numerics.SICONOS_ROLLING_FRICTION_2D_NSGS
+        solver = getattr(numerics, f"SICONOS_ROLLING_FRICTION_{3 if size == 5 else 2}D_{name}")
         call = numerics.rolling_fc3d_driver if size == 5 else numerics.rolling_fc2d_driver
     settings = numerics.solver_options_create(solver)
     settings.dparam[numerics.SICONOS_DPARAM_TOL] = tolerance
@@ -103,13 +113,16 @@ def solve(size, w, q, mu, mu_r, tolerance, max_iterations):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", help="FCLIB problem, local or global, with rolling resistance or without")
+    parser.add_argument("--solver", choices=SOLVERS, default=SOLVERS[0], help="in 3D; in 2D, and with rolling resistance, there is NSGS")
     parser.add_argument("--tolerance", type=float, default=1e-6, help="on Siconos's own residual")
     parser.add_argument("--max-iterations", type=int, default=20000, help="cap")
+    parser.add_argument("--repeat", type=int, default=1, help="of so many calls the one with the median CPU time counts")
     parser.add_argument("-o", "--output", required=True, help="HDF5 file to write")
     options = parser.parse_args()
 
     problem = read(options.file)
-    r, report = solve(*problem, options.tolerance, options.max_iterations)
+    calls = [solve(*problem, options.solver, options.tolerance, options.max_iterations) for _ in range(options.repeat)]
+    r, report = sorted(calls, key=lambda call: call[1]["solver_cpu"])[options.repeat // 2]
     write(options.output, *problem, r)
     print(json.dumps(report))
 

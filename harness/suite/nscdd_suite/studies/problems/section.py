@@ -1,0 +1,44 @@
+"""Problems of other codes: the section of the page."""
+from ...page import tables
+from ...page.page import figure_block, table_block
+from ...page.style import save
+from ..accuracy.figures import draw_profiles, profile
+from . import LEVELS, OURS, THEIRS, converged
+
+PROFILES = """
+Performance profiles [DolanMore02] in CPU time: the share of problems that a solver solves in at most so many times the time of the fastest one. {first} \
+Problems that no solver solves are not counted."""
+PROBLEMS = """
+CPU seconds to the smallest error, {level:g} on the natural map; a dash where the solver does not get there, or is none for such a problem."""
+
+
+def first_on(rows, level):
+    """For each solver the share of problems on which it is the fastest [%]."""
+    ratios, count = profile([row for row in rows if row["tolerance"] == level], "cpu")
+    return {solver: 100 * sum(ratio == 1 for ratio in ratios.get(solver, ())) / count for solver in (*OURS, *THEIRS) if count}
+
+
+def said(rows, level):
+    return f"At {level:g} first are " + ", ".join(f"{solver} on {share:.0f} %" for solver, share in first_on(rows, level).items() if share) + "."
+
+
+def parts(record, source, out):
+    rows = record["rows"]
+    file = save(draw_profiles({"profiles": [{"set": "fclib", **row} for row in rows]}, "cpu", "CPU time"), out, "problems-profile")
+    caption = PROFILES.format(first=" ".join(said(rows, level) for level in LEVELS))
+    yield figure_block(file, "Performance profiles on problems of other codes", caption, source, ("measured",), wide=True)
+    solvers, least = [name for name in (*OURS, *THEIRS) if any(row["solver"] == name for row in rows)], min(LEVELS)
+    lines = []
+    for problem in dict.fromkeys(row["problem"] for row in rows):
+        own = [row for row in rows if row["problem"] == problem]
+        seconds = {row["solver"]: row["cpu"] for row in own if converged(row, row["solver"], least)}
+        lines.append([problem, own[0]["dimension"], own[0]["contacts"], *(seconds.get(solver) for solver in solvers)])
+    caption = PROBLEMS.format(level=least)
+    yield table_block(
+        tables.table([["problem", "dimension", "contacts", *solvers]], lines, "Problems of other codes"),
+        "Problems of other codes",
+        caption,
+        source,
+        ("measured",),
+        wide=True,
+    )
