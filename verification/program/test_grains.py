@@ -79,6 +79,7 @@ class GrainsTest(ProgramTest):
             text, *options, "--steps", 100000 if "stopped_by" in whole else whole["steps"] - cut, "--from", self.folder / "first.h5", name="rest"
         )
         self.assertEqual(whole["answer"], rest["answer"])
+        self.succeeds("compare", self.folder / "whole.json", self.folder / "rest.json")
         self.assertEqual(at_once.keys(), in_parts.keys())
         for key, values in at_once.items():
             np.testing.assert_array_equal(in_parts[key], values, key)
@@ -94,6 +95,14 @@ class Stop(GrainsTest):
         report, _, said = self.run_scene(HEAD + grain(0, 0.5) + FLOOR + step(1e-3, 5) + "\n[stop]\ntime = 0.0205\n")
         self.assertEqual(report["steps"], 5)
         self.assertNotIn("stopped_by", report)
+
+    def test_the_last_step_is_in_frames_and_log(self):
+        text = HEAD + grain(0, 0.5) + FLOOR + step(1e-3, 50) + "\n[stop]\ntime = 0.0205\n"
+        frames, log = self.folder / "run.pvd", self.folder / "run.log"
+        self.run_scene(text, "--frames", frames, "--frame-every", 8, "--log", log, "--log-every", 8)
+        self.assertEqual([line.split()[0] for line in log.read_text().splitlines()], ["step", "8", "16", "21"])
+        self.assertEqual(log.read_text().split()[-1], "0:00")
+        self.assertEqual(len(re.findall("<DataSet timestep=", frames.read_text())), 3)
 
     def test_strain_of_a_box_and_of_a_cell_is_from_the_start_of_the_scene(self):
         moving = SIDES.replace(

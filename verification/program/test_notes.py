@@ -1,5 +1,6 @@
 """Physics that a scene leaves out is said at the start; what a packing file has besides places and radii is used."""
 import json
+import os
 import pathlib
 import unittest
 
@@ -52,6 +53,12 @@ class Notes(ProgramTest):
         self.assertEqual(self.notes(SCENE.replace(WALL, "")), falls)
         self.assertEqual(self.notes(SCENE.replace("gravity = [0, 0, -10]", "gravity = [0, -10, 0]")), falls)
         self.assertEqual(self.notes(SCENE.replace(WALL, "").replace("-10", "0")), [])
+
+    def test_threads(self):
+        cores = len(os.sched_getaffinity(0))
+        self.assertEqual(self.notes(SCENE, "--scheme", "dcs", "-n", 2, "--threads", 1), [])
+        (note,) = self.notes(SCENE, "--threads", cores + 1)
+        self.assertIn(f"--threads {cores + 1}: this machine has {cores} core", note)
 
     def test_overlaps(self):
         for overlap, says in ((0.05, True), (0.02, False)):  # of a radius of 0.5

@@ -109,6 +109,24 @@ class Restart(ProgramTest):
         self.assertEqual((rest["step"], rest["time"]), (whole["step"], whole["time"]))
 
 
+class Refused(ProgramTest):
+    def test_a_refusal_tells_of_steps_that_had_failed(self):
+        squeezed = """
+name = "squeezed"
+dimension = 2
+material = [{name = "a", density = 1}]
+wall = [
+  {name = "left", normal = [1, 0], through = [0, 0], material = "a", motion = "fixed"},
+  {name = "right", normal = [-1, 0], through = [1, 0], material = "a", motion = "velocity", velocity = [-0.1, 0]},
+]
+grain = [{position = [0.5, 0], radius = 0.5, material = "a"}]
+step = {h = 1e-2, count = 60}
+"""
+        done = self.run_program("run", self.write("scene.toml", squeezed), "--quiet", "--max-iterations", 100)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"step 5\d: grain 0 and wall .* overlap by 1\d % .*; 5\d of the 5\d steps before it did not converge")
+
+
 class AnotherScene(ProgramTest):
     def setUp(self):
         super().setUp()

@@ -142,8 +142,9 @@ void write_results(const RunRequest& request, const RunResult& result, FileSet& 
 
 void say_results(const RunRequest& request, const RunResult& result) {
     if (!request.quiet)
-        say("{}: {} grains, {} steps, {} on {} subdomain{}{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
-            result.grains, result.steps.size(), request.scheme, result.ranks, result.ranks == 1 ? "" : "s",
+        say("{}: {} grains{}, {} steps, {} on {} subdomain{}{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
+            result.grains, result.so_far.came.empty() ? "" : " at the start", result.steps.size(), request.scheme,
+            result.ranks, result.ranks == 1 ? "" : "s",
             *request.threads > 1 ? fmt::format(", {} threads", *request.threads) : "", result.iterations(),
             result.seconds());
     if (const State::SoFar& so_far = result.so_far; !so_far.came.empty() && !request.quiet)

@@ -132,8 +132,13 @@ RunReport read_run_report(const std::string& file, const std::string& text) {
     if (top.has("problem")) run.problem = top.text("problem");
     run.friction = top.truth("friction");
     run.dimension = top.integer("dimension", 2, 3);
-    run.grains = top.integer("grains", 0, most);
-    run.grains_left = top.has("exchange") ? top.object("exchange").integer("grains_left", 0, most) : run.grains;
+    run.grains = run.grains_left = top.integer("grains", 0, most);
+    if (top.has("exchange")) {  // a run that goes on has begun with others than its scene
+        const JsonObject exchange = top.object("exchange");
+        run.grains_left = exchange.integer("grains_left", 0, most);
+        run.grains = run.grains_left - exchange.object("inserted").integer("grains", 0, most) +
+                     exchange.object("removed").integer("grains", 0, most);
+    }
     run.steps = top.integer("steps", 1, most);
     run.start_step = top.integer("start_step", 0, State::most_steps);
     run.subdomains = top.integer("subdomains", 1, most);

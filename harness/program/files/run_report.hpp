@@ -14,8 +14,8 @@ struct RunReport {
     std::string file;  // it was read from
     std::string scene, scheme, transport, state, state_checksum;
     std::string problem;  // its checksum; empty in files of earlier programs
-    std::int64_t dimension = 0, grains = 0, steps = 0, start_step = 0, subdomains = 0, unconverged_steps = 0;
-    std::int64_t grains_left = 0;  // at the end
+    std::int64_t dimension = 0, steps = 0, start_step = 0, subdomains = 0, unconverged_steps = 0;
+    std::int64_t grains = 0, grains_left = 0;  // at the start of the scene, at the end of the run
     double h = 0, tolerance = 0, kinetic_energy = 0, free_velocity_norm = 0;
     double max_velocity_error = 0;                                           // its bound, of a step
     std::vector<double> residual, velocity_error, energy_gain, penetration;  // per step; NaN where they were not finite

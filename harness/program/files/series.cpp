@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -70,7 +71,7 @@ void SeriesWriter::add(const SeriesRow& row) {
     std::vector<std::string> headers, fields;
     for (const auto& value : row) {
         headers.push_back(header(value));
-        for (const double number : value.values) fields.push_back(fmt::format("{}", number));
+        for (const double number : value.values) fields.push_back(std::isnan(number) ? "nan" : fmt::format("{}", number));
     }
     if (rows_ == 1) write_line(fmt::format("{}", fmt::join(headers, ",")));
     write_line(fmt::format("{}", fmt::join(fields, ",")));

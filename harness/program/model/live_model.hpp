@@ -46,8 +46,8 @@ class LiveModel final : public Live {
             refused_.emplace(describe(why, wall_names()), why);
             throw RefusedStep(*refused_);
         }
-        if (recorder_) recorder_->after(report);
         stopped_by_ = stop_->after(*simulation_, time());
+        if (recorder_) recorder_->after(report, stopped_by_.has_value());
         return report;
     }
 

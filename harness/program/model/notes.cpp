@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <set>
+#include <thread>
 
 namespace nscdd {
 namespace {
@@ -71,6 +72,9 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
                             scene.file, "xyz"[axis]));
     if (request.undivided)
         lines.push_back(fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", request.scheme));
+    if (const int cores = int(std::thread::hardware_concurrency()); cores > 0 && request.threads.value_or(1) > cores)
+        lines.push_back(fmt::format("--threads {}: this machine has {} cores, and more threads than cores are slower",
+                                    *request.threads, cores));
     if (!Packet::fuses)
         lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
     return lines;

@@ -28,8 +28,8 @@ class Recorder {
         });
     }
 
-    // After each step; the last one of a run has a line in the log.
-    void after(const StepReport& report) {
+    // After each step. The last one of a run has a line in the log, and a frame where [stop] has ended the run.
+    void after(const StepReport& report, bool stopped) {
         const std::int64_t step = request_.start_step + simulation_.steps();
         if (rows_) {
             const SeriesRow row =
@@ -38,11 +38,11 @@ class Recorder {
                 for (auto& series : series_) series->add(row);
             });
         }
-        if (!request_.outputs.frames.empty() && step % request_.frame_every() == 0)
+        if (!request_.outputs.frames.empty() && (stopped || step % request_.frame_every() == 0))
             write_frame(simulation_, request_, frames_);
         const int done = simulation_.steps(), total = request_.scene.step.count;
-        if (const int every = log_every(); every > 0 && (step % every == 0 || done == total))
-            log(report, step, done, total);
+        if (const int every = log_every(); every > 0 && (stopped || step % every == 0 || done == total))
+            log(report, step, done, stopped ? done : total);
     }
 
     // After the last step.

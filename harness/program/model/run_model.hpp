@@ -122,11 +122,12 @@ State write_last_state(const Simulation<M>& simulation, const RunRequest& reques
 }
 
 // After a step that was refused: the state with which it began, series and frames take their places, and the reason is
-// told with the names of the walls. `before`: the simulation before the step, if a state is asked for. Collective.
+// told with the names of the walls. `before`: the simulation before the step, if a state is asked for. steps: those
+// made. Collective.
 template <class M>
 [[noreturn]] void end_refused(Refusal refusal, const Simulation<M>& simulation,
-                              const std::optional<Simulation<M>>& before, const RunRequest& request,
-                              Recorder<M>& recorder, FileSet& files) {
+                              const std::optional<Simulation<M>>& before, const std::vector<StepReport>& steps,
+                              const RunRequest& request, Recorder<M>& recorder, FileSet& files) {
     refusal.step += static_cast<int>(request.start_step);
     std::vector<std::string> walls;
     for (const auto& wall : request.scene.walls) walls.push_back(wall.name);
@@ -134,6 +135,8 @@ template <class M>
         walls.resize(walls.size() + simulation.settings().obstacles[o].surface->size(),
                      request.scene.obstacles[o].name);
     std::string told = describe(refusal, walls);
+    if (const auto failed = std::ranges::count(steps, false, [](const StepReport& s) { return s.solve.converged; }))
+        told += fmt::format("; {} of the {} steps before it did not converge", failed, steps.size());
     if (simulation.steps() > 0) {
         if (before)
             told += fmt::format("; the state before it, of step {}, is in {}",
@@ -190,11 +193,11 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, RunRequest&
             result.steps.push_back(simulation.step(std::ref(solver)));
         } catch (const StepRefused& refused) {
             request.so_far = so_far_before;
-            end_refused<M>(refused.refusal, simulation, before, request, recorder, files);
+            end_refused<M>(refused.refusal, simulation, before, result.steps, request, recorder, files);
         }
-        recorder.after(result.steps.back());
-        progress.show(step, fmt::format("{} iterations", result.steps.back().solve.iterations));
         result.stopped_by = stop.after(simulation, time_now(simulation, request));
+        recorder.after(result.steps.back(), result.stopped_by.has_value());
+        progress.show(step, fmt::format("{} iterations", result.steps.back().solve.iterations));
         if (!checkpoints || step == scene.step.count || result.stopped_by) continue;
         const auto due = checkpoints->after(request.start_step + step);
         if (due != Checkpoints::Due::no) write_checkpoint(simulation, request, scene.step.count - step);
