@@ -17,6 +17,22 @@ Eigen::VectorXd unit(TomlTable& table, const char* key, int dim, const Eigen::Ve
     return direction.normalized();
 }
 
+// Faces become triangles from their first corner on, which fill a flat convex one and no other.
+void check_face(const std::vector<Eigen::Vector3d>& corners, std::size_t number, const TomlTable& table) {
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // times twice the area
+    const std::size_t count = corners.size();
+    for (std::size_t k = 1; k + 1 < count; ++k) normal += (corners[k] - corners[0]).cross(corners[k + 1] - corners[0]);
+    const double area = normal.norm();
+    for (std::size_t k = 0; k < count; ++k) {
+        const Eigen::Vector3d &a = corners[k], &b = corners[(k + 1) % count], &c = corners[(k + 2) % count];
+        if (std::abs(normal.dot(b - corners[0])) > 1e-6 * area * std::sqrt(area))
+            table.fail("faces", fmt::format("face {} is not flat: give triangles", number));
+        const bool fills = k == 0 || k + 1 == count || (a - corners[0]).cross(b - corners[0]).dot(normal) > 0;
+        if (!fills || (b - a).cross(c - b).dot(normal) < -1e-9 * area * area)
+            table.fail("faces", fmt::format("face {} is not convex: give triangles", number));
+    }
+}
+
 // A line from point to point (2D), or faces that name their corners (3D): those of more than three become triangles.
 void read_points(TomlTable& table, int dim, SceneObstacle& obstacle) {
     const std::vector<Eigen::VectorXd> points = table.points("points", dim, 2);
@@ -26,11 +42,14 @@ void read_points(TomlTable& table, int dim, SceneObstacle& obstacle) {
         if (table.flag("closed", false)) obstacle.facets.push_back({points.back(), points.front()});
         return;
     }
-    for (const std::vector<int>& face : table.index_lists("faces", 3, static_cast<int>(count)))
-        for (std::size_t k = 1; k + 1 < face.size(); ++k) {
-            const auto at = [&](std::size_t n) { return points[static_cast<std::size_t>(face[n])]; };
-            obstacle.facets.push_back({at(0), at(k), at(k + 1)});
-        }
+    std::size_t number = 0;
+    for (const std::vector<int>& face : table.index_lists("faces", 3, static_cast<int>(count))) {
+        std::vector<Eigen::Vector3d> corners;
+        for (const int corner : face) corners.emplace_back(points[static_cast<std::size_t>(corner)]);
+        check_face(corners, number++, table);
+        for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+            obstacle.facets.push_back({corners[0], corners[k], corners[k + 1]});
+    }
 }
 
 void read_file(TomlTable& table, int dim, const std::string& scene_file, SceneObstacle& obstacle) {
