@@ -45,30 +45,35 @@ struct LocalTask {
         return newton_solve<UmfPack>(problem, r, {.tolerance = options.tolerance},
                                      [this](const auto& now) { return measure(now); });
     }
-    // Sweeps, as long as each doubling of them takes off nine tenths of the error. Then Newton's method, once; where it
-    // fails, sweeps go on from the better of both answers. Its steps are counted with the sweeps.
+    // Sweeps, as long as each doubling of them takes off nine tenths of the error. Then Newton's method, once: from
+    // there, and where it fails from no impulses; where both fail, sweeps go on from the best answer. Its steps are
+    // counted with the sweeps. A test follows each doubling, so few sweeps do for an easy problem.
     SolveReport sweep_or_newton() const {
-        constexpr int first = 100;
+        constexpr int least = 100;  // sweeps before Newton's method, which costs more than they do
         SolveReport report;
         bool asked = false;
         double last = std::numeric_limits<double>::infinity();
         for (BlockOptions some = options;; last = report.residual) {
-            some.max_iterations =
-                std::min(std::max(first, report.iterations), options.max_iterations - report.iterations);
+            some.max_iterations = std::min(std::max(1, report.iterations), options.max_iterations - report.iterations);
             const int before = report.iterations;
             report = block_nlgs(problem, r, some);
             report.iterations += before;
             if (report.converged || report.iterations >= options.max_iterations) return report;
             if constexpr (WithoutCouples<Problem>) {
-                if (asked || report.residual < 0.1 * last) continue;
+                if (asked || report.iterations < least || report.residual < 0.1 * last) continue;
                 asked = true;
-                const auto swept = r;
-                const NewtonReport by_newton = newton();
-                report.iterations += by_newton.iterations;
-                if (by_newton.residual < report.residual)
-                    report.residual = by_newton.residual, report.converged = by_newton.converged;
-                else
-                    r = swept;
+                auto best = r;
+                for (const bool anew : {false, true}) {
+                    if (anew) std::ranges::fill(r, Problem::Vec::Zero());
+                    const NewtonReport by_newton = newton();
+                    report.iterations += by_newton.iterations;
+                    if (by_newton.residual < report.residual) {
+                        report.residual = by_newton.residual, report.converged = by_newton.converged;
+                        best = r;
+                    }
+                    if (report.converged || report.iterations >= options.max_iterations) break;
+                }
+                r = best;
                 if (report.converged || report.iterations >= options.max_iterations) return report;
             }
         }
