@@ -13,7 +13,7 @@
 namespace pattern {
 
 using nscdd::Buffer;
-using nscdd::Links;
+using nscdd::Communicator;
 
 // Of 0 to 3 doubles, all different.
 inline Buffer message(int from, int to, int round) {
@@ -31,8 +31,8 @@ inline Buffer contribution(int rank, int round) {
 // Some pairs have no link; every rank has one to itself, which is no message.
 inline bool linked(int a, int b) { return (a + b) % 4 != 3; }
 
-inline Links links(int rank, int size, int round) {
-    Links mine;
+inline Communicator::Links links(int rank, int size, int round) {
+    Communicator::Links mine;
     for (int peer = 0; peer < size; ++peer)
         if (linked(rank, peer))
             mine.push_back({peer, message(rank, peer, round).size(), message(peer, rank, round).size()});
@@ -66,8 +66,8 @@ inline Received everything(nscdd::Communicator& comm, int round) {
     Received received;
     const std::span<const int> ranks = comm.ranks();
     const int size = comm.size();
-    std::vector<Links> links_of;
-    std::vector<nscdd::Outbox> out(ranks.size());
+    std::vector<Communicator::Links> links_of;
+    std::vector<Communicator::Outbox> out(ranks.size());
     std::vector<Buffer> mine;
     for (std::size_t k = 0; k < ranks.size(); ++k) {
         links_of.push_back(links(ranks[k], size, round));
@@ -122,8 +122,8 @@ inline void check_received(const Received& received, std::span<const int> ranks,
 }
 
 // Of one round, summed over all processes, counted from the definitions.
-inline nscdd::Traffic expected_traffic(int size) {
-    nscdd::Traffic t;
+inline Communicator::Traffic expected_traffic(int size) {
+    Communicator::Traffic t;
     const auto add = [&t](double messages, std::size_t doubles) {
         t.messages += messages;
         t.bytes += 8 * static_cast<double>(doubles);

@@ -158,8 +158,8 @@ struct Outcome {
     std::vector<nscdd::GatheredContact<M>> contacts;
     std::vector<Wall<M>> walls;
     std::vector<nscdd::StepReport> steps;
-    nscdd::Measures<M> measures;  // of the last step
-    nscdd::Traffic traffic;       // of the steps, this process
+    nscdd::Measures<M> measures;           // of the last step
+    nscdd::Communicator::Traffic traffic;  // of the steps, this process
 
     std::vector<int> iterations() const {
         std::vector<int> counts;
@@ -210,7 +210,7 @@ template <class M>
 Outcome<M> run(const Scene<M>& scene, nscdd::Communicator& comm, int steps, const nscdd::AnyStepSolver<M>& solve) {
     nscdd::Simulation<M> simulation(comm, scene.settings, share(scene.grains, comm), share(scene.impulses, comm));
     Outcome<M> outcome;
-    const nscdd::Traffic before = comm.traffic();
+    const nscdd::Communicator::Traffic before = comm.traffic();
     for (int k = 0; k < steps; ++k) outcome.steps.push_back(simulation.step(solve));
     outcome.traffic = comm.traffic();
     outcome.traffic.messages -= before.messages;

@@ -6,8 +6,8 @@
 namespace nscdd {
 
 template <class M>
-MaterialsOf<M> smooth() {
-    MaterialsOf<M> table;
+Materials<M> smooth() {
+    Materials<M> table;
     table.set(0, 0, {});
     return table;
 }

@@ -56,7 +56,7 @@ class Reader {
     Reader(LAMMPS_NS::LAMMPS* lmp, int count, char** words) : lmp_(lmp), words_(lmp, count, words) {
         read_.options.max_newton_contacts = 2000;
         read_.options = read_.options.accelerated();
-        read_.settings.materials = MaterialsOf<M>(lmp->atom->ntypes + 1);
+        read_.settings.materials = Materials<M>(lmp->atom->ntypes + 1);
         read_.settings.may_be_empty = true;
         read_.settings.partition = by_bisection<M>();  // the program's
     }
@@ -67,7 +67,7 @@ class Reader {
             if (!about_contacts() && !about_walls() && !about_solver())
                 words_.refuse("unknown keyword `" + words_.keyword() + "`");
         }
-        check_options(read_.options);
+        detail::check_options(read_.options);
         return std::move(read_);
     }
 
@@ -78,7 +78,7 @@ class Reader {
     void set(std::pair<int, int> ab, std::pair<int, int> cd, auto&& change) {
         for (int a = ab.first; a <= ab.second; ++a)
             for (int c = cd.first; c <= cd.second; ++c) {
-                Pairing pairing = read_.settings.materials(a, c);
+                Coulomb::Pairing pairing = read_.settings.materials(a, c);
                 change(pairing);
                 read_.settings.materials.set(a, c, pairing);
             }
@@ -92,13 +92,13 @@ class Reader {
         const int walls = read_.wall_material();
         const std::pair all{0, walls};
         if (is("friction") || is("restitution")) {
-            const auto member = is("friction") ? &Pairing::friction : &Pairing::restitution;
+            const auto member = is("friction") ? &Coulomb::Pairing::friction : &Coulomb::Pairing::restitution;
             const double value = words_.number();
-            set(all, all, [=](Pairing& p) { p.*member = value; });
+            set(all, all, [=](Coulomb::Pairing& p) { p.*member = value; });
         } else if (is("coeff") || is("wall_coeff")) {
             const std::pair<int, int> first = types(), second = is("coeff") ? types() : std::pair(walls, walls);
             const double friction = words_.number(), restitution = words_.number();
-            set(first, second, [=](Pairing& p) { p = {friction, restitution}; });
+            set(first, second, [=](Coulomb::Pairing& p) { p = {friction, restitution}; });
         } else if (is("gravity")) {
             const double size = words_.number();
             if (words_.next() != "vector") words_.refuse("gravity takes: magnitude vector x y z");
@@ -150,7 +150,7 @@ class Reader {
         }
     }
     // Of the walls of the last `wall`.
-    void follow(const Path<M>& path) {
+    void follow(const detail::Path<M>& path) {
         const auto walls = std::span(read_.settings.walls).subspan(first_wall_);
         const auto obstacles = std::span(read_.settings.obstacles).subspan(first_obstacle_);
         if (walls.empty() && obstacles.empty()) words_.refuse("`" + words_.keyword() + "` stands behind a `wall`");
@@ -170,7 +170,7 @@ class Reader {
             read_.bricks = kind == "lammps";
         } else {
             found = false;
-            visit_options(read_.options, [&](const OptionInfo& info, auto& value) {
+            detail::visit_options(read_.options, [&](const detail::OptionInfo& info, auto& value) {
                 if (!is(info.name)) return;
                 if constexpr (std::is_same_v<decltype(value), int&>)
                     value = words_.whole();

@@ -89,7 +89,7 @@ void AtomLinks::ask(const Simulation<M>& simulation) {
     std::vector<char> met(part.grains.size());
     for (const int g : here_)
         if (g >= 0) met[static_cast<std::size_t>(g)] = 1;
-    std::vector<Outbox> asked(1), answers(1);
+    std::vector<Communicator::Outbox> asked(1), answers(1);
     const auto put = [](int id, int rank, What what, Buffer& to) {
         to.insert(to.end(), {double(id), double(rank), double(what)});
     };
@@ -123,7 +123,7 @@ void AtomLinks::ask(const Simulation<M>& simulation) {
 bool AtomLinks::give(Simulation<M>& simulation) const {
     const Subdomain<M>& part = simulation.parts()[0];
     std::vector<Grain<M>>& grains = writable(simulation);
-    std::vector<Outbox> out(1);
+    std::vector<Communicator::Outbox> out(1);
     double others = 0;
     for (int a = 0; a < atom_->nlocal; ++a) {
         if (here_[static_cast<std::size_t>(a)] < 0) continue;
@@ -176,7 +176,7 @@ void AtomLinks::take(const Simulation<M>& simulation) {
         if (const int g = here_[static_cast<std::size_t>(a)]; g >= 0)
             move(a, part.grains[static_cast<std::size_t>(g)], part.cell);
     if (all_here_) return;
-    std::vector<Outbox> out(1);
+    std::vector<Communicator::Outbox> out(1);
     for (const Away& to : told_) Serialise::put(part.grains[static_cast<std::size_t>(to.place)], out[0][to.rank]);
     const Buffer in = simulation.comm().route(out)[0];
     for (std::size_t p = 0; p < in.size(); p += Serialise::grain_size) {

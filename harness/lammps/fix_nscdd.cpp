@@ -45,11 +45,11 @@ void FixNscdd::by_kernel(auto&& task) {
     try {
         return task();
     } catch (const StepRefused& refused) {
-        Refusal refusal = refused.refusal;
+        StepRefused::Refusal refusal = refused.refusal;
         refusal.step = static_cast<int>(update->ntimestep);
         std::vector<std::string> names = arguments_.wall_names;
         names.insert(names.end(), arguments_.obstacle_names.begin(), arguments_.obstacle_names.end());
-        why = describe(refusal, names);
+        why = StepRefused::describe(refusal, names);
     } catch (const std::invalid_argument& wrong) {
         why = wrong.what();
     } catch (const std::logic_error& wrong) {  // of this rank alone

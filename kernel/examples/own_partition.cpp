@@ -49,7 +49,7 @@ struct Halves {
 
 // Of the contacts that all ranks have at the moment; before there are any, of the grains.
 nscdd::Partition<Model> halves(const nscdd::PartitionInput<Model>& scene) {
-    std::vector<nscdd::Outbox> out(scene.parts.size());
+    std::vector<nscdd::Communicator::Outbox> out(scene.parts.size());
     double contacts = 0;
     for (const auto& part : scene.parts) contacts += static_cast<double>(part.pairs.size());
     contacts = nscdd::reduce(scene.comm, 1, [&](std::size_t k) { return nscdd::Buffer{k == 0 ? contacts : 0}; })[0];

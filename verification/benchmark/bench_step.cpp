@@ -43,7 +43,7 @@ struct Stepped {
 template <class M>
 void rough_detection(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
-    const Partition<M> grid = Grid<M>(choose_cells<M>(1, s.high - s.low), s.low, s.high);
+    const Partition<M> grid = detail::Grid<M>(detail::choose_cells<M>(1, s.high - s.low), s.low, s.high);
     double largest = 0;
     for (const auto& g : s.grains) largest = std::max(largest, g.radius);
     per_contact(state, s.contacts, s.candidate_bytes(),
@@ -68,9 +68,9 @@ void gluing(benchmark::State& state) {
     for (auto& part : s.parts) part.sweeper.load(part.problem);
     scheme.setup(s.parts, s.comm);
     const double before = s.comm.traffic().bytes;
-    glue<M>(scheme, s.parts, s.comm);
+    detail::glue<M>(scheme, s.parts, s.comm);
     const double bytes = s.comm.traffic().bytes - before;
-    per_contact(state, s.contacts, bytes, [&] { glue<M>(scheme, s.parts, s.comm); });
+    per_contact(state, s.contacts, bytes, [&] { detail::glue<M>(scheme, s.parts, s.comm); });
 }
 template <class M>
 void dcs(benchmark::State& state) {

@@ -88,7 +88,8 @@ template <class M>
 void stored(benchmark::State& state) {
     static const DelassusProblem<M::dim> problem = assemble(Loaded<M>::shared().problem);
     static auto r = local_impulses(Loaded<M>::shared().problem);
-    per_contact(state, Loaded<M>::shared().contacts(), double(problem.bytes()), [&] { block_sweep(problem, r); });
+    per_contact(state, Loaded<M>::shared().contacts(), double(problem.bytes()),
+                [&] { detail::block_sweep(problem, r); });
 }
 // The fast form made from the problem, once a step, and back.
 template <class M>

@@ -85,7 +85,7 @@ file(WRITE ${WORK}/law.inc "struct Law {
 #ifndef NO_STRUCT
     using Coefficients = K;
 #endif
-    using Pairing = nscdd::Pairing;
+    using Pairing = nscdd::Coulomb::Pairing;
 #ifndef NO_COEFFICIENTS
     static K coefficients(const Pairing&, double, double) { return {}; }
 #endif

@@ -76,7 +76,7 @@ Shared shared(nscdd::Mpi& comm, int bytes, double look) {
     constexpr int rounds = 1000, samples = 25;
     const int rank = comm.ranks()[0], last = comm.size() - 1;
     const auto doubles = static_cast<std::size_t>(bytes) / sizeof(double);
-    std::vector<nscdd::Links> links(1);
+    std::vector<nscdd::Communicator::Links> links(1);
     if (rank == 0 || rank == last) links[0].push_back({last - rank, doubles, doubles});
     const auto channel = comm.open(links);
     std::array<double, samples> exchange{}, copy{};

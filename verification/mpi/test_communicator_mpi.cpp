@@ -19,9 +19,8 @@
 #include "nscdd/comm/mpi.hpp"
 
 using nscdd::Buffer;
-using nscdd::Channel;
+using nscdd::Communicator;
 using nscdd::InProcess;
-using nscdd::Links;
 using nscdd::Mpi;
 using nscdd::WithinNode;
 
@@ -58,7 +57,7 @@ Waited waited(Mpi& comm, int late, Call call) {
     for (int attempt = 0; attempt < 4; ++attempt) {
         MPI_Barrier(MPI_COMM_WORLD);
         if (comm.ranks()[0] == late) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-        const nscdd::CommSeconds before = comm.seconds();
+        const Communicator::Seconds before = comm.seconds();
         const double start = comm.now();
         call();
         const double elapsed = comm.now() - start, wait = comm.seconds().wait - before.wait;
@@ -101,7 +100,7 @@ TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
         }
         CHECK(total(comm.traffic().messages) == reference.traffic().messages);
         CHECK(total(comm.traffic().bytes) == reference.traffic().bytes);
-        for (std::size_t o = 0; o < nscdd::operation_names.size(); ++o)
+        for (std::size_t o = 0; o < nscdd::detail::operation_names.size(); ++o)
             CHECK(total(comm.traffic().messages_of[o]) == reference.traffic().messages_of[o]);
     }
     if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
@@ -116,9 +115,9 @@ TEST_CASE(
         return std::array<std::size_t, 4>{7, 4'000, 60'000, 1}[static_cast<std::size_t>(channel + from + to) % 4];
     };
     for (int opened = 0; opened < 6; ++opened) {  // what was in use is used again
-        std::vector<std::unique_ptr<nscdd::Channel>> channels;
+        std::vector<std::unique_ptr<Communicator::Channel>> channels;
         for (int c = 0; c < 3; ++c) {
-            Links links;
+            Communicator::Links links;
             for (int peer = 0; peer < size; ++peer)
                 if (peer != rank) links.push_back({peer, doubles(c, rank, peer), doubles(c, peer, rank)});
             channels.push_back(comm.open({links}));
@@ -131,7 +130,7 @@ TEST_CASE(
                 }
             for (const auto& channel : channels) channel->start();
             for (int c = 2; c >= 0; --c) {
-                Channel& channel = *channels[static_cast<std::size_t>(c)];
+                Communicator::Channel& channel = *channels[static_cast<std::size_t>(c)];
                 channel.finish();
                 std::size_t wrong = 0, l = 0;
                 for (int peer = 0; peer < size; ++peer) {
@@ -149,7 +148,7 @@ TEST_CASE(
 
 TEST_CASE("ranks of one node use the memory that they share, and MPI where they are told to") {
     for (const auto within : {WithinNode::memory, WithinNode::messages}) {
-        std::array<double, nscdd::work_names.size()> charged{};
+        std::array<double, nscdd::detail::work_names.size()> charged{};
         const auto count = [&charged](nscdd::Work kind, double units, double) {
             charged[static_cast<std::size_t>(kind)] += units;
         };
@@ -210,7 +209,7 @@ TEST_CASE("time is attributed to waiting where a partner is late") {
     const int size = comm.size(), rank = comm.ranks()[0];
     if (size == 1) return;
     const auto channel = comm.open({pattern::links(rank, size, 0)});
-    std::vector<nscdd::Outbox> out(1);
+    std::vector<Communicator::Outbox> out(1);
     for (int to = 0; to < size; ++to) out[0][to] = Buffer(3);
     const std::vector<Buffer> mine{Buffer(3)};
 
@@ -220,13 +219,13 @@ TEST_CASE("time is attributed to waiting where a partner is late") {
     const Waited exchange = waited(comm, 0, [&] { channel->start(), channel->finish(); });
     rank != 0 && pattern::linked(rank, 0) ? waits(exchange) : waits_not(exchange);
 
-    channel->count_as(nscdd::Operation::scatter);
-    const nscdd::CommSeconds before = comm.seconds();
+    channel->count_as(Communicator::Operation::scatter);
+    const Communicator::Seconds before = comm.seconds();
     const Waited scatter = waited(comm, 0, [&] { channel->start(), channel->finish(); });
     rank != 0 && pattern::linked(rank, 0) ? waits(scatter) : waits_not(scatter);
-    for (std::size_t o = 0; o < nscdd::operation_names.size(); ++o) {
-        const bool counted = o == static_cast<std::size_t>(nscdd::Operation::scatter);
-        const nscdd::CommSeconds after = comm.seconds();
+    for (std::size_t o = 0; o < nscdd::detail::operation_names.size(); ++o) {
+        const bool counted = o == static_cast<std::size_t>(Communicator::Operation::scatter);
+        const Communicator::Seconds after = comm.seconds();
         CHECK(after.wait_of[o] - before.wait_of[o] == (counted ? Approx(after.wait - before.wait) : Approx(0)));
         CHECK((after.transfer_of[o] > before.transfer_of[o]) == counted);
     }
@@ -258,13 +257,13 @@ TEST_CASE("wrong shapes and disagreeing sizes are errors") {
     CHECK(comm.meter().swept()[0] == 3.0);
 
     // Everyone to everyone, so that every rank meets the error and none is left waiting.
-    std::vector<Links> shorter(1), longer(1);
+    std::vector<Communicator::Links> shorter(1), longer(1);
     for (int peer = 0; peer < size; ++peer)
         if (peer != rank) {
             shorter[0].push_back({peer, 2, 3});
             longer[0].push_back({peer, 3, 2});
         }
-    const auto use = [](Mpi& with, const std::vector<Links>& links) {
+    const auto use = [](Mpi& with, const std::vector<Communicator::Links>& links) {
         const auto channel = with.open(links);
         channel->start();
         channel->finish();

@@ -38,7 +38,7 @@ Described<M> crossing_grain() {
         x[0] = 2.6 * k;
         scene.grains.push_back(make_grain<M>(k, 0.5, 1.0, x));
     }
-    GridCells<M::dim> cells;
+    detail::GridCells<M::dim> cells;
     cells.fill(1);
     cells[0] = 8;
     scene.settings.partition = by_grid<M>(cells);

@@ -36,7 +36,7 @@ ContactProblem<M> made_up_contacts(Random& random) {
         }
         if constexpr (M::rolling) c.rolling_coefficient = uniform(random, 0, 0.1);
         if constexpr (M::rolling && M::dim == 3)  // nothing resists twisting
-            c.r.template tail<3>() -= couple_of<M>(c.r).dot(c.normal) * c.normal;
+            c.r.template tail<3>() -= detail::couple_of<M>(c.r).dot(c.normal) * c.normal;
     }
     return problem;
 }

@@ -12,15 +12,15 @@ namespace {
 template <class M>
 Eigen::VectorXd impulses(const ContactProblem<M>& problem) {
     std::vector<double> all;
-    each_contact(problem,
-                 [&](const Contact<M>& c, auto) { all.insert(all.end(), c.r.data(), c.r.data() + c.r.size()); });
+    detail::each_contact(
+        problem, [&](const Contact<M>& c, auto) { all.insert(all.end(), c.r.data(), c.r.data() + c.r.size()); });
     return Eigen::Map<Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
 template <class M>
 void set_impulses(ContactProblem<M>& problem, const Eigen::VectorXd& r) {
     Eigen::Index at = 0;
-    each_contact(problem, [&](Contact<M>& c, auto) {
+    detail::each_contact(problem, [&](Contact<M>& c, auto) {
         c.r = r.segment(at, c.r.size());
         at += c.r.size();
     });
@@ -31,7 +31,7 @@ template <class M>
 void set_velocities(ContactProblem<M>& problem, const ContactProblem<M>& free) {
     for (std::size_t g = 0; g < problem.bodies.size(); ++g) problem.bodies[g].v = free.bodies[g].v;
     for (std::size_t w = 0; w < problem.walls.size(); ++w) problem.walls[w].speed = free.walls[w].speed;
-    apply_impulses(problem);
+    detail::apply_impulses(problem);
 }
 
 // Root of the metric times a change: W_n, times the fourth power of how much split masses make it too large, a tenth of
@@ -40,9 +40,10 @@ template <class M>
 Eigen::VectorXd weighted(const ContactProblem<M>& problem, const Eigen::VectorXd& change) {
     Eigen::VectorXd out = change;
     Eigen::Index at = 0;
-    each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
         auto part = out.segment(at, c.r.size());
-        const double split = delassus(problem, c, true, kind).normal, whole = delassus(problem, c, false, kind).normal;
+        const double split = detail::delassus(problem, c, true, kind).normal,
+                     whole = detail::delassus(problem, c, false, kind).normal;
         const double root = std::sqrt(split) * std::pow(split / whole, 2);
         if constexpr (M::friction) {
             const double normal = c.normal.dot(part);
@@ -101,7 +102,7 @@ ContactProblem<M> cold_problem(const std::vector<Grain<M>>& grains, int side, bo
         problem = parts[0].problem;
         for (auto& c : problem.contacts) c.r *= -1;
         for (auto& c : problem.wall_contacts) c.r *= -1;
-        apply_impulses(problem);
+        detail::apply_impulses(problem);
         for (auto& c : problem.contacts) c.r.setZero();
         for (auto& c : problem.wall_contacts) c.r.setZero();
         return SolveReport{};
@@ -152,10 +153,10 @@ void compare_with_definition(const ContactProblem<M>& free, int window) {
         sort(ordered.wall_contacts, sweeper.wall_order());
     }
     ByDefinition<M> theirs(ordered, free, window);
-    Anderson anderson(window);
+    detail::Anderson anderson(window);
     for (int k = 0; k < 12; ++k) {
         INFO("iteration " << k << ", restarts so far " << anderson.restarts());
-        Anderson::Products products{};
+        detail::Anderson::Products products{};
         sweeper.sweep(ours, anderson, products);
         anderson.update(products.data());
         sweeper.store(ours);
@@ -175,7 +176,7 @@ TEST_CASE("a linear iteration in n unknowns ends after n + 1 with a window of n"
     const auto b = random_vector<Eigen::Vector<double, n>>(random);
     const Eigen::Vector<double, n> exact = (Eigen::Matrix<double, n, n>::Identity() - a).lu().solve(b);
 
-    Anderson anderson(n);
+    detail::Anderson anderson(n);
     std::vector<Eigen::Vector<double, n>> iterates(n, b), changes(n, b);
     Eigen::Vector<double, n> g = Eigen::Vector<double, n>::Zero();
     for (int k = 0; k <= n; ++k) {
@@ -197,7 +198,7 @@ TEST_CASE("a linear iteration in n unknowns ends after n + 1 with a window of n"
 }
 
 TEST_CASE("a change that grows empties the window", "[anderson]") {
-    Anderson anderson(2);
+    detail::Anderson anderson(2);
     anderson.update(std::array{1.0, 0.0, 0.0}.data());
     CHECK(anderson.restarts() == 0);
     anderson.update(std::array{0.5, 0.0, 0.6}.data());  // slot 1 is empty as yet: its 0.6 is nobody's
@@ -213,7 +214,7 @@ TEST_CASE("a change that grows empties the window", "[anderson]") {
 }
 
 TEST_CASE("one iteration in five combines nothing, after two hundred", "[anderson]") {
-    Anderson anderson(1);
+    detail::Anderson anderson(1);
     double own = 1;
     const auto next = [&] {  // each change 0.9 of the last
         own *= 0.81;
@@ -333,7 +334,7 @@ TEMPLATE_TEST_CASE("a long column takes few iterations for each grain, and keeps
         run.options =
             SolveOptions{.tolerance = 1e-11, .bounds = {.max_penetration = 1}, .max_iterations = 20000}.accelerated();
         const int iterations = run.step().solve.iterations;
-        CHECK(iterations > 2 * Anderson::many);  // else round-off is too small to be seen
+        CHECK(iterations > 2 * detail::Anderson::many);  // else round-off is too small to be seen
         CHECK(iterations <= 10 * n);
         std::vector<double> impulse(n + 1, 0.0);  // below each grain, and of the lid
         for (const auto& c : gather_contacts(run.simulation)) {
@@ -375,7 +376,7 @@ TEST_CASE("velocities are those of the impulses after short solves as well", "[a
         const auto solve = ranks > 1 ? by_nscdd<Dcs<M>>(options) : by_nlgs<M>(options);
         double worst = 0;
         for (int step = 0; step < 620; ++step) {
-            const StepEnergy e = simulation.step(solve).energy;
+            const StepReport::Energy e = simulation.step(solve).energy;
             const double scale = e.kinetic + std::abs(e.external) + std::abs(e.normal) + std::abs(e.friction);
             worst = std::max(worst, std::abs(e.round_off()) / scale);
         }
@@ -397,7 +398,7 @@ TEST_CASE("a long solve goes on when the velocities of its impulses say that it 
                     .tolerance = tolerance, .bounds = {.max_penetration = 1}, .check_every = 1, .max_iterations = 20000}
                     .accelerated();
             const auto report = run.step().solve;  // which has to converge
-            CHECK(report.iterations > 2 * Anderson::many);
+            CHECK(report.iterations > 2 * detail::Anderson::many);
             CHECK(report.residual <= tolerance);
         }
 }

@@ -106,7 +106,7 @@ TEMPLATE_TEST_CASE("a wall that all ranks touch stops as it does with the refere
     const auto expected = stepped(nlgs_alone, scene);
     for (const int ranks : {2, 4, 8}) {
         INFO("ranks: " << ranks);
-        GridCells<M::dim> cells;
+        detail::GridCells<M::dim> cells;
         cells.fill(1);
         cells[0] = ranks;  // slabs, side by side on the floor
         const auto found = stepped({Scheme::dcs, ranks}, scene, by_grid<M>(cells));

@@ -97,7 +97,7 @@ TEMPLATE_TEST_CASE("pairs that are close across the sides of a cell are found, e
                 make_grain<M>(59 - id, 0.01, 1.0, cell.wrapped(6 * random_vector<typename M::Vec>(random))));
         std::set<std::pair<int, int>> found, expected;
         const auto all = [](const auto&, const auto&) { return true; };
-        for (const GrainPair& pair : close_pairs<M>(grains, cell, 0.02 + skin, skin, all)) {
+        for (const detail::GrainPair& pair : detail::close_pairs<M>(grains, cell, 0.02 + skin, skin, all)) {
             const int i = grains[static_cast<std::size_t>(pair.i)].id, j = grains[static_cast<std::size_t>(pair.j)].id;
             CHECK(i < j);
             CHECK(found.insert({i, j}).second);
@@ -260,7 +260,7 @@ TEST_CASE("a grain alone goes straight on in a cell that flows") {
         const double time = 0.8;
         for (int k = 0; k < std::lround(time / h); ++k) simulation.step(by_nlgs<M>({}));
         const M::Vec w = grain.velocity.head<3>(),  // found half a step ago, where the grain was then
-            velocity = w + flow_over<M>(cell.gradient_after(0.5 * h), grain.position - 0.5 * h * w);
+            velocity = w + detail::flow_over<M>(cell.gradient_after(0.5 * h), grain.position - 0.5 * h * w);
         const Cell<M>& now = simulation.settings().cell;
         const auto after = gather_grains(simulation)[0].grain;
         return now.apart(after.position, grain.position + time * velocity).norm();
@@ -282,7 +282,7 @@ TEMPLATE_TEST_CASE("a cell that flows closes its energy balance and misses no co
         double largest_tilt = 0;
         for (int k = 0; k < 200; ++k) {
             const StepReport report = simulation.step(solve);
-            const StepEnergy& e = report.energy;
+            const StepReport::Energy& e = report.energy;
             CHECK(std::abs(e.round_off()) < 1e-12 * (e.kinetic + std::abs(e.walls) + std::abs(e.contacts())));
             largest_tilt = std::max(largest_tilt, std::abs(simulation.settings().cell.tilt(0, 1)));
         }
@@ -319,7 +319,7 @@ TEMPLATE_TEST_CASE("a stress presses a cell until its grains bear it", "", scene
         int unconverged = 0;
         for (int k = 0; k < 600; ++k) {
             const StepReport report = simulation.step(solve);
-            const StepEnergy& e = report.energy;
+            const StepReport::Energy& e = report.energy;
             CHECK(std::abs(e.round_off()) <
                   1e-12 * (e.before + e.kinetic + std::abs(e.walls) + std::abs(e.contacts())));
             unconverged += !report.solve.converged;

@@ -233,7 +233,7 @@ TEST_CASE("a tangential impulse without a normal one counts in the stress alone"
 }
 
 TEST_CASE("cohesion needs a range and no restitution", "[law]") {
-    MaterialTable<Cohesive::Pairing> table;
+    Materials<Model<3, Cohesive>> table;
     const auto refused = [&](const Cohesive::Pairing& pairing) {
         return complaint<std::invalid_argument>([&] { table.set(0, 0, pairing); });
     };

@@ -16,8 +16,8 @@
 #include "nscdd/comm/route_by_square.hpp"
 
 using nscdd::Buffer;
+using nscdd::Communicator;
 using nscdd::InProcess;
-using nscdd::Links;
 using nscdd::detail::RankMap;
 using nscdd::detail::ReducedRows;
 
@@ -30,7 +30,7 @@ TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]")
     for (int round = 0; round < 2; ++round)
         pattern::check_received(pattern::everything(comm, round), comm.ranks(), size, round);
 
-    const nscdd::Traffic once = pattern::expected_traffic(size);
+    const Communicator::Traffic once = pattern::expected_traffic(size);
     CHECK(comm.traffic().messages == 2 * once.messages);
     CHECK(comm.traffic().bytes == 2 * once.bytes);
     CHECK(comm.seconds().wait == 0);
@@ -38,9 +38,8 @@ TEST_CASE("in-process ranks receive what was sent, by source", "[communicator]")
 }
 
 TEST_CASE("traffic is counted as defined, by operation", "[communicator]") {
-    using nscdd::Operation;
     InProcess comm(3);
-    const auto messages_of = [&comm](Operation operation) {
+    const auto messages_of = [&comm](Communicator::Operation operation) {
         return comm.traffic().messages_of[static_cast<std::size_t>(operation)];
     };
     SECTION("a link to oneself is no message, an empty message to another is") {
@@ -53,12 +52,12 @@ TEST_CASE("traffic is counted as defined, by operation", "[communicator]") {
         CHECK(channel->recv(2, 0)[0] == 3);
         CHECK(comm.traffic().messages == 2);
         CHECK(comm.traffic().bytes == 8);
-        CHECK(messages_of(Operation::exchange) == 2);
-        channel->count_as(Operation::gather);
+        CHECK(messages_of(Communicator::Operation::exchange) == 2);
+        channel->count_as(Communicator::Operation::gather);
         channel->start();
         channel->finish();
-        CHECK(messages_of(Operation::exchange) == 2);
-        CHECK(messages_of(Operation::gather) == 2);
+        CHECK(messages_of(Communicator::Operation::exchange) == 2);
+        CHECK(messages_of(Communicator::Operation::gather) == 2);
         CHECK(comm.traffic().messages == 4);
     }
     SECTION("a route counts what is not empty and not for oneself") {
@@ -66,7 +65,7 @@ TEST_CASE("traffic is counted as defined, by operation", "[communicator]") {
         CHECK(in == std::vector<Buffer>{{7, 4}, {1, 2, 5}, {3, 6}});
         CHECK(comm.traffic().messages == 4);
         CHECK(comm.traffic().bytes == 5 * 8);
-        CHECK(messages_of(Operation::route) == 4);
+        CHECK(messages_of(Communicator::Operation::route) == 4);
     }
     SECTION("an all-gather counts twice size-1, a reduction its rounds") {
         comm.all_gather({{1, 2}, {3, 4}, {5, 6}});
@@ -75,8 +74,8 @@ TEST_CASE("traffic is counted as defined, by operation", "[communicator]") {
         comm.reduce({{1, 2}, {3, 4}, {5, 6}}, 2);
         CHECK(comm.traffic().messages == 4 + 6);  // one round of all three
         CHECK(comm.traffic().bytes == (2 * 2 + 2 * 6 + 6 * 2) * 8);
-        CHECK(messages_of(Operation::all_gather) == 4);
-        CHECK(messages_of(Operation::reduction) == 6);
+        CHECK(messages_of(Communicator::Operation::all_gather) == 4);
+        CHECK(messages_of(Communicator::Operation::reduction) == 6);
     }
 }
 
@@ -84,7 +83,7 @@ TEST_CASE("a route by the square of the ranks brings what a route does, with few
     for (const int size : {1, 2, 3, 5, 7, 8, 12, 16, 21}) {
         INFO(size << " ranks");
         InProcess comm(size);
-        std::vector<nscdd::Outbox> out(static_cast<std::size_t>(size));
+        std::vector<Communicator::Outbox> out(static_cast<std::size_t>(size));
         for (int from = 0; from < size; ++from)
             for (int to = 0; to < size; ++to) out[from][to] = pattern::message(from, to, 1);
         const double before = comm.traffic().messages;
@@ -163,7 +162,7 @@ TEST_CASE("the rounds of a reduction give all ranks the bits of the tree", "[com
                 }
                 for (nscdd::detail::ReducedRows& of : rows) of.finish_round();
             }
-            CHECK(rounds == static_cast<int>(std::ceil(std::log2(nscdd::tree_size(size)) / 2)));
+            CHECK(rounds == static_cast<int>(std::ceil(std::log2(Communicator::tree_size(size)) / 2)));
             for (std::size_t p = 0; p < rows.size(); ++p) {
                 for (std::size_t k = 0; k < hosted[p]->count(); ++k)
                     CHECK(std::ranges::equal(rows[p].row(k), expected));
@@ -229,8 +228,8 @@ TEST_CASE("a communicator is called by one thread at a time, and not by tasks", 
     const std::vector<Buffer> numbers(3, Buffer{1});
     const std::map<std::string, std::function<void()>> calls{
         {"each_rank", [&] { comm.each_rank([](std::size_t) {}); }},
-        {"open", [&] { comm.open(std::vector<Links>(3)); }},
-        {"route", [&] { comm.route(std::vector<nscdd::Outbox>(3)); }},
+        {"open", [&] { comm.open(std::vector<Communicator::Links>(3)); }},
+        {"route", [&] { comm.route(std::vector<Communicator::Outbox>(3)); }},
         {"all_gather", [&] { comm.all_gather(numbers); }},
         {"reduce", [&] { comm.reduce(numbers, 1); }},
     };

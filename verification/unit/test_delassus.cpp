@@ -17,7 +17,7 @@ Eigen::MatrixXd inverse_mass(const Body<M>& body, double multiplicity) {
 }
 
 // Compares W with the two numbers that the kernel keeps of it, to 1e-14 of the largest.
-void check_diagonal(const Eigen::MatrixXd& w, const DelassusDiagonal& kernel) {
+void check_diagonal(const Eigen::MatrixXd& w, const detail::DelassusDiagonal& kernel) {
     Eigen::VectorXd diagonal = Eigen::VectorXd::Constant(w.rows(), kernel.tangential);
     diagonal[0] = kernel.normal;
     const Eigen::MatrixXd difference = w - Eigen::MatrixXd(diagonal.asDiagonal());
@@ -65,8 +65,8 @@ TEMPLATE_TEST_CASE("W of a contact is diagonal, isotropic in the tangent plane, 
             Eigen::MatrixXd w = ha * inverse_mass(problem.bodies[0], share(problem.multiplicity[0])) * ha.transpose();
             if (!wall) w += hb * inverse_mass(problem.bodies[1], share(problem.multiplicity[1])) * hb.transpose();
             if (wall) w(0, 0) += problem.walls[0].inv_mass / share(problem.wall_multiplicity[0]);
-            check_diagonal(
-                w, wall ? delassus(problem, c, split, WithWall{}) : delassus(problem, c, split, BetweenGrains{}));
+            check_diagonal(w, wall ? detail::delassus(problem, c, split, WithWall{})
+                                   : detail::delassus(problem, c, split, BetweenGrains{}));
         }
     }
 }

@@ -302,8 +302,8 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", SmoothD
         CHECK(lacks(spoilt([&](auto& s) { s.walls[0].force = bad; }), {"wall 0"}) == "");
         CHECK(lacks(spoilt([&](auto& s) { s.walls[0].mass = bad; }), {"wall 0"}) == "");
         CHECK(lacks(spoilt([&](auto& s) { s.walls[0].speed = bad; }), {"wall 0"}) == "");
-        CHECK_THROWS_AS(Materials(1).set(0, 0, {bad, 0}), std::invalid_argument);
-        CHECK_THROWS_AS(Materials(1).set(0, 0, {0, bad}), std::invalid_argument);
+        CHECK_THROWS_AS(Materials<scenes::Disks>(1).set(0, 0, {bad, 0}), std::invalid_argument);
+        CHECK_THROWS_AS(Materials<scenes::Disks>(1).set(0, 0, {0, bad}), std::invalid_argument);
     }
     CHECK(lacks(spoilt([&](auto& s) { s.theta = nan; }), {"theta"}) == "");
     CHECK(lacks(spoilt([&](auto& s) { s.largest_overlap = nan; }), {"overlap"}) == "");
@@ -312,8 +312,8 @@ TEMPLATE_TEST_CASE("settings that cannot be are refused", "[detection]", SmoothD
     CHECK(lacks(spoilt([](auto& s) { s.walls[0].material = 1; }), {"wall 0", "material"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.partition = by_grid<M>({2, 2}); }), {"cells"}) == "");
     CHECK(lacks(spoilt([](auto& s) { s.partition.make = nullptr; }), {"partition", "make"}) == "");
-    CHECK_THROWS_AS(Materials(1).set(0, 0, {-0.1, 0}), std::invalid_argument);
-    CHECK_THROWS_AS(Materials(1).set(0, 0, {0, 1.1}), std::invalid_argument);
+    CHECK_THROWS_AS(Materials<scenes::Disks>(1).set(0, 0, {-0.1, 0}), std::invalid_argument);
+    CHECK_THROWS_AS(Materials<scenes::Disks>(1).set(0, 0, {0, 1.1}), std::invalid_argument);
 }
 
 TEMPLATE_TEST_CASE("impulses to start from must be finite", "[detection]", SmoothDisks, FrictionSpheres) {

@@ -139,7 +139,7 @@ TEMPLATE_TEST_CASE("what is asked of a body is the least change that does it", "
     using M = TestType;
     Random random(5);
     for (int k = 0; k < 3000; ++k) {
-        Asked<M> asked;
+        detail::Asked<M> asked;
         const int contacts = 1 + k % 4;
         const double flat = k % 3 == 0 ? 1 : std::pow(10.0, -uniform(random, 0, 4));  // 0: they lie in one line
         const typename M::Vec line = random_unit<M>(random);
@@ -149,7 +149,7 @@ TEMPLATE_TEST_CASE("what is asked of a body is the least change that does it", "
             normal.normalize();
             asked.add(normal * normal.transpose(), uniform(random, -1, 1) * normal, 1);
         }
-        Eigen::SelfAdjointEigenSolver<typename Asked<M>::Matrix> axes(asked.held);
+        Eigen::SelfAdjointEigenSolver<typename detail::Asked<M>::Matrix> axes(asked.held);
         double square = 0;
         bool clear = true;  // no eigenvalue is nearly lost in round-off
         for (int d = 0; d < M::dim; ++d) {
@@ -160,7 +160,7 @@ TEMPLATE_TEST_CASE("what is asked of a body is the least change that does it", "
         CAPTURE(k, contacts, flat, axes.eigenvalues().transpose());
         if (clear) CHECK(asked.square() == Approx(square).epsilon(1e-2));
     }
-    CHECK(Asked<M>{}.square() == 0);
+    CHECK(detail::Asked<M>{}.square() == 0);
 }
 
 TEMPLATE_TEST_CASE("a contact satisfies its law once its velocity has changed by law_miss()", "[distance]", SmoothDisks,
@@ -251,7 +251,7 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                     }
                     Dcs<M> scheme;
                     scheme.setup(parts, c);
-                    glue<M>(scheme, parts, c);
+                    detail::glue<M>(scheme, parts, c);
                     const std::size_t walls = parts[0].problem.walls.size();
                     const std::span<const double> speeds = reduce(c, walls, [&](std::size_t k) {
                         Buffer own(walls, 0.0);
@@ -268,17 +268,17 @@ TEMPLATE_TEST_CASE("components and estimate are the same on any number of subdom
                 };
                 for (std::size_t k = 0; k < parts.size(); ++k) {
                     auto& problem = parts[k].problem;  // no impulses yet: V_free
-                    sums[k].begin(problem, free_velocities(problem));
+                    sums[k].begin(problem, detail::free_velocities(problem));
                 }
                 set(1e-3);
                 for (std::size_t k = 0; k < parts.size(); ++k) sums[k].mark(parts[k].problem);
                 set(2e-3);
                 for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_contacts(parts[k].problem, nullptr);
-                add_asked<M>(parts, c, sums);
+                detail::add_asked<M>(parts, c, sums);
                 for (std::size_t k = 0; k < parts.size(); ++k) sums[k].add_bodies(parts[k].problem);
                 const ResidualParts residual = reduce<ResidualParts>(
                     c, [&](std::size_t k) { return residual_parts(parts[k].problem, sums[k].free()); });
-                JoinedComponents<M> joined({parts.begin(), parts.end()}, c, sums);
+                detail::JoinedComponents<M> joined({parts.begin(), parts.end()}, c, sums);
                 const detail::DistanceEstimate all = joined.estimate(c, sums, residual);
                 CHECK(all.worst > 0);
                 CHECK(all.scene > 0);

@@ -68,7 +68,7 @@ TEMPLATE_TEST_CASE("a grain that falls on a fixed one bounces as on a wall, and 
         settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, e});
         InProcess comm(1);
         Simulation<M> simulation(comm, settings, std::vector{ball, fixed});
-        StepEnergy sum;
+        StepReport::Energy sum;
         for (int k = 0; k < 5; ++k) {
             const StepReport report = simulation.step(by_nlgs<M>(exact));
             sum.normal += report.energy.normal;
@@ -109,7 +109,7 @@ TEMPLATE_TEST_CASE("fixed grains stay, and the heap on them is the same however 
             if (grain.fixed()) CHECK(after.at(grain.id).position == grain.position);
         if (alone.empty()) alone = after;
         CHECK(difference(alone, after) < 1e-7);
-        CHECK(largest_net_force(run.simulation) > 0);
+        CHECK(detail::largest_net_force(run.simulation) > 0);
     }
 }
 
@@ -210,7 +210,8 @@ TEMPLATE_TEST_CASE("what is left steps on as a scene made of it", "", EVERY_MODE
                 if (c.j >= 0) impulse.j = renamed[c.j];
                 impulses.push_back(impulse);
             }
-            const auto removed = run.simulation.remove(gone, closed ? Numbering::closed_up : Numbering::kept);
+            const auto removed = run.simulation.remove(
+                gone, closed ? Simulation<M>::Numbering::closed_up : Simulation<M>::Numbering::kept);
             REQUIRE(removed.size() == grains.size() - left.size());
             REQUIRE(removed.size() > 3);
             CHECK(std::accumulate(removed.begin(), removed.end(), 0.0,

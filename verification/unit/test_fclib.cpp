@@ -107,7 +107,7 @@ TEMPLATE_TEST_CASE("The global form of a model is condensed to its local one, an
         CHECK((other.q - local.q).norm() < 1e-13 * local.q.norm());
         CHECK(other.friction == local.friction);
         CHECK(other.rolling == local.rolling);
-        CHECK(other.size() == LocalForm<M>::size);
+        CHECK(other.size() == detail::LocalForm<M>::size);
     };
     same(condense(global));
     // velocities with the impulses are those that the bodies have

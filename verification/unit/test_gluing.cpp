@@ -37,13 +37,13 @@ void glue(auto& gluing, Copies copies, Buffer& v) {
 }
 
 Eigen::MatrixXd interface_operator(const Copies& copies) {
-    const Eigen::MatrixXd jumps = jump_matrix(copies);
-    return jumps * split_inverse_masses(copies).asDiagonal() * jumps.transpose();
+    const Eigen::MatrixXd jumps = detail::jump_matrix(copies);
+    return jumps * detail::split_inverse_masses(copies).asDiagonal() * jumps.transpose();
 }
 
 Eigen::VectorXd multipliers(const Copies& copies, const Buffer& v) {
     const Eigen::Map<const Eigen::VectorXd> velocity(v.data(), static_cast<Eigen::Index>(v.size()));
-    return interface_operator(copies).ldlt().solve(Eigen::MatrixXd(jump_matrix(copies)) * velocity);
+    return interface_operator(copies).ldlt().solve(Eigen::MatrixXd(detail::jump_matrix(copies)) * velocity);
 }
 
 double distance(const Buffer& a, const Buffer& b) {
@@ -181,8 +181,8 @@ TEST_CASE("elementary problems (10) to (12) give the global Delta F", "[gluing]"
     Buffer glued = v;
     Factorised<> factorised;
     glue(factorised, copies, glued);
-    const Eigen::VectorXd correction =
-        split_inverse_masses(copies).asDiagonal() * (Eigen::MatrixXd(jump_matrix(copies)).transpose() * combined);
+    const Eigen::VectorXd correction = detail::split_inverse_masses(copies).asDiagonal() *
+                                       (Eigen::MatrixXd(detail::jump_matrix(copies)).transpose() * combined);
     for (std::size_t k = 0; k < v.size(); ++k)
         CHECK(std::abs(v[k] - correction[static_cast<Eigen::Index>(k)] - glued[k]) <= 1e-12);
 }
@@ -211,7 +211,7 @@ template <class M>
 std::vector<Subdomain<M>> glued_by(auto&& scheme, std::vector<Subdomain<M>> parts, Communicator& comm) {
     for (auto& part : parts) part.sweeper.load(part.problem);
     scheme.setup(parts, comm);
-    nscdd::glue<M>(scheme, parts, comm);
+    nscdd::detail::glue<M>(scheme, parts, comm);
     for (auto& part : parts) part.sweeper.store(part.problem);
     return parts;
 }
@@ -274,7 +274,7 @@ TEMPLATE_TEST_CASE("both schemes, with X in closed form or factorised, average t
         for (auto& part : parts) part.sweeper.load(part.problem);
         scheme.setup(parts, comm);
         const double before = comm.traffic().bytes;
-        nscdd::glue<M>(scheme, parts, comm);
+        nscdd::detail::glue<M>(scheme, parts, comm);
         CHECK(comm.traffic().bytes - before == 2.0 * sizeof(double) * static_cast<double>(sent));
     });
 }

@@ -67,8 +67,9 @@ TEMPLATE_TEST_CASE("a stored W of low rank, blocks full, by projected gradients"
     for (int trial = 0; trial < 10; ++trial) {
         const auto problem = test::random_problem<dim>(random, 30, 25);
         std::vector<typename DelassusProblem<dim>::Vec> r(30, DelassusProblem<dim>::Vec::Zero());
-        const SolveReport report = projected_gradient(problem, r, {.tolerance = 1e-11}, Descent::spectral,
-                                                      [&](const auto& now) { return natural_map_error(problem, now); });
+        const SolveReport report =
+            projected_gradient(problem, r, {.tolerance = 1e-11}, Descent::spectral,
+                               [&](const auto& now) { return detail::natural_map_error(problem, now); });
         INFO("trial " << trial << ", " << report.iterations << " iterations, natural map " << report.residual);
         REQUIRE(report.converged);
         test::check_law(problem, r, 1e-8, count);

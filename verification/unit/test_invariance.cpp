@@ -76,7 +76,7 @@ Setting<M> random_setting(Random& random, bool driven) {
         grain = make_grain<M>(grain.id, 0.45 + 2.5 * (grain.radius - 0.49), 1.0, grain.position);
         grain.velocity = velocity;
     }
-    setting.settings.materials = Materials(2);
+    setting.settings.materials = Materials<M>(2);
     setting.settings.materials.set(0, 0, {M::friction ? 0.3 : 0.0, 0});
     setting.settings.materials.set(0, 1, {M::friction ? 0.2 : 0.0, 0});
     setting.settings.materials.set(1, 1, {M::friction ? 0.5 : 0.0, 0.5});

@@ -84,7 +84,7 @@ double law_error(const typename DelassusProblem<dim>::Block& w, const typename D
                  const typename DelassusProblem<dim>::Vec& r) {
     const double rho = dim / w.trace();
     const typename DelassusProblem<dim>::Vec u = w * r + q;
-    return natural_map(r, u, mu, rho).norm() / (r.norm() + rho * q.norm());
+    return detail::natural_map(r, u, mu, rho).norm() / (r.norm() + rho * q.norm());
 }
 
 template <int dim>
@@ -175,7 +175,7 @@ TEST_CASE("The nearest point of the cone is none of those around it", "[local]")
         const double mu = k % 5 == 0 ? 0 : uniform(random, 0, 2);
         Local3::Vec y = random_vector<Local3::Vec>(random);
         if (k % 3 == 0) y.tail<2>().setZero();
-        const Local3::Vec p = project_on_cone(y, mu);
+        const Local3::Vec p = detail::project_on_cone(y, mu);
         REQUIRE(p.tail<2>().norm() <= mu * p[0] + 1e-15);
         for (int other = 0; other < 20; ++other) {  // the angle at p is obtuse for every point of the cone
             Local3::Vec x = random_vector<Local3::Vec>(random);
@@ -193,7 +193,7 @@ TEST_CASE("The worst contact is named", "[local]") {
     CHECK(e.worst_contact == 1);
     CHECK(e.worst == Approx(3 / std::sqrt(14.0)));
     CHECK(e.natural_map == Approx(std::sqrt(13.0 / 14.0)));
-    CHECK(natural_map_error(problem, {{1, 0, 0}, {0, 0, 0}, {0, 0, 0}}) == e.natural_map);
+    CHECK(detail::natural_map_error(problem, {{1, 0, 0}, {0, 0, 0}, {0, 0, 0}}) == e.natural_map);
 }
 
 TEST_CASE("A full block is solved: the answer is one of those that a search finds", "[local]") {
@@ -258,8 +258,8 @@ typename M::Vec full_velocity(const ContactProblem<M>& problem, const Contact<M>
 template <class M>
 std::vector<typename M::Vec> full_velocities(ContactProblem<M>& problem) {
     std::vector<typename M::Vec> u;
-    each_contact(problem, [&](const Contact<M>& c, auto kind) {
-        u.push_back(contact_frame<M>(c.normal) * full_velocity(problem, c, kind));
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
+        u.push_back(detail::contact_frame<M>(c.normal) * full_velocity(problem, c, kind));
     });
     return u;
 }
@@ -279,7 +279,7 @@ TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by co
     const auto r = local_impulses(problem);
     const auto u = full_velocities(problem);
     std::vector<double> biases;
-    each_contact(problem, [&](const Contact<M>& c, auto) { biases.push_back(c.bias); });
+    detail::each_contact(problem, [&](const Contact<M>& c, auto) { biases.push_back(c.bias); });
     for (std::size_t c = 0; c < u.size(); ++c) {
         typename M::Vec expected = u[c];
         expected[0] += biases[c];
@@ -298,10 +298,10 @@ TEMPLATE_TEST_CASE("W and q are those of the matrix-free operators, column by co
         for (int k = 0; k < (M::friction ? M::dim : 1); ++k) {
             ContactProblem<M> pushed = still;
             std::size_t at = 0;
-            each_contact(pushed, [&](const Contact<M>& c, auto kind) {
+            detail::each_contact(pushed, [&](const Contact<M>& c, auto kind) {
                 if (at++ != d) return;
                 typename M::Impulse unit = M::Impulse::Unit(0);
-                if constexpr (M::friction) unit = contact_frame<M>(c.normal).row(k).transpose();
+                if constexpr (M::friction) unit = detail::contact_frame<M>(c.normal).row(k).transpose();
                 apply_impulse(pushed, c, unit, kind);
             });
             const auto expected = full_velocities(pushed);
@@ -328,7 +328,7 @@ TEMPLATE_TEST_CASE("Sweeps, eta and velocities are those of matrix-free NLGS", "
 
     ContactProblem<M> swept = problem;
     prepare_contacts(swept);
-    for (int k = 0; k < 7; ++k) sweep(swept), block_sweep(local, r);
+    for (int k = 0; k < 7; ++k) sweep(swept), detail::block_sweep(local, r);
     const auto expected = local_impulses(swept);
     double largest = 0;
     for (const auto& impulse : expected) largest = std::max(largest, impulse.norm());

@@ -299,8 +299,8 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     InProcess two(2);
     CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "no friction is known") == "");
     settings.materials.set(0, 0, {});
-    for (const GridCells<2> cells :
-         {GridCells<2>{-2, -1}, {0, 2}, {2, 0}, {1, 1}, {1 << 30, 1 << 30}, {65536, 65536}}) {
+    for (const detail::GridCells<2> cells :
+         {detail::GridCells<2>{-2, -1}, {0, 2}, {2, 0}, {1, 1}, {1 << 30, 1 << 30}, {65536, 65536}}) {
         settings.partition = by_grid<M>(cells);
         CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "cells") == "");
     }
@@ -343,7 +343,7 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     const Simulation<M> moved = std::move(simulation);
     const std::function<void()> uses[]{[&] { simulation.step(solve); },     [&] { measure(simulation); },
                                        [&] { observe(simulation); },        [&] { gather_grains(simulation); },
-                                       [&] { gather_rough(simulation); },   [&] { last_rough(simulation); },
+                                       [&] { gather_rough(simulation); },   [&] { detail::last_rough(simulation); },
                                        [&] { gather_contacts(simulation); }};
     for (const auto& use : uses)
         CHECK(complaint<std::logic_error>(use) == "Simulation: nothing is left of one that was moved");
@@ -354,13 +354,13 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
     settings.h = -1;
     CHECK(lacks(refusal([&] { Simulation<M>(two, settings, grains); }), "the step h must be positive") == "");
 
-    CHECK_THROWS_AS(Grid<M>({0, 1}, M::Vec::Zero(), M::Vec::Ones()), std::invalid_argument);
+    CHECK_THROWS_AS(detail::Grid<M>({0, 1}, M::Vec::Zero(), M::Vec::Ones()), std::invalid_argument);
     for (const double bad : {not_a_number, inf})
-        CHECK_THROWS_AS(Grid<M>({2, 1}, M::Vec::Zero(), M::Vec::Constant(bad)), std::invalid_argument);
-    CHECK_THROWS_AS(Grid<M>({2, 1}, M::Vec::Constant(-1e308), M::Vec::Constant(1e308)), std::invalid_argument);
+        CHECK_THROWS_AS(detail::Grid<M>({2, 1}, M::Vec::Zero(), M::Vec::Constant(bad)), std::invalid_argument);
+    CHECK_THROWS_AS(detail::Grid<M>({2, 1}, M::Vec::Constant(-1e308), M::Vec::Constant(1e308)), std::invalid_argument);
 
-    for (const int count : {-1, 0, 65536}) CHECK(lacks(refusal([&] { Materials{count}; }), "materials") == "");
-    Materials pair(2);
+    for (const int count : {-1, 0, 65536}) CHECK(lacks(refusal([&] { Materials<M>{count}; }), "materials") == "");
+    Materials<M> pair(2);
     for (const auto& [a, b] : {std::pair(1, -1), std::pair(0, 2), std::pair(2, 0)})
         CHECK(lacks(refusal([&] { pair.set(a, b, {}); }), "there are 2") == "");
 

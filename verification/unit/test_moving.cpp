@@ -13,7 +13,7 @@ using Vec = M::Vec;
 constexpr double radius = 0.5, pi = std::numbers::pi;
 
 // A floor at height 0.
-SimulationSettings<M> floor_along(Path<M> path, double friction, double restitution = 0) {
+SimulationSettings<M> floor_along(detail::Path<M> path, double friction, double restitution = 0) {
     SimulationSettings<M> settings;
     settings.h = 1e-3;
     settings.gravity = {0, 0, -10};
@@ -30,7 +30,7 @@ void run(const SimulationSettings<M>& settings, int steps, auto&& visit) {
     Simulation<M> simulation(comm, settings, std::vector{make_grain<M>(0, radius, 1.0, {0, 0, radius})});
     for (int step = 1; step <= steps; ++step) {
         const StepReport report = simulation.step(by_nlgs<M>({}));
-        const StepEnergy& e = report.energy;
+        const StepReport::Energy& e = report.energy;
         CHECK(std::abs(e.kinetic - e.before - e.external - e.walls - e.normal - e.friction) < 1e-12);
         visit(simulation, simulation.parts()[0].grains[0], report);
     }

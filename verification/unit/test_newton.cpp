@@ -107,7 +107,7 @@ ContactProblem<Spheres> pile() {
         problem = parts[0].problem;
         return nlgs(parts[0].problem, {});
     });
-    replace_impulses(problem, [](const auto&) { return Spheres::Impulse::Zero(); });
+    detail::replace_impulses(problem, [](const auto&) { return Spheres::Impulse::Zero(); });
     return problem;
 }
 
@@ -130,11 +130,11 @@ TEST_CASE("some hundred spheres under a heavy lid, hyperstatic, from zero impuls
     CHECK(report.interior > 0);
     CHECK(report.iterations <= 120);
     double largest = 0;
-    each_contact(problem,
-                 [&](const Contact<Spheres>& c, auto) { largest = std::max(largest, c.r.cwiseAbs().maxCoeff()); });
+    detail::each_contact(
+        problem, [&](const Contact<Spheres>& c, auto) { largest = std::max(largest, c.r.cwiseAbs().maxCoeff()); });
     std::size_t loaded = 0;
     std::vector<bool> carries(problem.bodies.size());
-    each_contact(problem, [&](const Contact<Spheres>& c, auto kind) {
+    detail::each_contact(problem, [&](const Contact<Spheres>& c, auto kind) {
         if (c.r.norm() <= 1e-6 * largest) return;
         ++loaded;
         carries[static_cast<std::size_t>(c.i)] = true;

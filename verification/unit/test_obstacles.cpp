@@ -55,7 +55,7 @@ void run(const SimulationSettings<M>& settings, const std::vector<Grain<M>>& gra
     Simulation<M> simulation(comm, settings, grains);
     for (int step = 1; step <= steps; ++step) {
         const StepReport report = simulation.step(by_nlgs<M>({.tolerance = 1e-12}));
-        const StepEnergy& e = report.energy;
+        const StepReport::Energy& e = report.energy;
         REQUIRE(std::abs(e.kinetic - e.before - e.external - e.walls - e.normal - e.friction) <
                 1e-12 * (1 + e.kinetic));
         std::vector<Grain<M>> now;
@@ -183,7 +183,7 @@ TEST_CASE("a drum of either kind carries a sphere with friction", "[obstacle]") 
     InProcess comm(1);
     Simulation<M> simulation(comm, settings, std::vector{grain});
     for (int step = 0; step < 3000; ++step) {
-        const StepEnergy e = simulation.step(by_nlgs<M>({.tolerance = 1e-12})).energy;
+        const StepReport::Energy e = simulation.step(by_nlgs<M>({.tolerance = 1e-12})).energy;
         REQUIRE(std::abs(e.kinetic - e.before - e.external - e.walls - e.normal - e.friction) < 1e-12);
         work += e.walls;
     }

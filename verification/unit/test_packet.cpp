@@ -38,7 +38,7 @@ std::array<double, std::size_t{Packet::width}> lanes(Packet a) {
 
 TEST_CASE("an inverse root is right to the last bit or two") {
     each_packet(1 << 14, [](Packet a) {
-        const auto x = lanes(a), y = lanes(inverse_root(a));
+        const auto x = lanes(a), y = lanes(detail::inverse_root(a));
         for (std::size_t k = 0; k < x.size(); ++k) {
             const double exact = 1 / std::sqrt(x[k]);
             REQUIRE(std::abs(y[k] - exact) <= 3e-16 * exact);
@@ -59,7 +59,7 @@ TEST_CASE("packets have the bits of all machines with fused products") {
         }
     };
     each_packet((1 << 17) / Packet::width, [&](Packet a) {
-        const Packet root = inverse_root(a);
+        const Packet root = detail::inverse_root(a);
         add(root);
         add(madd(root, a, Packet(0) - magnitude(a - root)));
         add(larger(a * root, Packet(1) / root) + smaller(a, root));

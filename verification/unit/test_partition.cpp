@@ -74,9 +74,9 @@ std::vector<Subdomain<M>> dealt_in_turn(const std::vector<Grain<M>>& grains, int
 }
 
 template <class M>
-Grid<M> grid_of(int ranks, double edge) {
+detail::Grid<M> grid_of(int ranks, double edge) {
     const typename M::Vec extent = M::Vec::Constant(edge);
-    return Grid<M>(choose_cells<M>(ranks, extent), M::Vec::Zero(), extent);
+    return detail::Grid<M>(detail::choose_cells<M>(ranks, extent), M::Vec::Zero(), extent);
 }
 
 template <class M>
@@ -86,7 +86,7 @@ template <class M>
 Carried<M> impulses(const std::vector<Subdomain<M>>& parts) {
     Carried<M> all;
     for (const auto& part : parts)
-        detail::visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) {
+        detail::visit_impulses(part, [&](const auto&, const PairImpulse<M>& p) {
             all.emplace_back(p.i, p.j, std::vector<double>(p.r.data(), p.r.data() + p.r.size()));
         });
     std::sort(all.begin(), all.end());
@@ -111,34 +111,34 @@ std::vector<Grain<M>> unlike_grains(Random& random, double edge) {
 
 TEST_CASE("as many cells as ranks, near to cubes", "[partition]") {
     const Eigen::Vector3d cube(1, 1, 1);
-    CHECK(choose_cells<SmoothSpheres>(1, cube) == GridCells<3>{1, 1, 1});
-    CHECK(choose_cells<SmoothSpheres>(3, cube) == GridCells<3>{3, 1, 1});
-    CHECK(choose_cells<SmoothSpheres>(4, cube) == GridCells<3>{2, 2, 1});
-    CHECK(choose_cells<SmoothSpheres>(8, cube) == GridCells<3>{2, 2, 2});
-    CHECK(choose_cells<SmoothSpheres>(8, Eigen::Vector3d(1, 1, 10)) == GridCells<3>{1, 1, 8});
-    CHECK(choose_cells<SmoothSpheres>(12, Eigen::Vector3d(1, 3, 2)) == GridCells<3>{1, 4, 3});
-    CHECK(choose_cells<SmoothDisks>(4, Eigen::Vector2d(1, 1)) == GridCells<2>{2, 2});
-    CHECK(choose_cells<SmoothDisks>(6, Eigen::Vector2d(2, 3)) == GridCells<2>{2, 3});
-    CHECK(choose_cells<SmoothDisks>(5, Eigen::Vector2d(1, 1)) == GridCells<2>{5, 1});
+    CHECK(detail::choose_cells<SmoothSpheres>(1, cube) == detail::GridCells<3>{1, 1, 1});
+    CHECK(detail::choose_cells<SmoothSpheres>(3, cube) == detail::GridCells<3>{3, 1, 1});
+    CHECK(detail::choose_cells<SmoothSpheres>(4, cube) == detail::GridCells<3>{2, 2, 1});
+    CHECK(detail::choose_cells<SmoothSpheres>(8, cube) == detail::GridCells<3>{2, 2, 2});
+    CHECK(detail::choose_cells<SmoothSpheres>(8, Eigen::Vector3d(1, 1, 10)) == detail::GridCells<3>{1, 1, 8});
+    CHECK(detail::choose_cells<SmoothSpheres>(12, Eigen::Vector3d(1, 3, 2)) == detail::GridCells<3>{1, 4, 3});
+    CHECK(detail::choose_cells<SmoothDisks>(4, Eigen::Vector2d(1, 1)) == detail::GridCells<2>{2, 2});
+    CHECK(detail::choose_cells<SmoothDisks>(6, Eigen::Vector2d(2, 3)) == detail::GridCells<2>{2, 3});
+    CHECK(detail::choose_cells<SmoothDisks>(5, Eigen::Vector2d(1, 1)) == detail::GridCells<2>{5, 1});
     // on a line, in a plane, at one point
-    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 0, 9)) == GridCells<3>{1, 1, 4});
-    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 9, 0)) == GridCells<3>{1, 4, 1});
-    CHECK(choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 1, 1)) == GridCells<3>{1, 2, 2});
-    CHECK(choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 9)) == GridCells<2>{1, 3});
-    CHECK(choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 0)) == GridCells<2>{3, 1});
-    CHECK_THROWS_AS(choose_cells<SmoothDisks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
+    CHECK(detail::choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 0, 9)) == detail::GridCells<3>{1, 1, 4});
+    CHECK(detail::choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 9, 0)) == detail::GridCells<3>{1, 4, 1});
+    CHECK(detail::choose_cells<SmoothSpheres>(4, Eigen::Vector3d(0, 1, 1)) == detail::GridCells<3>{1, 2, 2});
+    CHECK(detail::choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 9)) == detail::GridCells<2>{1, 3});
+    CHECK(detail::choose_cells<SmoothDisks>(3, Eigen::Vector2d(0, 0)) == detail::GridCells<2>{3, 1});
+    CHECK_THROWS_AS(detail::choose_cells<SmoothDisks>(0, Eigen::Vector2d(1, 1)), std::invalid_argument);
 }
 
 TEMPLATE_TEST_CASE("every point has one owner, and those who come near it are visited", "[partition]", SmoothDisks,
                    SmoothSpheres) {
     using M = TestType;
     Random random(11);
-    GridCells<M::dim> cells;
+    detail::GridCells<M::dim> cells;
     cells.fill(2);
     cells[0] = 3, cells[1] = 4;
     const int ranks = M::dim == 2 ? 12 : 24;
     const typename M::Vec low = M::Vec::Constant(-1), high = M::Vec::Constant(2);
-    const Grid<M> grid(cells, low, high);
+    const detail::Grid<M> grid(cells, low, high);
     std::set<int> owners;
     for (int k = 0; k < 5000; ++k) {
         const typename M::Vec x =
@@ -316,11 +316,11 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
     const Carried<M> before = impulses<M>(parts);
     REQUIRE(before.size() > 20);
 
-    GridCells<M::dim> strips;
+    detail::GridCells<M::dim> strips;
     strips.fill(1);
     strips[1] = ranks;
-    const Grid<M> other(strips, M::Vec::Zero(), M::Vec::Constant(edge));
-    for (const Grid<M>& grid : {grid_of<M>(ranks, edge), other, grid_of<M>(ranks, edge)}) {
+    const detail::Grid<M> other(strips, M::Vec::Zero(), M::Vec::Constant(edge));
+    for (const detail::Grid<M>& grid : {grid_of<M>(ranks, edge), other, grid_of<M>(ranks, edge)}) {
         detail::repartition<M>(parts, run.comm, grid, walls, skin, 0.5);
         CHECK(impulses<M>(parts) == before);
     }
@@ -328,7 +328,7 @@ TEMPLATE_TEST_CASE("impulses survive a new partition", "[partition]", SmoothDisk
     // and they can start another simulation, on as many ranks as one likes
     std::vector<PairImpulse<M>> start;
     for (const auto& part : parts)
-        detail::visit_impulses(part, [&](const Candidate<M>&, const PairImpulse<M>& p) { start.push_back(p); });
+        detail::visit_impulses(part, [&](const auto&, const PairImpulse<M>& p) { start.push_back(p); });
     auto settings = lattice_settings<M>(side);
     settings.walls.assign(walls.begin(), walls.end());
     InProcess comm(3);

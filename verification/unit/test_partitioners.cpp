@@ -20,9 +20,9 @@ struct Unnamed {
     void visit_owners(const typename M::Vec&, double, auto&& visit) const { visit(0); }
 };
 struct Empty {};
-static_assert(PartitionOf<Grid<SmoothDisks>, SmoothDisks> && PartitionOf<Shells<SmoothDisks>, SmoothDisks>);
-static_assert(PartitionOf<Bisection<SmoothSpheres>, SmoothSpheres> &&
-              PartitionOf<CellTable<SmoothSpheres>, SmoothSpheres>);
+static_assert(PartitionOf<detail::Grid<SmoothDisks>, SmoothDisks> && PartitionOf<Shells<SmoothDisks>, SmoothDisks>);
+static_assert(PartitionOf<detail::Bisection<SmoothSpheres>, SmoothSpheres> &&
+              PartitionOf<detail::CellTable<SmoothSpheres>, SmoothSpheres>);
 static_assert(!PartitionOf<Unnamed<SmoothDisks>, SmoothDisks> && !PartitionOf<Empty, SmoothDisks>);
 
 // Slabs of width 2 along the first axis, with a lapse.
@@ -204,7 +204,7 @@ TEMPLATE_TEST_CASE("METIS and bisection share few grains where ranks have few, f
     const int side = M::dim == 2 ? 30 : 10;
     Random random(35);
     const auto grains = shaken_lattice<M>(random, side);
-    const Box<M> box{M::Vec::Zero(), M::Vec::Constant(1.05 * side)};
+    const typename PartitionInput<M>::Box box{M::Vec::Zero(), M::Vec::Constant(1.05 * side)};
     for (const int ranks : {8, 48}) {
         InProcess comm(ranks);
         std::vector<std::vector<std::size_t>> shared;

@@ -235,7 +235,7 @@ TEMPLATE_TEST_CASE("the fast sweep and its residual are those of contacts one by
     sort(plain.contacts, sweeper.order());
     sort(plain.wall_contacts, sweeper.wall_order());
     prepare_contacts(plain, 0.9);
-    const auto free = free_velocities(plain);
+    const auto free = detail::free_velocities(plain);
     for (int sweeps = 0; sweeps < 3; ++sweeps) {
         sweeper.sweep(fast);
         sweep(plain);
@@ -265,17 +265,18 @@ TEMPLATE_TEST_CASE("the block of a contact says what impulse and couple do", "[l
     Contact<M> c;
     c.i = 0, c.normal = random_unit<M>(random), c.lever_i = 0.7;
     const auto check = [&](auto kind) {
-        const DelassusDiagonal w = delassus(problem, c, true, kind);
+        const detail::DelassusDiagonal w = detail::delassus(problem, c, true, kind);
         const auto before = relative_velocity(problem, c, kind);
         const auto dr = random_vector<typename M::Impulse>(random);
         apply_impulse(problem, c, dr, kind);
         const typename M::Impulse change = relative_velocity(problem, c, kind) - before;
-        const typename M::Vec force = force_of<M>(dr), normal = force.dot(c.normal) * c.normal;
-        const typename M::Spin couple = couple_of<M>(dr);
+        const typename M::Vec force = detail::force_of<M>(dr), normal = force.dot(c.normal) * c.normal;
+        const typename M::Spin couple = detail::couple_of<M>(dr);
         const typename M::Vec expected =
-            w.normal * normal + w.tangential * (force - normal) - w.coupling * spin_cross<M>(couple, c.normal);
-        CHECK((force_of<M>(change) - expected).norm() < 1e-14);
-        CHECK((couple_of<M>(change) - w.spin * couple + w.coupling * arm_cross<M>(c.normal, force)).norm() < 1e-14);
+            w.normal * normal + w.tangential * (force - normal) - w.coupling * detail::spin_cross<M>(couple, c.normal);
+        CHECK((detail::force_of<M>(change) - expected).norm() < 1e-14);
+        CHECK((detail::couple_of<M>(change) - w.spin * couple + w.coupling * detail::arm_cross<M>(c.normal, force))
+                  .norm() < 1e-14);
         CHECK(w.coupling * w.coupling < w.tangential * w.spin);
     };
     c.j = 0;
@@ -285,7 +286,7 @@ TEMPLATE_TEST_CASE("the block of a contact says what impulse and couple do", "[l
 }
 
 TEST_CASE("coefficients of rolling and twisting are not negative", "[law]") {
-    MaterialTable<Rolling::Pairing> table;
+    Materials<Model<3, Rolling>> table;
     const auto refused = [&](const Rolling::Pairing& pairing) {
         return complaint<std::invalid_argument>([&] { table.set(0, 0, pairing); });
     };

@@ -116,7 +116,7 @@ TEST_CASE("blocks without mobility of the couple, of friction or of both are sol
         if (k % 4 < 2) diagonal.tail<2>().setZero();
         const Rolls3::Block w = diagonal.asDiagonal();
         const Rolls3::Vec r = detail::rolling_contact<3>(w, q, 0.5, 0.2), u = w * r + q;
-        REQUIRE(natural_map(r, u, std::array{0.5, 0.2}, 0.5).norm() < 1e-12);
+        REQUIRE(detail::natural_map(r, u, std::array{0.5, 0.2}, 0.5).norm() < 1e-12);
     }
 }
 
@@ -127,7 +127,7 @@ TEST_CASE("the nearest point of a cone with two bounds is none of those around i
         const std::array limits{k % 5 == 0 ? 0 : uniform(random, 0, 2), k % 7 == 0 ? 0 : uniform(random, 0, 2)};
         Rolls3::Vec y = random_vector<Rolls3::Vec>(random);
         if (k % 3 == 0) y.tail<2>().setZero();
-        const Rolls3::Vec p = project_on_cone(y, limits);
+        const Rolls3::Vec p = detail::project_on_cone(y, limits);
         REQUIRE(p.segment<2>(1).norm() <= limits[0] * p[0] + 1e-15);
         REQUIRE(p.tail<2>().norm() <= limits[1] * p[0] + 1e-15);
         cut += p != y && p[0] > 0;
@@ -174,17 +174,17 @@ TEMPLATE_TEST_CASE("u = W r + q is the velocity that bodies with these impulses 
     constexpr int m = M::dim - 1;
     Random random(31);
     ContactProblem<M> problem = made_up_contacts<M>(random);
-    const LocalForm<M> local = assemble(problem);
+    const detail::LocalForm<M> local = assemble(problem);
     REQUIRE(local.contact_count() == 12);
     for (int trial = 0; trial < 3; ++trial) {
         std::size_t c = 0;
         const auto r = local_impulses(problem);
-        each_contact(problem, [&](const Contact<M>& contact, auto kind) {
-            const auto frame = contact_frame<M>(contact.normal);
+        detail::each_contact(problem, [&](const Contact<M>& contact, auto kind) {
+            const auto frame = detail::contact_frame<M>(contact.normal);
             const typename M::Impulse v = relative_velocity(problem, contact, kind);
-            const typename M::Spin spin = couple_of<M>(v);
-            typename LocalForm<M>::Vec u;
-            u.template head<M::dim>() = frame * force_of<M>(v);
+            const typename M::Spin spin = detail::couple_of<M>(v);
+            typename detail::LocalForm<M>::Vec u;
+            u.template head<M::dim>() = frame * detail::force_of<M>(v);
             u[0] += contact.bias;
             if constexpr (M::dim == 3)
                 u.template tail<m>() = frame.template bottomRows<2>() * spin;
@@ -194,8 +194,9 @@ TEMPLATE_TEST_CASE("u = W r + q is the velocity that bodies with these impulses 
             CHECK(local.limits(c) == std::array{contact.friction_coefficient, contact.rolling_coefficient});
             ++c;
         });
-        std::vector<typename LocalForm<M>::Vec> others;
-        for (std::size_t k = 0; k < 12; ++k) others.push_back(random_vector<typename LocalForm<M>::Vec>(random));
+        std::vector<typename detail::LocalForm<M>::Vec> others;
+        for (std::size_t k = 0; k < 12; ++k)
+            others.push_back(random_vector<typename detail::LocalForm<M>::Vec>(random));
         set_local_impulses(problem, others);
         const auto back = local_impulses(problem);
         for (std::size_t k = 0; k < 12; ++k) CHECK((back[k] - others[k]).norm() < 1e-14);
@@ -207,7 +208,7 @@ TEMPLATE_TEST_CASE("NLGS on blocks has the velocities of matrix-free NLGS", "[lo
     Random random(41);
     ContactProblem<M> problem = heap<M>(random, 0.02);
     REQUIRE(problem.contact_count() > 20);
-    const LocalForm<M> local = assemble(problem);
+    const detail::LocalForm<M> local = assemble(problem);
     REQUIRE(nlgs(problem, {.tolerance = 1e-12, .bounds = {.max_velocity_error = 1e-10}, .max_iterations = 100000})
                 .converged);
     auto r = local_impulses(problem);
@@ -224,7 +225,7 @@ TEMPLATE_TEST_CASE("NLGS on blocks has the velocities of matrix-free NLGS", "[lo
     for (std::size_t b = 0; b < problem.bodies.size(); ++b)
         CHECK((problem.bodies[b].v - other.bodies[b].v).norm() < 1e-6 * speed);
     const ErrorMeasures e = error_measures(local, r);
-    CHECK(e.natural_map == natural_map_error(local, r));
+    CHECK(e.natural_map == detail::natural_map_error(local, r));
     CHECK(std::max({e.eta, e.cone_excess, e.complementarity, e.dissipation}) < 1e-8);
 }
 

@@ -51,7 +51,7 @@ class Watched final : public Communicator {
     double now() const override { return comm_.now(); }
     Meter& meter() override { return comm_.meter(); }
     Traffic traffic() const override { return comm_.traffic(); }
-    CommSeconds seconds() const override { return comm_.seconds(); }
+    Seconds seconds() const override { return comm_.seconds(); }
 
   private:
     InProcess comm_;

@@ -36,7 +36,7 @@ double true_eta(const ContactProblem<M>& problem, const ContactProblem<M>& start
     for (std::size_t c = 0; c < judged.contacts.size(); ++c) judged.contacts[c].r = problem.contacts[c].r;
     for (std::size_t c = 0; c < judged.wall_contacts.size(); ++c)
         judged.wall_contacts[c].r = problem.wall_contacts[c].r;
-    apply_impulses(judged);
+    detail::apply_impulses(judged);
     return residual_parts(judged).eta();
 }
 

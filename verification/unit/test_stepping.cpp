@@ -279,28 +279,28 @@ TEST_CASE("a refusal is data, and its step does for pairs that come later too", 
         scene.grains[g].velocity.setZero();
         scene.grains[g].velocity[0] = speeds[g];
     }
-    const auto refused_by = [](const Scene<M>& one, int steps) -> std::optional<Refusal> {
+    const auto refused_by = [](const Scene<M>& one, int steps) -> std::optional<StepRefused::Refusal> {
         InProcess comm(2);
         try {
             run(one, comm, steps, by_nscdd<Dcs<M>>({.tolerance = 1e-8}));
         } catch (const StepRefused& refused) {
-            CHECK(refused.what() == describe(refused.refusal));
+            CHECK(refused.what() == StepRefused::describe(refused.refusal));
             return refused.refusal;
         }
         return {};
     };
-    const std::optional<Refusal> first = refused_by(scene, 1);
+    const std::optional<StepRefused::Refusal> first = refused_by(scene, 1);
     REQUIRE(first);
     CHECK(first->step == 1);
     CHECK(first->i == 0);
     CHECK(first->j == -1);
     CHECK(first->h == Approx(0.05 / 4));
     const std::vector<std::string> names{"lid"};
-    CHECK(describe(*first, names) ==
+    CHECK(StepRefused::describe(*first, names) ==
           "step 1: grain 0 and wall 'lid' pass into or through each other within the step: take h <= 0.012 s");
     scene.settings.h = first->h;
     CHECK_FALSE(refused_by(scene, 100));
-    CHECK(describe({.step = 3, .i = 1, .j = 2, .overlap = 2.034, .allowed = 0.1}) ==
+    CHECK(StepRefused::describe({.step = 3, .i = 1, .j = 2, .overlap = 2.034, .allowed = 0.1}) ==
           "step 3: grain 1 and grain 2 overlap by 210 % of a radius (at most 10 %)");
 }
 

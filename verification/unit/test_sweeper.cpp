@@ -44,12 +44,12 @@ void second_step(Solver solver, SimulationSettings<M> settings, const std::vecto
 
 // One sweep in two passes, contact by contact: walls' contacts before others in each.
 template <class M>
-void sweep_in_passes(ContactProblem<M>& problem, const SweepFront& front, bool rest_first) {
+void sweep_in_passes(ContactProblem<M>& problem, const detail::SweepFront& front, bool rest_first) {
     using List = std::vector<Contact<M>>;
     const auto pass = [&](List& contacts, std::size_t begin, std::size_t end, auto kind) {
         List part(contacts.begin() + static_cast<std::ptrdiff_t>(begin),
                   contacts.begin() + static_cast<std::ptrdiff_t>(end));
-        sweep_contacts(problem, part, kind, Unaccelerated{});
+        detail::sweep_contacts(problem, part, kind, detail::Unaccelerated{});
         std::copy(part.begin(), part.end(), contacts.begin() + static_cast<std::ptrdiff_t>(begin));
     };
     for (const bool rest : {rest_first, !rest_first}) {
@@ -69,7 +69,7 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
     ContactProblem<M> fast = scalar;
     prepare_contacts(scalar);
     Sweeper<M> sweeper;
-    const SweepFront front{scalar.contacts.size() * share / 100, scalar.wall_contacts.size() * share / 100};
+    const detail::SweepFront front{scalar.contacts.size() * share / 100, scalar.wall_contacts.size() * share / 100};
     sweeper.load(fast, 1, front);
     REQUIRE(sweeper.batched());
     scalar.contacts = in_order<M>(scalar.contacts, sweeper.order());
@@ -84,10 +84,11 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
         const bool rest_first = s % 2 == 0;
         sweep_in_passes(scalar, front, rest_first);
         sweeper.begin(fast);
-        if (!rest_first) sweeper.pass(fast, SweepPass::first);
-        sweeper.pass(fast, SweepPass::rest_walls);
-        for (std::size_t n = 0; n < 3; ++n) sweeper.pass(fast, SweepPass::rest_grains, nullptr, nullptr, {n, 3});
-        if (rest_first) sweeper.pass(fast, SweepPass::first);
+        if (!rest_first) sweeper.pass(fast, detail::SweepPass::first);
+        sweeper.pass(fast, detail::SweepPass::rest_walls);
+        for (std::size_t n = 0; n < 3; ++n)
+            sweeper.pass(fast, detail::SweepPass::rest_grains, nullptr, nullptr, {n, 3});
+        if (rest_first) sweeper.pass(fast, detail::SweepPass::first);
     }
     const ResidualParts ours = sweeper.residual(fast), theirs = residual_parts(scalar);
     sweeper.store(fast);
@@ -108,7 +109,7 @@ void compare_sweeps(ContactProblem<M> scalar, std::size_t share = 0) {
           1e-12 * impulse);
 
     CHECK(theirs.change > 0);
-    const Buffer our_numbers = numbers(ours), their_numbers = numbers(theirs);
+    const Buffer our_numbers = detail::numbers(ours), their_numbers = detail::numbers(theirs);
     for (std::size_t k = 0; k < our_numbers.size(); ++k)
         CHECK(our_numbers[k] == Approx(their_numbers[k]).epsilon(1e-9).margin(1e-12 * theirs.energy));
 }
@@ -182,7 +183,7 @@ TEST_CASE("contacts of different friction do not share a batch", "[sweeper]") {
     using M = FrictionSpheres;
     Random random(12);
     auto settings = lattice_settings<M>(5);
-    settings.materials = Materials(2);
+    settings.materials = Materials<M>(2);
     settings.materials.set(0, 0, {0.1, 0});
     settings.materials.set(0, 1, {0.3, 0});
     settings.materials.set(1, 1, {0.9, 0});

@@ -120,7 +120,7 @@ TEMPLATE_TEST_CASE("the energy of a step goes to gravity, walls and contacts, bu
             };
             double before = kinetic(), friction = 0, walls = 0;
             for (int step = 0; step < 20; ++step) {
-                const StepEnergy e = simulation.step(solver<M>(true, ranks)).energy;
+                const StepReport::Energy e = simulation.step(solver<M>(true, ranks)).energy;
                 const double scale = e.before + std::abs(e.external) + std::abs(e.walls) + std::abs(e.contacts());
                 CHECK(std::abs(e.round_off()) <= 1e-12 * scale);
                 CHECK(e.before == Approx(before).epsilon(1e-12));

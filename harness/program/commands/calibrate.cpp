@@ -59,15 +59,16 @@ int calibrate(const CalibrateArguments& arguments, const Provenance& provenance)
         for (const MeasuredCost& cost : measured.costs) {
             const auto kind = static_cast<std::size_t>(cost.kind);
             costs.units[kind].push_back({cost.bytes, cost.ns});
-            told += fmt::format("  {} {:.2f}", work_names[kind], cost.ns);
+            told += fmt::format("  {} {:.2f}", detail::work_names[kind], cost.ns);
         }
         if (!run.quiet)
             say(stderr, "{} subdomains, {:.0f} contacts each, ns:{}\n", subdomains, measured.contacts, told);
     }
-    for (std::size_t k = 0; k < work_names.size(); ++k) {
+    for (std::size_t k = 0; k < detail::work_names.size(); ++k) {
         if (costs.units[k].empty() && !may_lack(k))
-            throw InputError(fmt::format(
-                "--subdomains: no grain is shared by two, so that the cost of {} is not measured", work_names[k]));
+            throw InputError(
+                fmt::format("--subdomains: no grain is shared by two, so that the cost of {} is not measured",
+                            detail::work_names[k]));
         std::ranges::sort(costs.units[k], {}, &CostPoint::bytes);
         const auto same = std::ranges::unique(costs.units[k], {}, &CostPoint::bytes);
         costs.units[k].erase(same.begin(), same.end());

@@ -17,7 +17,7 @@
 namespace nscdd {
 
 // Checks that a number is finite and in the range.
-inline CLI::Validator number_in(const OptionRange& range) {
+inline CLI::Validator number_in(const detail::OptionRange& range) {
     return CLI::Validator(
         [=](std::string& text) -> std::string {
             double value = NAN;
@@ -58,13 +58,13 @@ inline CLI::Validator file_name() {
 // --NAME of an option of a table (OptionInfo), with its help and its check. `otherwise`: what holds if it is not given,
 // empty if that is not told.
 template <class Value>
-CLI::Option* add_table_option(CLI::App& command, const OptionInfo& info, const std::string& otherwise,
+CLI::Option* add_table_option(CLI::App& command, const detail::OptionInfo& info, const std::string& otherwise,
                               std::function<void(const Value&)> take) {
     const std::string unit = *info.unit ? fmt::format(" [{}]", info.unit) : "";
     CLI::Option* option = command.add_option_function<Value>(
         dashed(info.name), std::move(take),
         otherwise.empty() ? info.meaning : fmt::format("{}{} (default: {})", info.meaning, unit, otherwise));
-    const OptionRange range = in_files(info.range, Value{});
+    const detail::OptionRange range = in_files(info.range, Value{});
     if constexpr (std::is_same_v<Value, int>)
         return option->check(whole_number(static_cast<int>(range.low), static_cast<int>(range.high)));
     else

@@ -25,10 +25,10 @@ PackSpecification read_specification(const std::string& path, std::string& gener
     TomlTable table(root, path, "");
     PackSpecification spec;
     spec.path = path;
-    spec.dimension = table.integer("dimension", OptionRange{2});
+    spec.dimension = table.integer("dimension", detail::OptionRange{2});
     if (spec.dimension > 3) table.fail("dimension", fmt::format("must be 2 or 3, found {}", spec.dimension));
-    spec.grains = table.integer("grains", OptionRange{1});
-    spec.seed = table.integer("seed", OptionRange{0}, 1);
+    spec.grains = table.integer("grains", detail::OptionRange{1});
+    spec.seed = table.integer("seed", detail::OptionRange{0}, 1);
     spec.radius = table.number("radius", {1e-50, 1e50}, 0.5);
     spec.spread = table.number("spread", {0, 0.9}, 0.0);
     spec.largest = spec.radius * (1 + spec.spread);

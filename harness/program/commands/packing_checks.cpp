@@ -66,10 +66,11 @@ void add_grain_pairs(const Packing& packing, double gap, std::vector<Near>& pair
         pairs.push_back({i, j, std::sqrt(square)});
     };
     try {
-        for (const GrainPair& pair : cell.repeats() ? close_pairs<M>(grains, cell, widest, gap, all)
-                                                    : close_pairs<M>(grains, Cells<M>(grains, widest), gap, all))
+        for (const detail::GrainPair& pair :
+             cell.repeats() ? detail::close_pairs<M>(grains, cell, widest, gap, all)
+                            : detail::close_pairs<M>(grains, detail::Cells<M>(grains, widest), gap, all))
             add(static_cast<std::size_t>(pair.i), static_cast<std::size_t>(pair.j));
-    } catch (const TooManyPairs& refused) {  // the deepest of a heap of grains says enough
+    } catch (const detail::TooManyPairs& refused) {  // the deepest of a heap of grains says enough
         add(static_cast<std::size_t>(refused.i), static_cast<std::size_t>(refused.j));
     }
 }

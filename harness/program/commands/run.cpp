@@ -69,7 +69,7 @@ std::string unconverged(const RunResult& result) {
         result.unconverged_steps(), result.steps.size(), first,
         worst(result, [](const auto& s) { return s.iterations; }), result.options.tolerance,
         worst(result, [](const auto& s) { return s.residual; }));
-    for (const BoundOption& bound : bound_options) {
+    for (const detail::BoundOption& bound : detail::bound_options) {
         told += fmt::format(", {} <= {:g}{}{} ({:.2g})", spoken(bound.figure_name), result.options.bounds.*bound.limit,
                             *bound.info.unit ? " of the " : "", bound.info.unit,
                             worst(result, [&](const SolveReport& s) { return result.figure(bound, s); }));

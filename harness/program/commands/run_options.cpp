@@ -32,12 +32,12 @@ std::vector<int> read_grid(const std::string& text) {
 // An option for every field of SolveOptions; under the name that it had in earlier programs too.
 void add_solve_options(CLI::App& command, SolveSettings& solver) {
     const SolveOptions defaults = default_options(Method::accelerated);
-    visit_options(defaults, [&](const OptionInfo& info, auto value) {
+    detail::visit_options(defaults, [&](const detail::OptionInfo& info, auto value) {
         const std::function<void(const decltype(value)&)> take = [&solver, name = info.name](const auto& given) {
             solver.given[name] = given;
         };
         CLI::Option* option = add_table_option(command, info, fmt::format("the scene's, or {}", value), take);
-        OptionInfo earlier = info;
+        detail::OptionInfo earlier = info;
         earlier.name = earlier_name(info.name);
         if (!earlier.name) return;
         const std::string now = "now " + dashed(info.name);

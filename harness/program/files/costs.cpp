@@ -13,8 +13,8 @@ namespace nscdd {
 double Costs::seconds(Work kind, double count, double bytes) const {
     const std::vector<CostPoint>& points = units[static_cast<std::size_t>(kind)];
     if (points.empty())
-        throw InputError(
-            fmt::format("no cost of {}: calibrate on a scene that has it", work_names[static_cast<std::size_t>(kind)]));
+        throw InputError(fmt::format("no cost of {}: calibrate on a scene that has it",
+                                     detail::work_names[static_cast<std::size_t>(kind)]));
     const auto above = std::ranges::upper_bound(points, bytes, {}, &CostPoint::bytes);
     if (above == points.begin()) return 1e-9 * count * points.front().ns;
     const CostPoint& low = *(above - 1);
@@ -31,19 +31,19 @@ Costs read_costs(const std::string& path) {
     try {
         if (json.at("schema") != "nscdd.costs/1") refuse("is no file of costs (schema nscdd.costs/1)");
         costs.model = json.at("model");
-        for (std::size_t k = 0; k < work_names.size(); ++k) {
+        for (std::size_t k = 0; k < detail::work_names.size(); ++k) {
             double last = 0;
             const nlohmann::json& ns = json.at("ns");
-            if (may_lack(k) && !ns.contains(work_names[k])) continue;
-            for (const nlohmann::json& point : ns.at(work_names[k])) {
+            if (may_lack(k) && !ns.contains(detail::work_names[k])) continue;
+            for (const nlohmann::json& point : ns.at(detail::work_names[k])) {
                 const CostPoint p{point.at("bytes"), point.at("ns")};
                 if (!(p.bytes > last && std::isfinite(p.bytes) && p.ns >= 0 && std::isfinite(p.ns)))
                     refuse(fmt::format("ns.{}: bytes must ascend from above 0, and ns must not be negative",
-                                       work_names[k]));
+                                       detail::work_names[k]));
                 costs.units[k].push_back(p);
                 last = p.bytes;
             }
-            if (costs.units[k].empty() && !may_lack(k)) refuse(fmt::format("ns.{} is empty", work_names[k]));
+            if (costs.units[k].empty() && !may_lack(k)) refuse(fmt::format("ns.{} is empty", detail::work_names[k]));
         }
     } catch (const nlohmann::json::exception& error) {
         refuse(json.is_discarded() ? "is no JSON" : error.what());
@@ -53,11 +53,11 @@ Costs read_costs(const std::string& path) {
 
 void to_json(nlohmann::json& json, const Costs& costs) {
     json["model"] = costs.model;
-    for (std::size_t k = 0; k < work_names.size(); ++k) {
+    for (std::size_t k = 0; k < detail::work_names.size(); ++k) {
         if (costs.units[k].empty() && may_lack(k)) continue;
-        json["ns"][work_names[k]] = nlohmann::json::array();
+        json["ns"][detail::work_names[k]] = nlohmann::json::array();
         for (const CostPoint& p : costs.units[k])
-            json["ns"][work_names[k]].push_back({{"bytes", p.bytes}, {"ns", p.ns}});
+            json["ns"][detail::work_names[k]].push_back({{"bytes", p.bytes}, {"ns", p.ns}});
     }
 }
 

@@ -16,7 +16,7 @@ struct CostPoint {
 
 struct Costs {
     std::string model;  // of the scene that was measured, e.g. 3D Coulomb
-    std::array<std::vector<CostPoint>, work_names.size()>
+    std::array<std::vector<CostPoint>, detail::work_names.size()>
         units;  // by Work; by ascending bytes, at least one but for kinds that may_lack()
 
     // Throws InputError where no cost of this kind is known. Between two points the cost of a unit is linear in the

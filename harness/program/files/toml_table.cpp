@@ -121,7 +121,7 @@ std::string_view TomlTable::key_of(const char* name, const char* earlier) {
     return earlier;
 }
 
-double TomlTable::number(const toml::node& node, std::string_view what, const OptionRange& range) const {
+double TomlTable::number(const toml::node& node, std::string_view what, const detail::OptionRange& range) const {
     if (!node.is_number()) fail_at(node.source(), what, fmt::format("must be a number, found {}", describe(node)));
     const auto number = node.value<double>();  // none of an integer beyond 2^53
     if (!number)
@@ -132,12 +132,12 @@ double TomlTable::number(const toml::node& node, std::string_view what, const Op
     return value;
 }
 
-double TomlTable::number(std::string_view key, const OptionRange& range, std::optional<double> fallback) {
+double TomlTable::number(std::string_view key, const detail::OptionRange& range, std::optional<double> fallback) {
     if (fallback && !has(key)) return *fallback;
     return number(require(key), key, range);
 }
 
-int TomlTable::integer(std::string_view key, const OptionRange& range, std::optional<int> fallback) {
+int TomlTable::integer(std::string_view key, const detail::OptionRange& range, std::optional<int> fallback) {
     if (fallback && !has(key)) return *fallback;
     const toml::node& node = require(key);
     const auto* value = node.as_integer();

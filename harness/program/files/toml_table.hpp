@@ -30,8 +30,8 @@ class TomlTable {
     std::string_view key_of(const char* name, const char* earlier);
     void name_thing(std::string thing) { thing_ = std::move(thing); }
 
-    double number(std::string_view key, const OptionRange& range, std::optional<double> fallback = {});
-    int integer(std::string_view key, const OptionRange& range, std::optional<int> fallback = {});
+    double number(std::string_view key, const detail::OptionRange& range, std::optional<double> fallback = {});
+    int integer(std::string_view key, const detail::OptionRange& range, std::optional<int> fallback = {});
     bool is_text(std::string_view key);      // whether the key has a string
     bool flag(std::string_view key);         // true or false; false where the key is absent
     std::string text(std::string_view key);  // not empty, no control characters
@@ -62,7 +62,7 @@ class TomlTable {
     const toml::node* find(std::string_view key);
     const toml::node& require(std::string_view key);
     [[noreturn]] void fail_at(const toml::source_region& where, std::string_view key, const std::string& problem) const;
-    double number(const toml::node& node, std::string_view what, const OptionRange& range) const;
+    double number(const toml::node& node, std::string_view what, const detail::OptionRange& range) const;
 
     const toml::table& table_;
     std::string file_, thing_;

@@ -61,7 +61,7 @@ void load(Grain<M>& grain, const SceneGrain& single) {
 }
 
 template <class M>
-Path<M> path_of(const ScenePath& path) {
+detail::Path<M> path_of(const ScenePath& path) {
     if (path.kind == ScenePath::Kind::Steady) return steady<M>(typename M::Vec(path.velocity));
     if (path.kind == ScenePath::Kind::Oscillating)
         return oscillation<M>(typename M::Vec(path.amplitude), path.frequency, path.phase);
@@ -185,7 +185,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     settings.may_be_empty = scene.exchange.any();
     settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
-    settings.materials = MaterialsOf<M>(static_cast<int>(scene.materials.size()));
+    settings.materials = Materials<M>(static_cast<int>(scene.materials.size()));
     for (const auto& pair : scene.pairs)
         settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
     settings.partition = choose_partition<M>(request.partition);
@@ -207,14 +207,14 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         return Eigen::Map<const typename M::Vec>(stored.data());
     };
     const auto matrix = [](const std::vector<double>& stored) {
-        return Gradient<M>(Eigen::Map<const Gradient<M>>(stored.data()).transpose());  // from C order
+        return typename M::Gradient(Eigen::Map<const typename M::Gradient>(stored.data()).transpose());  // from C order
     };
     if (!request.packing.tilt.empty() && static_cast<int>(scene.cell.axes.size()) == M::dim)
         settings.cell.tilt = matrix(request.packing.tilt);
     if (!from.cell.size.empty()) {
         settings.cell.size = vector(from.cell.size);
         settings.cell.tilt = matrix(from.cell.tilt);
-        const Gradient<M> gradient = matrix(from.cell.gradient);
+        const typename M::Gradient gradient = matrix(from.cell.gradient);
         for (const auto& [axis, stress] : scene.cell.stress) settings.cell.gradient(axis, axis) = gradient(axis, axis);
     }
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
@@ -254,7 +254,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         if (!from.contacts.couple.empty() && M::rolling)
             couple = Eigen::Map<const typename M::Couple>(from.contacts.couple.data() + c * M::couples);
         if constexpr (M::friction)
-            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], with_couple<M>(impulse, couple)});
+            built.impulses.push_back({from.contacts.i[c], from.contacts.j[c], detail::with_couple<M>(impulse, couple)});
         else
             built.impulses.push_back(
                 {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});

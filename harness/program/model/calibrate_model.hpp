@@ -64,15 +64,15 @@ class SweepCosts {
     // `seconds`: of a sweep of `told`. Batches are measured on the subdomain that has most of them.
     SweepCosts(std::span<Subdomain<M>> parts, const Subdomain<M>& told, double seconds, double least)
         : contacts_(double(told.problem.contact_count())),
-          driven_(double(told.sweeper.driven_batches(SweepPass::all))) {
+          driven_(double(told.sweeper.driven_batches(detail::SweepPass::all))) {
         const auto count = [](const Subdomain<M>& p) {
-            return double(p.sweeper.driven_batches(SweepPass::rest_walls));
+            return double(p.sweeper.driven_batches(detail::SweepPass::rest_walls));
         };
         Subdomain<M>& part = *std::ranges::max_element(parts, {}, count);
         batches_ = count(part);
         if (batches_ == 0) return;
         part.sweeper.begin(part.problem);
-        const double walls = seconds_of(least, [&] { part.sweeper.pass(part.problem, SweepPass::rest_walls); }),
+        const double walls = seconds_of(least, [&] { part.sweeper.pass(part.problem, detail::SweepPass::rest_walls); }),
                      touching = double(part.problem.wall_contacts.size() - part.interface_wall_contacts);
         // seconds = contacts_ c + driven_ b, walls = touching c + batches_ b
         const double contact = (seconds * batches_ - walls * driven_) / (contacts_ * batches_ - touching * driven_);
@@ -112,7 +112,8 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
     const double swept = seconds_of_sweep(restart, [&](std::size_t k) {
         Subdomain<M>& part = parts[k];
         part.sweeper.begin(part.problem);
-        for (const SweepPass pass : {SweepPass::first, SweepPass::rest}) part.sweeper.pass(part.problem, pass);
+        for (const detail::SweepPass pass : {detail::SweepPass::first, detail::SweepPass::rest})
+            part.sweeper.pass(part.problem, pass);
     });
     const SweepCosts<M> sweep(parts, told, swept, request.least_seconds);
     note(Work::sweep, sweep.contact(swept));
@@ -124,18 +125,18 @@ void calibrate_sweeps(std::span<Subdomain<M>> parts, const CalibrationRequest& r
     note(Work::residual, testing / double(told.problem.contact_count()));
     if (tested[parts.size() / 2] == 0) throw std::logic_error("no contact was tested");
     const int window = SolveOptions{}.accelerated().window;
-    std::vector<Anderson> anderson(parts.size(), Anderson(window));
+    std::vector<detail::Anderson> anderson(parts.size(), detail::Anderson(window));
     const double accelerated = seconds_of_sweep(
         [&](std::size_t k) {
             restart(k);
-            anderson[k] = Anderson(window);
+            anderson[k] = detail::Anderson(window);
             parts[k].sweeper.accelerate(parts[k].problem, window);
         },
         [&](std::size_t k) {
             Subdomain<M>& part = parts[k];
-            Anderson::Products products{};
+            detail::Anderson::Products products{};
             part.sweeper.begin(part.problem, &anderson[k]);
-            for (const SweepPass pass : {SweepPass::first, SweepPass::rest})
+            for (const detail::SweepPass pass : {detail::SweepPass::first, detail::SweepPass::rest})
                 part.sweeper.pass(part.problem, pass, &anderson[k], &products);
             anderson[k].update(products.data());
         });

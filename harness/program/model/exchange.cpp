@@ -86,8 +86,8 @@ SceneInsertion read_insertion(TomlTable& table, int dim) {
     insertion.box = read_box(table, dim);
     insertion.velocity = table.vector("velocity", dim, Eigen::VectorXd::Zero(dim));
     insertion.when = read_schedule(table);
-    insertion.seed = table.integer("seed", OptionRange{0}, 1);
-    if (table.has("count")) insertion.count = table.integer("count", OptionRange{1});
+    insertion.seed = table.integer("seed", detail::OptionRange{0}, 1);
+    if (table.has("count")) insertion.count = table.integer("count", detail::OptionRange{1});
     if (!insertion.count && !insertion.when.rate)
         table.fail("", insertion.when.times.empty() ? "needs a rate, or a count" : "needs the count of each time");
     if (table.has("radius") == table.has("radii")) table.fail("", "needs radius or radii");

@@ -79,7 +79,7 @@ std::vector<std::array<double, 3>> section(const Eigen::Vector3d& low, const Eig
 template <class M>
 void add_obstacle(std::vector<FrameShape>& shapes, int number, const Obstacle<M>& obstacle, double time,
                   const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
-    const Frame<M> frame = Frame<M>::at(obstacle, time);
+    const detail::Frame<M> frame = detail::Frame<M>::at(obstacle, time);
     const auto placed = [&](const typename M::Vec& x) { return list(in_space<M>(frame.place(x))); };
     for (const auto& facet : obstacle.surface->facets()) {
         FrameShape& shape = shapes.emplace_back(FrameShape{number, {}});

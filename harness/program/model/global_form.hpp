@@ -10,10 +10,10 @@ namespace nscdd {
 // the simulation; then the speeds of driven walls along their normals. Throws what assemble() throws.
 template <class M>
 GlobalProblem global_form(ContactProblem<M> problem) {
-    using Local = LocalForm<M>;
+    using Local = detail::LocalForm<M>;
     detail::refuse_driven_cell(problem);
     detail::refuse_twisting(problem);
-    replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
+    detail::replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
     std::vector<double> mass, velocity;
     std::vector<int> of_body, of_wall;  // where it begins in v; -1: as prescribed
@@ -30,9 +30,9 @@ GlobalProblem global_form(ContactProblem<M> problem) {
 
     std::vector<Eigen::Triplet<double>> h;
     std::vector<double> w, friction, rolling;
-    each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
         const int column = static_cast<int>(w.size());
-        const ContactFrame<M> frame = contact_frame<M>(c.normal);
+        const detail::ContactFrame<M> frame = detail::contact_frame<M>(c.normal);
         typename Local::Vec u = detail::prescribed_velocity(problem, c, frame, kind);
         const auto add = [&](int number, double sign) {
             const auto b = static_cast<std::size_t>(number);

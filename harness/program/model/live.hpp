@@ -19,8 +19,9 @@ namespace nscdd {
 // A step that was refused, told with the names of the walls.
 class RefusedStep : public std::runtime_error {
   public:
-    RefusedStep(const std::string& told, Refusal why) : std::runtime_error(told), refusal(std::move(why)) {}
-    Refusal refusal;
+    RefusedStep(const std::string& told, StepRefused::Refusal why)
+        : std::runtime_error(told), refusal(std::move(why)) {}
+    StepRefused::Refusal refusal;
 };
 
 // A wall as it is between two steps; vectors are (dim).

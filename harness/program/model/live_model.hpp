@@ -41,9 +41,9 @@ class LiveModel final : public Live {
         try {
             report = simulation_->step(solve_);
         } catch (const StepRefused& refused) {
-            Refusal why = refused.refusal;
+            StepRefused::Refusal why = refused.refusal;
             why.step += static_cast<int>(request_.start_step);
-            refused_.emplace(describe(why, wall_names()), why);
+            refused_.emplace(StepRefused::describe(why, wall_names()), why);
             throw RefusedStep(*refused_);
         }
         stopped_by_ = stop_->after(*simulation_, time());
@@ -161,8 +161,8 @@ class LiveModel final : public Live {
 
     LiveCell cell() const override {
         const Cell<M>& cell = simulation_->settings().cell;
-        const auto rows = [](const Gradient<M>& matrix) {
-            const Gradient<M> turned = matrix.transpose();  // to C order
+        const auto rows = [](const typename M::Gradient& matrix) {
+            const typename M::Gradient turned = matrix.transpose();  // to C order
             return std::vector<double>(turned.data(), turned.data() + turned.size());
         };
         return {{cell.periodic.begin(), cell.periodic.end()},

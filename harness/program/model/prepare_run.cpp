@@ -31,7 +31,7 @@ void check_outputs_asked(const RunArguments& arguments) {
 void check_scheme(const RunRequest& request) {
     if (sweeps(request.scheme)) return;
     std::string option = request.solver.method ? "--method" : "";
-    visit_options(SolveOptions{}, [&](const OptionInfo& info, auto) {
+    detail::visit_options(SolveOptions{}, [&](const detail::OptionInfo& info, auto) {
         if (info.of_sweeps && option.empty() && request.solver.given.contains(info.name)) option = dashed(info.name);
     });
     if (!option.empty())

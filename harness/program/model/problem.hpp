@@ -85,7 +85,7 @@ Problem problem_of(const BuiltScene<M>& built, const Scene& scene, Communicator&
         if (settings.cell.periodic[static_cast<std::size_t>(d)])
             for (const double value : {double(d), settings.cell.size[d]}) add(bytes, value);
     if (settings.cell.flows())
-        for (const Gradient<M>& matrix : {settings.cell.gradient, settings.cell.tilt})
+        for (const typename M::Gradient& matrix : {settings.cell.gradient, settings.cell.tilt})
             add(bytes, std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
     if (settings.cell.any_driven()) {
         add(bytes, settings.cell.stress);

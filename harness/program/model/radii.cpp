@@ -70,7 +70,7 @@ RadiiSpecification read_radii(TomlTable& table, int dim) {
     RadiiSpecification radii;
     radii.kind = static_cast<RadiiSpecification::Kind>(table.choice("distribution", kinds));
     radii.by_mass = table.has("by") && table.choice("by", {"number", "mass"}) == 1;
-    const OptionRange length{1e-50, 1e50};
+    const detail::OptionRange length{1e-50, 1e50};
     if (radii.sizes()) {
         const auto count = radii.kind == RadiiSpecification::Kind::two_sizes ? 2 : table.length("radii");
         const Eigen::VectorXd given = table.vector("radii", count);

@@ -13,10 +13,10 @@ namespace nscdd::run_detail {
 
 // What this process has sent and spent inside the communicator so far, as communicated_columns says.
 inline Buffer communicated(const Communicator& comm) {
-    const Traffic traffic = comm.traffic();
-    const CommSeconds seconds = comm.seconds();
+    const Communicator::Traffic traffic = comm.traffic();
+    const Communicator::Seconds seconds = comm.seconds();
     Buffer row{traffic.messages, traffic.bytes};
-    for (const ByOperation* of : {&traffic.messages_of, &seconds.wait_of, &seconds.transfer_of})
+    for (const detail::ByOperation* of : {&traffic.messages_of, &seconds.wait_of, &seconds.transfer_of})
         row.insert(row.end(), of->begin(), of->end());
     return row;
 }
@@ -34,8 +34,8 @@ Rows gather_costs(const Simulation<M>& simulation, double total, double solver_c
         row = {comm.meter().swept()[k], double(simulation.parts()[k].neighbours.size()), double(k == 0), total,
                solver_cpu};
         row.insert(row.end(), solving.begin(), solving.end());
-        for (const PhaseTime& time : {seconds.detect, seconds.load, seconds.sweep, seconds.test, seconds.interface,
-                                      seconds.advance})  // phase_names
+        for (const PhaseSeconds::Phase& time : {seconds.detect, seconds.load, seconds.sweep, seconds.test,
+                                                seconds.interface, seconds.advance})  // phase_names
             row.insert(row.end(), {time.own, time.wait, time.transfer});
     }
     const std::size_t columns = mine[0].size();

@@ -14,12 +14,12 @@ using Json = nlohmann::json;
 
 // By operation what messages(n) and seconds(n) make of the n-th column of what was communicated.
 Json by_operation(auto&& messages, auto&& seconds) {
-    constexpr std::size_t operations = operation_names.size();
+    constexpr std::size_t operations = detail::operation_names.size();
     Json json;
     for (std::size_t o = 0; o < operations; ++o)
-        json[operation_names[o]] = {{"messages", messages(2 + o)},
-                                    {"wait", seconds(2 + operations + o)},
-                                    {"transfer", seconds(2 + 2 * operations + o)}};
+        json[detail::operation_names[o]] = {{"messages", messages(2 + o)},
+                                            {"wait", seconds(2 + operations + o)},
+                                            {"transfer", seconds(2 + 2 * operations + o)}};
     return json;
 }
 
@@ -68,7 +68,7 @@ Json steps_json(const RunResult& result) {
     json["iterations"] = list(result, [](const StepReport& s) { return s.solve.iterations; });
     json["solves"] = list(result, [](const StepReport& s) { return s.attempts; });
     json["residual"] = list(result, [](const StepReport& s) { return s.solve.residual; });
-    for (const BoundOption& bound : bound_options)
+    for (const detail::BoundOption& bound : detail::bound_options)
         json[bound.figure_name] = list(result, [&](const StepReport& s) { return result.figure(bound, s.solve); });
     json["scene_distance"] = list(result, [](const StepReport& s) { return s.solve.scene_distance; });
     json["newton_contacts"] = list(result, [](const StepReport& s) { return s.solve.newton_contacts; });
@@ -81,13 +81,13 @@ Json energy_json(const RunResult& result) {
     const auto of = [&result](auto&& part) {
         return list(result, [&part](const StepReport& step) { return part(step.energy); });
     };
-    return {{"before", of([](const StepEnergy& e) { return e.before; })},
-            {"kinetic", of([](const StepEnergy& e) { return e.kinetic; })},
-            {"external", of([](const StepEnergy& e) { return e.external; })},
-            {"walls", of([](const StepEnergy& e) { return e.walls; })},
-            {"normal", of([](const StepEnergy& e) { return e.normal; })},
-            {"friction", of([](const StepEnergy& e) { return e.friction; })},
-            {"round_off", of([](const StepEnergy& e) { return e.round_off(); })}};
+    return {{"before", of([](const StepReport::Energy& e) { return e.before; })},
+            {"kinetic", of([](const StepReport::Energy& e) { return e.kinetic; })},
+            {"external", of([](const StepReport::Energy& e) { return e.external; })},
+            {"walls", of([](const StepReport::Energy& e) { return e.walls; })},
+            {"normal", of([](const StepReport::Energy& e) { return e.normal; })},
+            {"friction", of([](const StepReport::Energy& e) { return e.friction; })},
+            {"round_off", of([](const StepReport::Energy& e) { return e.round_off(); })}};
 }
 
 Json final_json(const FinalMeasures& final) {
@@ -106,7 +106,8 @@ Json final_json(const FinalMeasures& final) {
 
 Json options_json(const SolveOptions& options) {
     Json json;
-    visit_options(options, [&json](const OptionInfo& info, const auto& value) { json[info.name] = value; });
+    detail::visit_options(options,
+                          [&json](const detail::OptionInfo& info, const auto& value) { json[info.name] = value; });
     return json;
 }
 
@@ -192,8 +193,8 @@ nlohmann::json window_json(const RunRequest& request, const RunResult& result) {
     for (std::size_t c = 1; c < window_names.size(); ++c) json["per_iteration"][window_names[c]] = spread(c);
     const auto sent = [&](std::size_t c) { return spread(first_communicated + c); };
     json["operations_per_iteration"] = by_operation(sent, sent);
-    for (std::size_t w = 0; w < work_names.size(); ++w)
-        json["work_per_iteration"][work_names[w]] = spread(first_work + w);
+    for (std::size_t w = 0; w < detail::work_names.size(); ++w)
+        json["work_per_iteration"][detail::work_names[w]] = spread(first_work + w);
     return json;
 }
 

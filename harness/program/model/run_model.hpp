@@ -80,7 +80,7 @@ std::map<std::string, std::int64_t> multiplicities(const Simulation<M>& simulati
 // What FCLIB cannot say is refused before the steps are made.
 template <class M>
 void check_export(const Scene& scene) {
-    if constexpr (!InLocalForm<typename M::Law>)
+    if constexpr (!detail::InLocalForm<typename M::Law>)
         throw InputError(fmt::format("{}: FCLIB has no contact law {}", scene.file, M::Law::name));
     if constexpr (M::rolling && M::dim == 3)
         for (const ScenePair& pair : scene.pairs)
@@ -96,7 +96,7 @@ template <class M>
 ExportedProblem solve_on(ContactProblem<M> problem, const ExportRequest& request) {
     ExportedProblem out;
     out.report = nlgs(problem, request.options);
-    const LocalForm<M> local = assemble(problem);
+    const detail::LocalForm<M> local = assemble(problem);
     const auto r = local_impulses(problem);
     out.solution = to_solution(local, r, error_measures(local, r), "nlgs");
     if (request.global) {
@@ -125,7 +125,7 @@ State write_last_state(const Simulation<M>& simulation, const RunRequest& reques
 // told with the names of the walls. `before`: the simulation before the step, if a state is asked for. steps: those
 // made. Collective.
 template <class M>
-[[noreturn]] void end_refused(Refusal refusal, const Simulation<M>& simulation,
+[[noreturn]] void end_refused(StepRefused::Refusal refusal, const Simulation<M>& simulation,
                               const std::optional<Simulation<M>>& before, const std::vector<StepReport>& steps,
                               const RunRequest& request, Recorder<M>& recorder, FileSet& files) {
     refusal.step += static_cast<int>(request.start_step);
@@ -134,7 +134,7 @@ template <class M>
     for (std::size_t o = 0; o < request.scene.obstacles.size(); ++o)
         walls.resize(walls.size() + simulation.settings().obstacles[o].surface->size(),
                      request.scene.obstacles[o].name);
-    std::string told = describe(refusal, walls);
+    std::string told = StepRefused::describe(refusal, walls);
     if (const auto failed = std::ranges::count(steps, false, [](const StepReport& s) { return s.solve.converged; }))
         told += fmt::format("; {} of the {} steps before it did not converge", failed, steps.size());
     if (simulation.steps() > 0) {
@@ -277,7 +277,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     result.multiplicity = multiplicities(simulation);
     result.so_far = request.so_far;
     result.grains_left = simulation.grain_count();
-    if constexpr (InLocalForm<typename M::Law>)
+    if constexpr (detail::InLocalForm<typename M::Law>)
         if (request.export_request) result.exported = solve_on(simulation.parts()[0].problem, *request.export_request);
     return result;
 }

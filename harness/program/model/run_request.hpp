@@ -18,7 +18,7 @@
 
 namespace nscdd {
 
-using WorkDone = std::array<double, work_names.size()>;  // by Work
+using WorkDone = std::array<double, detail::work_names.size()>;  // by Work
 
 // Asks to time some iterations of the next step, after `skip` others, and to make no step (window.hpp).
 struct WindowRequest {

@@ -31,7 +31,7 @@ struct Rows {
 
 // What a process has sent and spent inside the communicator, as a row has it: messages and bytes; then messages,
 // seconds of waiting and of transferring, of each operation.
-inline constexpr std::size_t communicated_columns = 2 + 3 * operation_names.size();
+inline constexpr std::size_t communicated_columns = 2 + 3 * detail::operation_names.size();
 
 // A row of what a rank has done and spent: these, then communicated while contacts were solved, then own time, wait and
 // transfer of each phase.
@@ -107,8 +107,8 @@ struct RunResult {
     std::optional<CalibrationResult> calibration;
 
     // The figure that the bound is on, as the bound is meant: penetrations over the least radius.
-    double figure(const BoundOption& bound, const SolveReport& step) const {
-        return step.*bound.figure / (bound.limit == &Bounds::max_penetration ? least_radius : 1);
+    double figure(const detail::BoundOption& bound, const SolveReport& step) const {
+        return step.*bound.figure / (bound.limit == &SolveOptions::Bounds::max_penetration ? least_radius : 1);
     }
     int unconverged_steps() const;
     double iterations() const;        // of all steps

@@ -39,7 +39,7 @@ class SceneReader {
             top_.has(key);
         top_.finish();
         scene_.name = top_.text("name");
-        dim_ = top_.integer("dimension", OptionRange{2});
+        dim_ = top_.integer("dimension", detail::OptionRange{2});
         if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
         scene_.dimension = dim_;
         scene_.gravity = top_.vector("gravity", dim_, zero());
@@ -153,7 +153,7 @@ class SceneReader {
             for (const std::string& name : table.texts("materials", 1, static_cast<int>(most_materials)))
                 mix.materials.push_back(material(table, "materials", name));
             mix.fractions = read_fractions(table, mix.materials.size());
-            mix.seed = table.integer("seed", OptionRange{0}, 1);
+            mix.seed = table.integer("seed", detail::OptionRange{0}, 1);
             if (table.has("material")) table.fail("material", "is given, and materials too");
             scene_.packing_material = mix.materials[0];
         } else {
@@ -337,7 +337,7 @@ class SceneReader {
     }
 
     void read_step(TomlTable& table) {
-        visit_step(scene_.step, [this, &table](const OptionInfo& info, auto& value) {
+        visit_step(scene_.step, [this, &table](const detail::OptionInfo& info, auto& value) {
             using Value = std::remove_reference_t<decltype(value)>;
             const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
             const std::string_view key = table.key_of(info.name, earlier_name(info.name));

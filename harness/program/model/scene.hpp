@@ -82,11 +82,13 @@ struct StepSettings {
 
 // Calls each(info, value) for every key of [step]. A value that is out of its range has no default: it must be given.
 void visit_step(auto& step, auto&& each) {
-    each(OptionInfo{"h", "s", "Time step", positive}, step.h);
-    each(OptionInfo{"count", "steps", "Steps to make", {1}}, step.count);
-    each(OptionInfo{"theta", "", "Of the Moreau-Jean scheme", unit_interval}, step.theta);
-    each(OptionInfo{"broad_phase_every", "steps", "Between broad phases; sooner where grains have moved too far", {1}},
-         step.broad_phase_every);
+    each(detail::OptionInfo{"h", "s", "Time step", positive}, step.h);
+    each(detail::OptionInfo{"count", "steps", "Steps to make", {1}}, step.count);
+    each(detail::OptionInfo{"theta", "", "Of the Moreau-Jean scheme", unit_interval}, step.theta);
+    each(
+        detail::OptionInfo{
+            "broad_phase_every", "steps", "Between broad phases; sooner where grains have moved too far", {1}},
+        step.broad_phase_every);
 }
 
 struct Scene {

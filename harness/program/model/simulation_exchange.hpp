@@ -84,7 +84,7 @@ class Exchange {
                 const std::size_t e = entry(grain);
                 return e < removals.size() && taken(grain, e);
             },
-            Numbering::closed_up);  // ids are rows of files
+            Simulation<M>::Numbering::closed_up);  // ids are rows of files
         for (std::size_t e = 0; e < removals.size(); ++e) {
             so_far_.removed[e] += found[State::SoFar::amounts * e];
             for (std::size_t n = 0; n < State::SoFar::amounts; ++n)
@@ -94,7 +94,7 @@ class Exchange {
 
     // The n-th lowest id, from 1 on, of the grains for which which(grain) is true. Collective.
     static int nth_id(const Simulation<M>& simulation, std::size_t n, auto&& which) {
-        std::vector<Outbox> out(simulation.parts().size());
+        std::vector<Communicator::Outbox> out(simulation.parts().size());
         for (std::size_t k = 0; k < out.size(); ++k) {
             const Subdomain<M>& part = simulation.parts()[k];
             for (std::size_t g = 0; g < part.grains.size(); ++g)
@@ -200,7 +200,7 @@ class Exchange {
 
     static bool near_obstacle(const Simulation<M>& simulation, const Vec& place, double radius) {
         bool near = false;
-        if (const PlacedObstacles<M>* obstacles = simulation.obstacles())
+        if (const detail::PlacedObstacles<M>* obstacles = simulation.obstacles())
             obstacles->visit_near(place, radius, [&near](int) { near = true; });
         return near;
     }

@@ -14,7 +14,7 @@ double largest_force(const Simulation<M>& simulation) {
         Buffer largest{0};
         const auto take = [&largest](const auto& contacts) {
             for (const auto& c : contacts)
-                largest[0] = std::max(largest[0], std::abs(impulse_vector<M>(c.r, c.normal).dot(c.normal)));
+                largest[0] = std::max(largest[0], std::abs(detail::impulse_vector<M>(c.r, c.normal).dot(c.normal)));
         };
         take(simulation.parts()[k].problem.contacts);
         take(simulation.parts()[k].problem.wall_contacts);
@@ -26,7 +26,7 @@ double largest_force(const Simulation<M>& simulation) {
 // Rows of the grains with these ids, and of the contacts whose first grain is one of them; on the process that hosts
 // rank 0, nothing elsewhere. Collective.
 template <class M>
-FrameRows gather_frame_rows(const Simulation<M>& simulation, Ids ids) {
+FrameRows gather_frame_rows(const Simulation<M>& simulation, detail::Ids ids) {
     FrameRows rows;
     const auto append = [](std::vector<double>& to, const typename M::Vec& vector) {
         to.insert(to.end(), vector.data(), vector.data() + M::dim);
@@ -75,7 +75,7 @@ void write_frame(const Simulation<M>& simulation, const RunRequest& request,
         });
     };
     each([&](FrameWriter& writer) { writer.begin(head); });
-    visit_ranges(simulation, rows_at_once, [&](Ids ids) {
+    visit_ranges(simulation, rows_at_once, [&](detail::Ids ids) {
         const FrameRows rows = gather_frame_rows(simulation, ids);
         each([&](FrameWriter& writer) { writer.append(rows); });
     });

@@ -76,7 +76,7 @@ class SeriesRows {
         add(row, "unbalanced_force", "1",
             "largest force left on a grain, mass times change of velocity over h, over the mean force of contacts that "
             "carry",
-            largest_net_force(simulation) / m.mean_force());
+            detail::largest_net_force(simulation) / m.mean_force());
         const Cell<M>& cell = simulation.settings().cell;
         const double mean_stress = stress.trace() / dim,
                      fastest = std::max(rate.cwiseAbs().maxCoeff(), cell.gradient.cwiseAbs().maxCoeff());
@@ -192,7 +192,7 @@ class SeriesRows {
 
     // Adds the energy terms of the step and of the run so far. The balance begins with the kinetic energy before the
     // run.
-    void add_energy(SeriesRow& row, const StepEnergy& e) {
+    void add_energy(SeriesRow& row, const StepReport::Energy& e) {
         if (steps_++ == 0) initial_ = e.before;
         const std::pair<const char*, const char*> names[] = {
             {"work_external", "work of gravity and of the grains' loads"},
@@ -216,8 +216,8 @@ class SeriesRows {
             scale > 0 ? std::abs(open) / scale : 0);
     }
 
-    Gradient<M> sheared_ = Gradient<M>::Zero();  // since the start of this run
-    Vec start_, last_;                           // edges of the box before the run and before the step [m]
+    typename M::Gradient sheared_ = M::Gradient::Zero();  // since the start of this run
+    Vec start_, last_;                                    // edges of the box before the run and before the step [m]
     std::vector<std::string> walls_, obstacles_;
     std::vector<double> came_, left_;  // of the scene before the step
     double total_[4] = {0, 0, 0, 0};   // of the four terms of the balance [J]

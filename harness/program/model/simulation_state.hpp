@@ -22,7 +22,9 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     const auto append = [](auto& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
     };
-    const auto rows_of = [](const Gradient<M>& matrix) { return Gradient<M>(matrix.transpose()); };  // in C order
+    const auto rows_of = [](const typename M::Gradient& matrix) {
+        return typename M::Gradient(matrix.transpose());
+    };  // in C order
     head.packing.dim = M::dim;
     const typename M::Vec edges = box_edges<M>(simulation.settings());
     for (int d = 0; d < M::dim; ++d)
@@ -44,7 +46,7 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         head.materials.name.push_back(material.name);
         head.materials.density.push_back(material.density);
     }
-    const BroadPhaseState<M> rough = last_rough(simulation);
+    const BroadPhaseState<M> rough = detail::last_rough(simulation);
     if (const Cell<M>& cell = simulation.settings().cell; cell.repeats()) {
         append(head.cell.periodic, cell.periodic);
         append(head.cell.size, cell.size);
@@ -72,7 +74,7 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
 
 // Rows of the grains with these ids; on the process that hosts rank 0, nothing elsewhere. Collective.
 template <class M>
-State gather_grain_rows(const Simulation<M>& simulation, Ids ids = {}) {
+State gather_grain_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
     State rows;
     const auto append = [](std::vector<double>& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
@@ -96,7 +98,7 @@ State gather_grain_rows(const Simulation<M>& simulation, Ids ids = {}) {
 
 // Rows of the contacts whose first grain has one of these ids; as above.
 template <class M>
-State::Contacts gather_contact_rows(const Simulation<M>& simulation, Ids ids = {}) {
+State::Contacts gather_contact_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
     State::Contacts rows;
     rows.have_couples = M::rolling;
     const auto append = [](std::vector<double>& to, const typename M::Vec& vector) {
@@ -117,7 +119,7 @@ State::Contacts gather_contact_rows(const Simulation<M>& simulation, Ids ids = {
 
 // Both.
 template <class M>
-State gather_rows(const Simulation<M>& simulation, Ids ids) {
+State gather_rows(const Simulation<M>& simulation, detail::Ids ids) {
     State rows = gather_grain_rows(simulation, ids);
     rows.contacts = gather_contact_rows(simulation, ids);
     return rows;
@@ -141,7 +143,7 @@ class Writing {
     void end() const {
         const double failed =
             reduce(comm_, 0, [this](std::size_t k) { return Buffer{double(!complaints_[k].empty())}; })[0];
-        if (failed > 0) throw_collectively(comm_, complaints_);
+        if (failed > 0) detail::throw_collectively(comm_, complaints_);
     }
 
   private:
@@ -172,7 +174,7 @@ void visit_ranges(const Simulation<M>& simulation, int grains_at_once, auto&& vi
     const auto grains = static_cast<std::int64_t>(simulation.grain_count());
     for (std::int64_t begin = 0; begin < grains; begin += grains_at_once) {
         const std::int64_t end = std::min(begin + grains_at_once, grains);
-        visit(Ids{static_cast<int>(begin), static_cast<int>(end)});
+        visit(detail::Ids{static_cast<int>(begin), static_cast<int>(end)});
     }
 }
 
@@ -185,7 +187,7 @@ void write_state(const Simulation<M>& simulation, const State& head, FileSet& fi
     std::optional<StateWriter> writer;
     const std::size_t contacts = count_contacts(simulation);
     writing.write([&] { writer.emplace(files, path, head, simulation.grain_count(), contacts, use); });
-    visit_ranges(simulation, grains_at_once, [&](Ids ids) {
+    visit_ranges(simulation, grains_at_once, [&](detail::Ids ids) {
         const State rows = gather_rows(simulation, ids);
         writing.write([&] { writer->append(rows); });
     });

@@ -36,7 +36,7 @@ class StopTest {
         if (const auto& most = settings_.kinetic_energy_over_work; most && m.kinetic_energy <= *most * work)
             if (work > 0) return Stopped{"kinetic_energy_over_work", m.kinetic_energy / work, *most, ""};
         if (const auto& most = settings_.largest_unbalanced_force; most && m.contacts > 0) {
-            const double ratio = largest_net_force(simulation) / m.mean_force();
+            const double ratio = detail::largest_net_force(simulation) / m.mean_force();
             if (ratio <= *most) return Stopped{"largest_unbalanced_force", ratio, *most, ""};
         }
         return {};

@@ -41,7 +41,7 @@ SolveOptions default_options(Method method, bool sweeping) {
 SolveOptions SolveSettings::options(bool sweeping) const {
     const Method chosen = method.value_or(Method::accelerated);
     SolveOptions options = default_options(chosen, sweeping);
-    visit_options(options, [&](const OptionInfo& info, auto& value) {
+    detail::visit_options(options, [&](const detail::OptionInfo& info, auto& value) {
         const auto found = given.find(info.name);
         if (found != given.end() && (sweeping || !info.of_sweeps))
             value = static_cast<std::remove_reference_t<decltype(value)>>(found->second);
@@ -53,10 +53,10 @@ SolveOptions SolveSettings::options(bool sweeping) const {
 SolveSettings read_solve_settings(TomlTable& table) {
     SolveSettings settings;
     SolveOptions defaults;
-    visit_options(defaults, [&](const OptionInfo& info, const auto& value) {
+    detail::visit_options(defaults, [&](const detail::OptionInfo& info, const auto& value) {
         const std::string_view key = table.key_of(info.name, earlier_name(info.name));
         if (!table.has(key)) return;
-        const OptionRange range = in_files(info.range, value);
+        const detail::OptionRange range = in_files(info.range, value);
         if constexpr (std::is_same_v<decltype(value), const int&>)
             settings.given[info.name] = table.integer(key, range);
         else

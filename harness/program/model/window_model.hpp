@@ -14,7 +14,7 @@ struct StepAbandoned {};
 
 // What a rank has spent and done so far, as WindowResult has it.
 inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
-    const CommSeconds inside = comm.seconds();
+    const Communicator::Seconds inside = comm.seconds();
     Buffer row{comm.now(), seconds.sweep.own + seconds.test.own, seconds.interface.own, inside.wait, inside.transfer};
     const Buffer sent = communicated(comm);
     row.insert(row.end(), sent.begin(), sent.end());

@@ -40,7 +40,7 @@ constexpr OfferedLaw<L, sizeof...(Keys)> offer_law(const char* name, Keys... key
 
 inline constexpr std::tuple laws{
     offer_law<Frictionless>("frictionless"),
-    offer_law<Coulomb>("coulomb", LawKey<Pairing>{"friction", &Pairing::friction}),
+    offer_law<Coulomb>("coulomb", LawKey<Coulomb::Pairing>{"friction", &Coulomb::Pairing::friction}),
     offer_law<Cohesive>("cohesive", LawKey<Cohesive::Pairing>{"friction", &Cohesive::Pairing::friction},
                         LawKey<Cohesive::Pairing>{"cohesion", &Cohesive::Pairing::cohesion},
                         LawKey<Cohesive::Pairing>{"range", &Cohesive::Pairing::range}),

@@ -13,8 +13,8 @@ namespace nscdd {
 namespace registry_detail {
 
 template <class M>
-GridCells<M::dim> grid_cells(const PartitionChoice& choice) {
-    GridCells<M::dim> cells{};
+detail::GridCells<M::dim> grid_cells(const PartitionChoice& choice) {
+    detail::GridCells<M::dim> cells{};
     if (choice.grid.empty()) return cells;
     if (choice.grid.size() != M::dim) throw InputError("--grid needs " + std::to_string(M::dim) + " numbers");
     std::copy(choice.grid.begin(), choice.grid.end(), cells.begin());

@@ -20,7 +20,7 @@ namespace registry_detail {
 
 // Models whose law the reference solvers know.
 template <class M>
-concept OnCone = SolvedOnCone<typename M::Law>;
+concept OnCone = detail::SolvedOnCone<typename M::Law>;
 
 template <class Scheme>
 ChosenSolver<typename Scheme::Model> glued_by(const SolveOptions& options, const char* interface) {

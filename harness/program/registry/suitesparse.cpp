@@ -2,7 +2,7 @@
 
 namespace nscdd {
 
-template class FactorsBy<UmfPack>;
+template class detail::FactorsBy<UmfPack>;
 template class Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
 }  // namespace nscdd

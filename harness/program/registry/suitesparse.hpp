@@ -19,7 +19,7 @@ struct UmfPack : Eigen::UmfPackLU<Eigen::SparseMatrix<double>> {
 using Cholmod = Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
 // compiled in suitesparse.cpp
-extern template class FactorsBy<UmfPack>;
+extern template class detail::FactorsBy<UmfPack>;
 extern template class Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
 }  // namespace nscdd

@@ -9,14 +9,16 @@
 namespace nscdd::python { namespace {
 
 void add_reports(py::module_& module) {
-    py::class_<StepEnergy>(module, "StepEnergy", "Energy balance of a step; works are of the step [J].")
-        .def_readonly("before", &StepEnergy::before, "Kinetic energy of grains and driven walls before the step [J].")
-        .def_readonly("kinetic", &StepEnergy::kinetic, "Kinetic energy of grains and driven walls after the step [J].")
-        .def_readonly("external", &StepEnergy::external, "Work of gravity and of the grains' loads [J].")
-        .def_readonly("walls", &StepEnergy::walls, "Work of the walls, and of a cell that flows [J].")
-        .def_readonly("normal", &StepEnergy::normal, "Work of the contacts along their normals [J].")
-        .def_readonly("friction", &StepEnergy::friction, "Work of the contacts along their tangents [J].")
-        .def_property_readonly("round_off", &StepEnergy::round_off, "What is left of the balance [J].");
+    py::class_<StepReport::Energy>(module, "StepEnergy", "Energy balance of a step; works are of the step [J].")
+        .def_readonly("before", &StepReport::Energy::before,
+                      "Kinetic energy of grains and driven walls before the step [J].")
+        .def_readonly("kinetic", &StepReport::Energy::kinetic,
+                      "Kinetic energy of grains and driven walls after the step [J].")
+        .def_readonly("external", &StepReport::Energy::external, "Work of gravity and of the grains' loads [J].")
+        .def_readonly("walls", &StepReport::Energy::walls, "Work of the walls, and of a cell that flows [J].")
+        .def_readonly("normal", &StepReport::Energy::normal, "Work of the contacts along their normals [J].")
+        .def_readonly("friction", &StepReport::Energy::friction, "Work of the contacts along their tangents [J].")
+        .def_property_readonly("round_off", &StepReport::Energy::round_off, "What is left of the balance [J].");
 
     py::class_<SolveReport>(module, "SolveReport", "End of the solution of one contact problem.")
         .def_readonly("converged", &SolveReport::converged, "Whether every bound that was asked for is kept.")

@@ -16,7 +16,7 @@ static py::tuple make(int handle, int subdomains) {
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);
     using Held = std::unique_ptr<nscdd::Communicator>;
-    auto held = std::make_unique<Held>(std::make_unique<nscdd::Mpi>(comm, nscdd::Charged{}, subdomains));
+    auto held = std::make_unique<Held>(std::make_unique<nscdd::Mpi>(comm, nscdd::Meter::Charged{}, subdomains));
     const py::capsule capsule(held.release(), [](void* memory) { delete static_cast<Held*>(memory); });
     return py::make_tuple(capsule, rank, size);
 }

@@ -80,7 +80,7 @@ py::dict solve(const Grains& grains, const Touches& touches, double h, const std
     {
         const py::gil_scoped_release release;
         validate(problem);  // indices, before the impulses that it starts from are applied
-        if (!touches.impulse.empty()) apply_impulses(problem);
+        if (!touches.impulse.empty()) detail::apply_impulses(problem);
         report = solve_by(solver, problem, options);
     }
     for (const auto& body : problem.bodies) {
@@ -103,13 +103,13 @@ py::dict solve(const Grains& grains, const Touches& touches, double h, const std
 
 SolveOptions to_options(const py::dict& given, SolveOptions options) {
     py::set known;
-    visit_options(options, [&](const OptionInfo& info, auto& value) {
+    detail::visit_options(options, [&](const detail::OptionInfo& info, auto& value) {
         known.add(info.name);
         if (given.contains(info.name)) value = given[info.name].cast<std::remove_reference_t<decltype(value)>>();
     });
     for (const auto& [key, value] : given)
         if (!known.contains(key)) throw InputError("solve: unknown option '" + key.cast<std::string>() + "'");
-    check_options(options);
+    detail::check_options(options);
     return options;
 }
 

@@ -104,7 +104,7 @@ class InProcess final : public Communicator {
     }
     Meter& meter() override { return meter_; }
     Traffic traffic() const override { return traffic_; }
-    CommSeconds seconds() const override { return {}; }
+    Seconds seconds() const override { return {}; }
 
   private:
     /// A channel that copies at finish(). So a rank may fill the next message while another has not yet read this one.

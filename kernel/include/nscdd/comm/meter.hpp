@@ -25,20 +25,25 @@ enum class Work {
     message,        ///< messages that a process sends or receives in an iteration: the cost of MPI's calls for them
     shared_message  ///< messages through memory that processes share: the cost of copying them
 };
+
+namespace detail {
+
 /// Names of the kinds of Work, in their order, as files have them.
 constexpr std::array<const char*, 9> work_names{"sweep", "accelerated", "driven",  "residual",      "pack",
                                                 "glue",  "factorised",  "message", "shared_message"};
 
-/// A function that is called for work on a rank: `count` units of a kind, on data of `bytes`. The rank goes through
-/// these data repeatedly, so their size says which cache holds them; for messages it is the size of one. A simulated
-/// machine advances its clock by the time of this work.
-using Charged = std::function<void(Work kind, double count, double bytes)>;
+}  // namespace detail
 
 /// The work of the ranks that a process hosts. Ranks may be charged at the same time, each by one thread.
 class Meter {
   public:
+    /// A function that is called for work on a rank: `count` units of a kind, on data of `bytes`. The rank goes through
+    /// these data repeatedly, so their size says which cache holds them; for messages it is the size of one. A
+    /// simulated machine advances its clock by the time of this work.
+    using Charged = std::function<void(Work kind, double count, double bytes)>;
+
     /// Makes a meter for so many ranks. `charged`, if given, is called at every charge.
-    explicit Meter(std::size_t ranks = 0, Charged charged = {}) : swept_(ranks), charged_(std::move(charged)) {}
+    explicit Meter(std::size_t ranks = 0, Meter::Charged charged = {}) : swept_(ranks), charged_(std::move(charged)) {}
 
     /// Charges `count` units of work of the k-th hosted rank; for `bytes` see Charged. Throws std::out_of_range where
     /// there is no such rank.
@@ -54,7 +59,7 @@ class Meter {
 
   private:
     std::vector<double> swept_;
-    Charged charged_;
+    Meter::Charged charged_;
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -39,7 +39,7 @@ class Mpi final : public Communicator {
     /// `charged`, if given, is called at every charge of the meter, and for the messages of channels and reductions.
     /// `size` is the number of ranks in all, the same on every process; 0 means one a process. `within` says how
     /// messages go between processes of a node. Throws std::invalid_argument for fewer ranks than processes.
-    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Charged charged = {}, int size = 0,
+    explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Meter::Charged charged = {}, int size = 0,
                  WithinNode within = WithinNode::memory)
         : mpi_(comm, std::move(charged), size, within) {}
 
@@ -187,7 +187,7 @@ class Mpi final : public Communicator {
     double now() const override { return mpi_.now(); }
     Meter& meter() override { return mpi_.meter(); }
     Traffic traffic() const override { return mpi_.traffic(); }
-    CommSeconds seconds() const override { return mpi_.seconds(); }
+    Seconds seconds() const override { return mpi_.seconds(); }
 
   private:
     static void check_call(int code, const char* call) { detail::check_mpi(code, call); }

@@ -19,12 +19,12 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// One message to each process that this one sends to, and one from each that it receives from. Every message ends
 /// with a stamp, the time at which its sender called start(). Requests are not persistent: with Open MPI 4.1.4 calls
 /// for a message of up to 256 bytes then take half the time, for others the same (reports/findings/two-cores.md).
-class MpiMessages final : public Channel {
+class MpiMessages final : public Communicator::Channel {
   public:
-    MpiMessages(MpiProcess& mpi, const std::vector<Links>& links)
+    MpiMessages(MpiProcess& mpi, const std::vector<Communicator::Links>& links)
         : mpi_(mpi), layout_(mpi.hosted(), links, send_, recv_), tag_(mpi.next_channel_tag()) {
         for (std::size_t k = 0; k < links.size(); ++k)
-            for (const Link& link : links[k])
+            for (const Communicator::Link& link : links[k])
                 if (link.peer != mpi.hosted().ranks()[k]) messages_ += 1, doubles_ += link.send;
         mailboxes_ = mpi.node().open(sizes(layout_.outgoing), sizes(layout_.incoming));
         requests_.assign(layout_.incoming.size() + layout_.outgoing.size(), MPI_REQUEST_NULL);

@@ -27,7 +27,7 @@ class MpiProcess {
     static constexpr int clock_tag = 0, route_tag = 1, reduce_tag = 3, barrier_tag = 4, first_channel_tag = 5;
 
     /// Arguments and errors: Mpi. Collective.
-    MpiProcess(MPI_Comm comm, Charged charged, int size, WithinNode within)
+    MpiProcess(MPI_Comm comm, Meter::Charged charged, int size, WithinNode within)
         : comm_(comm),
           hosted_(comm_.place(&MPI_Comm_rank), comm_.place(&MPI_Comm_size), size),
           node_(comm_.handle, within),
@@ -45,7 +45,7 @@ class MpiProcess {
     /// Communicator::now(), as well as this process knows the clock of rank 0.
     double now() const { return MPI_Wtime() + offset_; }
 
-    void count(Operation operation, std::size_t messages, std::size_t doubles) {  // in traffic()
+    void count(Communicator::Operation operation, std::size_t messages, std::size_t doubles) {  // in traffic()
         traffic_.add(operation, messages, doubles);
     }
     Meter& meter() { return meter_; }
@@ -54,13 +54,13 @@ class MpiProcess {
         meter_.charge_message(double(doubles * sizeof(double)), shared);
     }
     /// A call of an operation that began at `entry` ends now; the latest of its partners began at `latest`.
-    void spent(Operation operation, double entry, double latest) {
+    void spent(Communicator::Operation operation, double entry, double latest) {
         const double elapsed = (std::max)(now() - entry, 0.0);
         const double wait = std::clamp(latest - entry, 0.0, elapsed);
         seconds_.add(operation, wait, elapsed - wait);
     }
-    Traffic traffic() const { return traffic_; }
-    CommSeconds seconds() const { return seconds_; }
+    Communicator::Traffic traffic() const { return traffic_; }
+    Communicator::Seconds seconds() const { return seconds_; }
 
   private:
     /// A duplicate of the caller's communicator, so that our messages never meet the caller's.
@@ -121,8 +121,8 @@ class MpiProcess {
     double offset_ = 0;  ///< to the clock of rank 0 [s]
     int channels_ = 0;
     Meter meter_;
-    Traffic traffic_;
-    CommSeconds seconds_;
+    Communicator::Traffic traffic_;
+    Communicator::Seconds seconds_;
 };
 
 }}}  // namespace nscdd::NSCDD_ABI::detail

@@ -113,7 +113,7 @@ class MpiReduction {
                               "reduce");
             },
             [this](std::span<const double> row) {
-                if (in_iteration_) mpi_.count(Operation::reduction, 1, row.size());
+                if (in_iteration_) mpi_.count(Communicator::Operation::reduction, 1, row.size());
             });
     }
     /// Rows are short, so that MPI sends them at once: nobody waits here for a receiver that computes.

@@ -58,7 +58,7 @@ class MessageLayout {
     std::vector<Message> incoming, outgoing;  ///< by process
 
     /// links[k] of the k-th hosted rank. Sets what Channel::send(k, l) and recv(k, l) are.
-    MessageLayout(const RankMap& hosted, const std::vector<Links>& links,
+    MessageLayout(const RankMap& hosted, const std::vector<Communicator::Links>& links,
                   std::vector<std::vector<std::span<double>>>& send,
                   std::vector<std::vector<std::span<double>>>& recv) {
         std::vector<End> sent, received;
@@ -69,7 +69,7 @@ class MessageLayout {
             send[k].resize(links[k].size());
             recv[k].resize(links[k].size());
             for (std::size_t l = 0; l < links[k].size(); ++l) {
-                const Link& link = links[k][l];
+                const Communicator::Link& link = links[k][l];
                 const int process = hosted.process_of(link.peer), own = hosted.ranks()[k];
                 sent.push_back({process, own, link.peer, &send[k][l], link.send});
                 received.push_back({process, link.peer, own, &recv[k][l], link.recv});

@@ -17,6 +17,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// A struct whose members are combined over ranks. They are doubles, or Eigen objects of fixed size.
 template <class T>
 concept Reducible = requires(T t) {
@@ -24,19 +26,15 @@ concept Reducible = requires(T t) {
     std::tuple_size<decltype(t.largest())>::value;
 };
 
-namespace detail {
-
 inline std::span<double> numbers_of(double& x) { return {&x, 1}; }
 template <class Derived>
 std::span<double> numbers_of(Eigen::PlainObjectBase<Derived>& x) {
     return {x.data(), static_cast<std::size_t>(x.size())};
 }
 
-}  // namespace detail
-
 /// Calls visit(numbers) for each member of a std::tie, as a span of doubles.
 inline void each_member(auto&& members, auto&& visit) {
-    std::apply([&](auto&... member) { (visit(detail::numbers_of(member)), ...); }, members);
+    std::apply([&](auto&... member) { (visit(numbers_of(member)), ...); }, members);
 }
 
 /// All numbers of a Reducible, the summed ones first.
@@ -51,21 +49,24 @@ Buffer numbers(T value) {
     return out;
 }
 
+}  // namespace detail
+
 /// Combines the structs that task(k) returns for each hosted rank, over all ranks. The bits are the same on each rank.
 /// Tasks run at the same time, as those of each_rank(). Collective.
-template <Reducible T>
+template <detail::Reducible T>
 T reduce(Communicator& comm, auto&& task) {
     const Turn::Hold hold(comm.turn(), "reduce");  // until the sums are read
     T total{};
     std::size_t added = 0;
-    each_member(total.summed(), [&added](std::span<double> x) { added += x.size(); });
-    const std::span<const double> all = reduce(comm, added, [&task](std::size_t k) { return numbers<T>(task(k)); });
+    detail::each_member(total.summed(), [&added](std::span<double> x) { added += x.size(); });
+    const std::span<const double> all =
+        reduce(comm, added, [&task](std::size_t k) { return detail::numbers<T>(task(k)); });
     const double* from = all.data();
     const auto take = [&from](std::span<double> x) {
         for (double& number : x) number = *from++;
     };
-    each_member(total.summed(), take);
-    each_member(total.largest(), take);
+    detail::each_member(total.summed(), take);
+    detail::each_member(total.largest(), take);
     return total;
 }
 

@@ -23,7 +23,7 @@ class ReductionRounds {
     static constexpr std::size_t slots = 2 * group;
 
     /// For so many ranks, at least 1.
-    explicit ReductionRounds(int ranks) : ranks_(ranks), p_(tree_size(ranks)) {}
+    explicit ReductionRounds(int ranks) : ranks_(ranks), p_(Communicator::tree_size(ranks)) {}
 
     /// The step of a round is the distance of the ranks in a group: 1, group, group^2 ... True if a round has this
     /// step.
@@ -50,11 +50,12 @@ class ReductionRounds {
     void combine(int step, int rank, std::span<Buffer> rows, std::size_t added) const {
         if (step == 1)
             visit_group(step, rank, [&](int other, std::size_t slot) {
-                if (other >= p_) combine_in_tree(rows[slot - group], rows[slot], added);
+                if (other >= p_) Communicator::combine_in_tree(rows[slot - group], rows[slot], added);
             });
         const auto members = static_cast<std::size_t>((std::min)(group, p_ / step));
         for (std::size_t half = 1; half < members; half *= 2)
-            for (std::size_t s = 0; s < members; s += 2 * half) combine_in_tree(rows[s], rows[s + half], added);
+            for (std::size_t s = 0; s < members; s += 2 * half)
+                Communicator::combine_in_tree(rows[s], rows[s + half], added);
     }
 
   private:

@@ -14,9 +14,9 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// square, row by row: a message goes along the row of its source to the column of its target, and down that column. A
 /// rank sends about 2 sqrt(size) messages instead of size. The last row may be short: columns that it lacks are met one
 /// row above, so that messages still arrive by source rank.
-inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector<Outbox>& out) {
+inline std::vector<Buffer> route_by_square(Communicator& comm, const std::vector<Communicator::Outbox>& out) {
     const int size = comm.size(), width = static_cast<int>(std::ceil(std::sqrt(size)));
-    std::vector<Outbox> along(out.size()), down(out.size());
+    std::vector<Communicator::Outbox> along(out.size()), down(out.size());
     for (std::size_t k = 0; k < out.size(); ++k)
         for (const auto& [target, message] : out[k]) {
             if (message.empty()) continue;

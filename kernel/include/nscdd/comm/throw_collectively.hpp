@@ -8,7 +8,7 @@
 
 #include "nscdd/comm/communicator.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Throws std::invalid_argument on every process, with the complaint of the lowest rank that has one. complaints[k] is
 /// that of ranks()[k], empty for none. Collective.
@@ -20,7 +20,7 @@ inline void throw_collectively(Communicator& comm, const std::vector<std::string
     std::size_t first = 0;
     while (first < all.size() && all[first] == 0) ++first;
     if (first == all.size()) return;
-    std::vector<Outbox> out(complaints.size());
+    std::vector<Communicator::Outbox> out(complaints.size());
     for (std::size_t k = 0; k < complaints.size(); ++k)
         if (comm.ranks()[k] == static_cast<int>(first))
             for (int to = 0; to < comm.size(); ++to) out[k][to].assign(complaints[k].begin(), complaints[k].end());
@@ -43,4 +43,4 @@ void throw_collectively(Communicator& comm, auto&& task)
     throw_collectively(comm, complaints);
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

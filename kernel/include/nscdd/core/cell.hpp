@@ -24,17 +24,18 @@ template <class M>
 struct Cell {
     using Vec = typename M::Vec;
 
-    std::array<bool, M::dim> periodic{};     ///< whether the scene repeats, of each axis
-    Vec low = Vec::Zero();                   ///< corner from which the cell reaches [m]; where it is changes no answer
-    Vec size = Vec::Zero();                  ///< sides [m]; of axes that are not periodic it does not count
-    Gradient<M> tilt = Gradient<M>::Zero();  ///< (e, d): the next image along d is this far along e < d [m]
-    std::array<bool, M::dim> driven{};       ///< whether a stress drives the side, of each axis
-    Vec stress = Vec::Zero();                ///< of driven sides, positive in compression [Pa], [N/m] in 2D
+    std::array<bool, M::dim> periodic{};  ///< whether the scene repeats, of each axis
+    Vec low = Vec::Zero();                ///< corner from which the cell reaches [m]; where it is changes no answer
+    Vec size = Vec::Zero();               ///< sides [m]; of axes that are not periodic it does not count
+    typename M::Gradient tilt = M::Gradient::Zero();  ///< (e, d): the next image along d is this far along e < d [m]
+    std::array<bool, M::dim> driven{};                ///< whether a stress drives the side, of each axis
+    Vec stress = Vec::Zero();                         ///< of driven sides, positive in compression [Pa], [N/m] in 2D
     /// Inertia of each driven side against changes of its rate, as a mass that moves by `length` times the rate [kg].
     /// At least three times the mass of all grains.
     double mass = 0;
     double length = 0;  ///< of that motion [m]; Simulation sets it to the diameter of the largest grain
-    Gradient<M> gradient = Gradient<M>::Zero();  ///< of the flow's velocity [1/s]: upper triangle, of periodic axes
+    typename M::Gradient gradient =
+        M::Gradient::Zero();  ///< of the flow's velocity [1/s]: upper triangle, of periodic axes
 
     static constexpr const char* shortest = "shorter than two diameters of the largest grain";  ///< said of too_short()
     /// Whether a grain could touch its own image, or two images of another one.
@@ -64,11 +65,11 @@ struct Cell {
     double force(int d) const { return stress[d] * size.prod() / length; }
     /// A velocity relative to a place that is `apart` away [m/s], with what the flow adds.
     Vec with_flow(const Vec& velocity, const Vec& apart) const {
-        return flows() ? Vec(velocity + flow_over<M>(gradient, apart)) : velocity;
+        return flows() ? Vec(velocity + detail::flow_over<M>(gradient, apart)) : velocity;
     }
     /// The flow as places have it that have moved with it for `since` [s] from where it is `gradient` [1/s].
-    Gradient<M> gradient_after(double since) const {
-        Gradient<M> after = gradient;  // X with X (1 + since gradient) = gradient
+    typename M::Gradient gradient_after(double since) const {
+        typename M::Gradient after = gradient;  // X with X (1 + since gradient) = gradient
         for (int d = 0; d < M::dim; ++d)
             for (int e = 0; e <= d; ++e) {
                 for (int k = e; k < d; ++k) after(e, d) -= since * after(e, k) * gradient(k, d);
@@ -77,10 +78,10 @@ struct Cell {
         return after;
     }
     /// Lets images move by a flow for `dt` [s].
-    void move_images(const Gradient<M>& flow, double dt) {
+    void move_images(const typename M::Gradient& flow, double dt) {
         for (int d = 0; d < M::dim; ++d) {
             Vec way = side(d);
-            way += dt * flow_over<M>(flow, way);
+            way += dt * detail::flow_over<M>(flow, way);
             size[d] = way[d];
             for (int e = 0; e < d; ++e) tilt(e, d) = way[e];
         }
@@ -135,6 +136,8 @@ struct Cell {
     }
 };
 
+namespace detail {
+
 /// `largest_radius` of the scene's grains [m]. Throws std::invalid_argument for a cell that is none, in which a grain
 /// could touch its own image or two images of another one, or that a wall crosses.
 template <class M>
@@ -157,7 +160,7 @@ void check_cell(const Cell<M>& cell, std::span<const Wall<M>> walls, double larg
             throw std::invalid_argument("cell: sides that a stress drives need a positive mass");
         if (cell.mass < 3 * mass)
             throw std::invalid_argument("cell: the mass of sides must be at least three times that of all grains, " +
-                                        detail::two_digits(3 * mass, std::ceil) + " kg, for sweeps to converge");
+                                        two_digits(3 * mass, std::ceil) + " kg, for sweeps to converge");
     }
     if (cell.flows() && !M::friction)
         throw std::invalid_argument("cell: one that flows needs a model with friction, of which 0 will do");
@@ -174,5 +177,7 @@ void check_cell(const Cell<M>& cell, std::span<const Wall<M>> walls, double larg
                 throw std::invalid_argument((name += " crosses wall ") += std::to_string(&wall - walls.data()));
     }
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

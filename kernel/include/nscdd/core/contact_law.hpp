@@ -17,42 +17,6 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Coefficients of two materials, for the laws on the cone.
-struct Pairing {
-    double friction = 0;     ///< Coulomb's mu, >= 0
-    double restitution = 0;  ///< Newton's e, 0 to 1
-
-    /// Returns null, or a text that says why mu is wrong. MaterialTable::set() checks e.
-    const char* fault() const {
-        return friction >= 0 && friction <= (std::numeric_limits<double>::max)() ? nullptr
-                                                                                 : "friction must be >= 0 and finite";
-    }
-};
-
-/// The law without friction: 0 <= v_n + bias perp r_n >= 0. There is no tangential impulse, hence no rotation.
-struct Frictionless {
-    static constexpr const char* name = "frictionless";  ///< in messages
-    static constexpr bool friction = false;              ///< impulses have one component, grains have no spin
-    /// A contact stores nothing for this law.
-    struct Coefficients {
-        bool operator==(const Coefficients&) const = default;  ///< always true
-    };
-    using Pairing = nscdd::Pairing;  ///< only the restitution counts
-
-    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  ///< empty
-    static const char* fault(const Coefficients&) { return nullptr; }                              ///< always null
-    /// The normal impulse r_n = max(0, trial) [N s].
-    template <class Real>
-    static Real normal(Real trial, const Coefficients&) {
-        return larger(Real(0), trial);
-    }
-    /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
-    template <class Real>
-    static Real excess(Real normal, const Coefficients&) {
-        return normal;
-    }
-};
-
 /// Coulomb's law: |r_t| <= mu r_n, and r_t opposes the slip velocity where the contact slides.
 struct Coulomb {
     static constexpr const char* name = "Coulomb";  ///< in messages
@@ -62,7 +26,18 @@ struct Coulomb {
         double friction_coefficient = 0;                       ///< mu
         bool operator==(const Coefficients&) const = default;  ///< whether mu is the same
     };
-    using Pairing = nscdd::Pairing;  ///< mu and restitution
+    /// Coefficients of two materials.
+    struct Pairing {
+        double friction = 0;     ///< Coulomb's mu, >= 0
+        double restitution = 0;  ///< Newton's e, 0 to 1
+
+        /// Returns null, or a text that says why mu is wrong. Materials::set() checks e.
+        const char* fault() const {
+            return friction >= 0 && friction <= (std::numeric_limits<double>::max)()
+                       ? nullptr
+                       : "friction must be >= 0 and finite";
+        }
+    };
 
     /// Returns mu of the pair of materials. The gap [m] and the step h [s] do not matter.
     static Coefficients coefficients(const Pairing& pairing, double /*gap*/, double /*h*/) {
@@ -83,6 +58,30 @@ struct Coulomb {
     template <class Real>
     static Real limit(Real normal, const Coefficients& k) {
         return Real(k.friction_coefficient) * normal;
+    }
+    /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
+    template <class Real>
+    static Real excess(Real normal, const Coefficients&) {
+        return normal;
+    }
+};
+
+/// The law without friction: 0 <= v_n + bias perp r_n >= 0. There is no tangential impulse, hence no rotation.
+struct Frictionless {
+    static constexpr const char* name = "frictionless";  ///< in messages
+    static constexpr bool friction = false;              ///< impulses have one component, grains have no spin
+    /// A contact stores nothing for this law.
+    struct Coefficients {
+        bool operator==(const Coefficients&) const = default;  ///< always true
+    };
+    using Pairing = Coulomb::Pairing;  ///< only the restitution counts
+
+    static Coefficients coefficients(const Pairing&, double /*gap*/, double /*h*/) { return {}; }  ///< empty
+    static const char* fault(const Coefficients&) { return nullptr; }                              ///< always null
+    /// The normal impulse r_n = max(0, trial) [N s].
+    template <class Real>
+    static Real normal(Real trial, const Coefficients&) {
+        return larger(Real(0), trial);
     }
     /// The excess is r_n itself [N s], because the least impulse of a contact is 0.
     template <class Real>
@@ -164,6 +163,8 @@ concept ContactLaw =
     detail::LawLimitsFriction<L, double> && detail::LawLimitsFriction<L, Packet> &&
     detail::LawLimitsCouples<L, double> && detail::LawLimitsCouples<L, Packet>;
 
+namespace detail {
+
 /// The gap up to which pairs are contacts, however slowly they move [m]; of a law that does not say 0.
 template <class L>
 double range_of(const typename L::Pairing& pairing) {
@@ -178,8 +179,6 @@ double range_of(const typename L::Pairing& pairing) {
 /// A law whose impulses lie in Coulomb's cone about the normal.
 template <class L>
 concept SolvedOnCone = std::same_as<L, Frictionless> || std::same_as<L, Coulomb>;
-
-namespace detail {
 
 /// Number of the first thing that a law lacks, 0 for none: what follows is made of it, and would be missed in vain.
 template <class L>

@@ -9,6 +9,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+// Bases of public types have a namespace without functions. In the kernel's own, calls with such a type would find the
+// functions there, beside those of a caller.
+namespace detail::bases {
+
 /// The part of a body that only friction needs.
 template <bool friction>
 struct BodySpin {
@@ -18,19 +22,6 @@ struct BodySpin {
 template <>
 struct BodySpin<false> {};
 
-/// A grain as the sweep sees it: velocity V and inverse mass. The inverse mass is that of this copy, multiplicity over
-/// the whole mass.
-template <class M>
-struct Body : BodySpin<M::friction> {
-    typename M::Velocity v = M::Velocity::Zero();  ///< translations [m/s], then spins [rad/s]
-    double inv_mass = 0;                           ///< 1/mass [1/kg], split: multiplicity over the whole mass
-
-    auto linear() { return v.template head<M::dim>(); }        ///< translations, `dim` numbers [m/s]
-    auto linear() const { return v.template head<M::dim>(); }  ///< translations, `dim` numbers [m/s]
-    auto spin() { return v.template tail<M::spins>(); }        ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
-    auto spin() const { return v.template tail<M::spins>(); }  ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
-};
-
 /// The part of a wall that only a couple needs.
 template <class M, bool rolling = M::rolling>
 struct WallSpin {
@@ -39,15 +30,6 @@ struct WallSpin {
 /// Without couples nothing is stored for them.
 template <class M>
 struct WallSpin<M, false> {};
-
-/// A wall as the sweep sees it. Its velocity is prescribed + speed * normal.
-template <class M>
-struct WallBody {
-    typename M::Vec prescribed = M::Vec::Zero();  ///< velocity that is given, not solved for [m/s]
-    double speed = 0;     ///< along the wall's normal, on top of the prescribed velocity; 0 unless driven [m/s]
-    double inv_mass = 0;  ///< 1/mass [1/kg], split; 0 for a wall that is not driven
-    [[no_unique_address]] WallSpin<M> spin{};  ///< prescribed
-};
 
 /// The part of a contact that only friction needs.
 template <bool friction>
@@ -71,9 +53,36 @@ struct ContactCouple {
 template <>
 struct ContactCouple<false> {};
 
-/// One contact. The law's coefficients are a base class, so a law without any takes no memory.
+}  // namespace detail::bases
+
+/// A grain as the sweep sees it: velocity V and inverse mass. The inverse mass is that of this copy, multiplicity over
+/// the whole mass. With friction it has inv_inertia besides [1/(kg m^2)], split as inv_mass.
 template <class M>
-struct Contact : ContactFriction<M::friction>, ContactCouple<M::rolling>, M::Law::Coefficients {
+struct Body : detail::bases::BodySpin<M::friction> {
+    typename M::Velocity v = M::Velocity::Zero();  ///< translations [m/s], then spins [rad/s]
+    double inv_mass = 0;                           ///< 1/mass [1/kg], split: multiplicity over the whole mass
+
+    auto linear() { return v.template head<M::dim>(); }        ///< translations, `dim` numbers [m/s]
+    auto linear() const { return v.template head<M::dim>(); }  ///< translations, `dim` numbers [m/s]
+    auto spin() { return v.template tail<M::spins>(); }        ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
+    auto spin() const { return v.template tail<M::spins>(); }  ///< spins: 3 in 3D, 1 in 2D, 0 without friction [rad/s]
+};
+
+/// A wall as the sweep sees it. Its velocity is prescribed + speed * normal.
+template <class M>
+struct WallBody {
+    typename M::Vec prescribed = M::Vec::Zero();  ///< velocity that is given, not solved for [m/s]
+    double speed = 0;     ///< along the wall's normal, on top of the prescribed velocity; 0 unless driven [m/s]
+    double inv_mass = 0;  ///< 1/mass [1/kg], split; 0 for a wall that is not driven
+    [[no_unique_address]] detail::bases::WallSpin<M> spin{};  ///< prescribed
+};
+
+/// One contact. With friction it has the levers lever_i and lever_j besides [m]: from a centre to the middle of the
+/// gap, or to the surface at a wall. The law's coefficients are a base class, so a law without any takes no memory.
+template <class M>
+struct Contact : detail::bases::ContactFriction<M::friction>,
+                 detail::bases::ContactCouple<M::rolling>,
+                 M::Law::Coefficients {
     int i = 0;               ///< number of the grain in ContactProblem::bodies
     int j = 0;               ///< number of the other grain in bodies, or of the wall in walls
     typename M::Vec normal;  ///< unit, from j to i
@@ -85,22 +94,6 @@ struct Contact : ContactFriction<M::friction>, ContactCouple<M::rolling>, M::Law
     typename M::Law::Coefficients& coefficients() { return *this; }              ///< coefficients, to be set
 };
 
-/// The flow of a cell as contacts see it. A stress may drive sides of the cell: their speeds are unknowns of the step,
-/// as those of driven walls.
-template <class M>
-struct Flow {
-    Gradient<M> gradient = Gradient<M>::Zero();  ///< as prescribed [1/s]
-    /// For each axis, the number in ContactProblem::walls of the side that a stress drives, whose speed is `length`
-    /// times its rate; -1 if there is none.
-    std::array<int, M::dim> side;
-    double length = 0;  ///< Cell::length [m]
-
-    /// Whether a stress drives any side.
-    bool driven() const {
-        return std::any_of(side.begin(), side.end(), [](int s) { return s >= 0; });
-    }
-};
-
 /// The contact problem (4) of one step on one subdomain, matrix-free: velocities of bodies, contacts, impulses.
 ///
 /// Solvers know nothing else. A code with its own detection fills one of these, calls nscdd::nlgs(), and reads
@@ -108,6 +101,21 @@ struct Flow {
 /// a body takes 64 bytes and a contact 104.
 template <class M>
 struct ContactProblem {
+    /// The flow of a cell as contacts see it. A stress may drive sides of the cell: their speeds are unknowns of the
+    /// step, as those of driven walls.
+    struct Flow {
+        typename M::Gradient gradient = M::Gradient::Zero();  ///< as prescribed [1/s]
+        /// For each axis, the number in ContactProblem::walls of the side that a stress drives, whose speed is `length`
+        /// times its rate; -1 if there is none.
+        std::array<int, M::dim> side;
+        double length = 0;  ///< Cell::length [m]
+
+        /// Whether a stress drives any side.
+        bool driven() const {
+            return std::any_of(side.begin(), side.end(), [](int s) { return s >= 0; });
+        }
+    };
+
     std::vector<Body<M>> bodies;            ///< in: V_free + M^-1 H r [m/s, rad/s]; out: the same with the new r
     std::vector<WallBody<M>> walls;         ///< all walls of the scene, or sides of its cell that a stress drives
     std::vector<Contact<M>> contacts;       ///< between grains, in spatial order
@@ -117,7 +125,7 @@ struct ContactProblem {
     double h = 0;                           ///< step [s]
     /// Flow of a cell that repeats: the velocity of i relative to j has the gradient times x_i - x_j besides. Only with
     /// friction, whose levers know how far grains are from each other.
-    std::optional<Flow<M>> flow;
+    std::optional<Flow> flow;
     /// Centres of the bodies, for the tests of a solved step (METHOD.md, section 5). They and the radii may be empty.
     std::vector<typename M::Vec> centres;  ///< [m]; they say how far a component of the scene reaches
     std::vector<double> radii;             ///< [m]; scale of the gap error of a contact
@@ -129,8 +137,8 @@ struct ContactProblem {
     }
 
     /// Velocity gradient of the flow with the speeds of sides as they are [1/s]; only where there is a flow.
-    Gradient<M> flow_gradient() const {
-        Gradient<M> gradient = flow->gradient;
+    typename M::Gradient flow_gradient() const {
+        typename M::Gradient gradient = flow->gradient;
         for (int d = 0; d < M::dim; ++d)
             if (const int side = flow->side[static_cast<std::size_t>(d)]; side >= 0)
                 gradient(d, d) = walls[static_cast<std::size_t>(side)].speed / flow->length;

@@ -11,15 +11,16 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// A symmetric table with one P for each pair of materials; P is the law's Pairing (ContactLaw).
-template <class P>
-class MaterialTable {
+/// A symmetric table with one Pairing of the law (ContactLaw) for each pair of materials of a scene.
+template <class M>
+class Materials {
   public:
-    static constexpr int most = 4096;  ///< materials that a table may have; then it takes 256 MB
+    using Pairing = typename M::Law::Pairing;  ///< coefficients of two materials
+    static constexpr int most = 4096;          ///< materials that a table may have; then it takes 256 MB
 
-    /// Makes a table of `count` materials, each pair with P's defaults. Throws std::invalid_argument unless 1 <= count
-    /// <= most.
-    explicit MaterialTable(int count = 1) : count_(count) {
+    /// Makes a table of `count` materials, each pair with the defaults of Pairing. Throws std::invalid_argument unless
+    /// 1 <= count <= most.
+    explicit Materials(int count = 1) : count_(count) {
         if (count < 1 || count > most)
             throw std::invalid_argument(std::to_string(count) + " materials: needs 1 to " + std::to_string(most));
         table_.resize(static_cast<std::size_t>(count) * static_cast<std::size_t>(count));
@@ -27,7 +28,7 @@ class MaterialTable {
 
     /// Sets the coefficients of materials a and b, in both orders. Throws std::invalid_argument for materials out of
     /// range, and for coefficients that no pair can have.
-    void set(int a, int b, P pairing) {
+    void set(int a, int b, Pairing pairing) {
         for (const int material : {a, b})
             if (material < 0 || material >= count_)
                 throw std::invalid_argument("material " + std::to_string(material) + ": there are " +
@@ -38,9 +39,10 @@ class MaterialTable {
         table_[index(a, b)] = table_[index(b, a)] = pairing;
         known_ = true;
     }
-    const P& operator()(int a, int b) const { return table_[index(a, b)]; }  ///< of materials 0 to count()-1, unchecked
-    int count() const { return count_; }                                     ///< number of materials
-    bool known() const { return known_; }                                    ///< whether any pair has been set
+    /// Of materials 0 to count()-1, unchecked.
+    const Pairing& operator()(int a, int b) const { return table_[index(a, b)]; }
+    int count() const { return count_; }   ///< number of materials
+    bool known() const { return known_; }  ///< whether any pair has been set
 
   private:
     std::size_t index(int a, int b) const {
@@ -49,21 +51,20 @@ class MaterialTable {
 
     int count_;
     bool known_ = false;
-    std::vector<P> table_;
+    std::vector<Pairing> table_;
 };
 
-using Materials = MaterialTable<Pairing>;  ///< table of the laws on Coulomb's cone
-/// The table that scenes of model M have.
-template <class M>
-using MaterialsOf = MaterialTable<typename M::Law::Pairing>;
+namespace detail {
 
 /// The largest gap at which any pair is a contact, however slowly it moves (range_of()) [m].
 template <class M>
-double largest_range(const MaterialsOf<M>& materials) {
+double largest_range(const Materials<M>& materials) {
     double most = 0;
     for (int a = 0; a < materials.count(); ++a)
         for (int b = 0; b <= a; ++b) most = (std::max)(most, range_of<typename M::Law>(materials(a, b)));
     return most;
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

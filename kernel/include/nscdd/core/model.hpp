@@ -30,7 +30,11 @@ struct Model {
     /// World axes, or along n alone; then the couple, if there is one.
     using Impulse = Eigen::Matrix<double, (friction ? dim : 1) + couples, 1, Eigen::DontAlign>;
     using Couple = Eigen::Matrix<double, couples, 1, Eigen::DontAlign>;  ///< [N m s]; of size 0 without couples
+    /// Velocity gradient of a flow [1/s]; row: what moves, column: along what.
+    using Gradient = Eigen::Matrix<double, dim, dim, Eigen::DontAlign>;
 };
+
+namespace detail {
 
 ///@{
 /// The parts of an impulse: without the couple, in world axes or along n alone [N s]; and the couple [N m s]. Of a
@@ -80,17 +84,15 @@ typename M::Spin arm_cross(const typename M::Vec& arm, const typename M::Vec& im
         return typename M::Spin{arm[0] * impulse[1] - arm[1] * impulse[0]};
 }
 
-/// Velocity gradient of a flow [1/s]; row: what moves, column: along what.
-template <class M>
-using Gradient = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
-
 /// What a flow adds to the velocity of a place that is `apart` from another one [m/s], in an order that no compiler
 /// changes.
 template <class M>
-typename M::Vec flow_over(const Gradient<M>& gradient, const typename M::Vec& apart) {
+typename M::Vec flow_over(const typename M::Gradient& gradient, const typename M::Vec& apart) {
     typename M::Vec velocity = gradient.col(0) * apart[0];
     for (int d = 1; d < M::dim; ++d) velocity += gradient.col(d) * apart[d];
     return velocity;
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

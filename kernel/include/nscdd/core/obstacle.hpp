@@ -12,14 +12,6 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// A steady turn about an axis.
-template <class M>
-struct Rotation {
-    typename M::Vec centre = M::Vec::Zero();          ///< a point of the axis at time 0; it moves along the path [m]
-    typename M::Vec axis = M::Vec::Unit(M::dim - 1);  ///< unit; in 2D the axis stands on the plane
-    double rate = 0;                                  ///< [rad/s]; positive is anticlockwise
-};
-
 /// A body of facets or a cylinder that grains cannot pass. It rests, or its motion is a function of time.
 /// ```
 /// nscdd::Obstacle<Disks> drum{.surface = nscdd::make_surface<Disks>(nscdd::Cylinder<Disks>{.radius = 5})};
@@ -28,21 +20,31 @@ struct Rotation {
 /// ```
 template <class M>
 struct Obstacle {
-    std::shared_ptr<const Surface<M>> surface;  ///< where it is at time 0; it is shared by copies of the obstacle
-    int material = 0;                           ///< row of Materials
-    Path<M> path{};                             ///< of all its points, besides the turn
-    Rotation<M> turn{};                         ///< it is turned first, then moved
+    /// A steady turn about an axis.
+    struct Rotation {
+        typename M::Vec centre = M::Vec::Zero();  ///< a point of the axis at time 0; it moves along the path [m]
+        typename M::Vec axis = M::Vec::Unit(M::dim - 1);  ///< unit; in 2D the axis stands on the plane
+        double rate = 0;                                  ///< [rad/s]; positive is anticlockwise
+    };
+
+    /// Where it is at time 0, of make_surface(). It is shared by copies of the obstacle.
+    std::shared_ptr<const detail::Surface<M>> surface;
+    int material = 0;        ///< row of Materials
+    detail::Path<M> path{};  ///< of all its points, besides the turn
+    Rotation turn{};         ///< it is turned first, then moved
 
     /// Whether it moves.
     bool moves() const { return path || turn.rate != 0; }
 };
 
+namespace detail {
+
 /// Where an obstacle is at one time: place of a point that was at x at time 0.
 template <class M>
 struct Frame {
-    Gradient<M> turn = Gradient<M>::Identity();  ///< a rotation
-    typename M::Vec shift = M::Vec::Zero();      ///< after it [m]
-    bool turned = false;                         ///< whether there is a rotation
+    typename M::Gradient turn = M::Gradient::Identity();  ///< a rotation
+    typename M::Vec shift = M::Vec::Zero();               ///< after it [m]
+    bool turned = false;                                  ///< whether there is a rotation
 
     /// Of an obstacle at a time [s].
     static Frame at(const Obstacle<M>& obstacle, double time) {
@@ -56,7 +58,7 @@ struct Frame {
             const auto& k = obstacle.turn.axis;
             for (int d = 0; d < 3; ++d) {
                 const typename M::Vec e = M::Vec::Unit(d);
-                frame.turn.col(d) = c * e + s * typename M::Vec(detail::cross(k, e)) + (1 - c) * k[d] * k;
+                frame.turn.col(d) = c * e + s * typename M::Vec(cross(k, e)) + (1 - c) * k[d] * k;
             }
         }
         frame.shift += obstacle.turn.centre - frame.turn * obstacle.turn.centre;
@@ -90,9 +92,11 @@ void check_obstacles(std::span<const Obstacle<M>> obstacles, int materials) {
             throw std::invalid_argument(name += ": a turn needs a finite rate and place, and a unit axis");
         if constexpr (M::dim == 3)
             if (const auto& c = obstacle.surface->cylinder(); c && obstacle.turn.rate != 0 && std::isinf(c->length) &&
-                                                              detail::cross(c->axis, obstacle.turn.axis).norm() > 1e-12)
+                                                              cross(c->axis, obstacle.turn.axis).norm() > 1e-12)
                 throw std::invalid_argument(name += ": a cylinder without ends turns about an axis along its own");
     }
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

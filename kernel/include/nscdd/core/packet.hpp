@@ -124,6 +124,8 @@ inline Packet smaller(Packet a, Packet b) {
 }
 ///@}
 
+namespace detail {
+
 /// The inverse root a^-1/2 to the last bit or two, for 1e-300 <= a <= 1e300. The processor's estimate is not used,
 /// because it differs between makers. A shift halves the exponent; then a y^2 = 1 - h with |h| < 0.07. (1 - h)^-1/2
 /// comes by a quadratic, off by at most 3e-5 over these h, and then by its series to the third order.
@@ -137,8 +139,6 @@ inline Packet inverse_root(Packet a) {
     const Packet series = h * madd(madd(Packet(0.3125), h, Packet(0.375)), h, Packet(0.5));
     return madd(y, series, y);
 }
-
-namespace detail {
 
 /// Aligned as packets are loaded. Not Eigen's allocator: it has one name for all instruction sets, and a unit for one
 /// of them would free what a unit for another has allocated in another way.

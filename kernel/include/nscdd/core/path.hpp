@@ -13,21 +13,25 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// The way that a wall or an obstacle has gone since time 0, as a function of time: from [s] to [m]. Any function will
 /// do that is finite and 0 at 0; it is called on every process and must give all the same. Empty: there is none.
 template <class M>
 using Path = std::function<typename M::Vec(double)>;
 
+}  // namespace detail
+
 /// A path at a steady velocity [m/s].
 template <class M>
-Path<M> steady(typename M::Vec velocity) {
+detail::Path<M> steady(typename M::Vec velocity) {
     return [=](double time) -> typename M::Vec { return time * velocity; };
 }
 
 /// A harmonic path: `amplitude` (sin(2 pi frequency t + phase) - sin phase). amplitude [m], frequency [1/s], phase
 /// [rad].
 template <class M>
-Path<M> oscillation(typename M::Vec amplitude, double frequency, double phase = 0) {
+detail::Path<M> oscillation(typename M::Vec amplitude, double frequency, double phase = 0) {
     return [=](double time) -> typename M::Vec {
         return (std::sin(2 * std::numbers::pi * frequency * time + phase) - std::sin(phase)) * amplitude;
     };
@@ -37,7 +41,7 @@ Path<M> oscillation(typename M::Vec amplitude, double frequency, double phase = 
 /// last it rests. Places count from that of time 0. Throws std::invalid_argument unless times ascend and are as many as
 /// places, one at least.
 template <class M>
-Path<M> along_table(std::vector<double> times, std::vector<typename M::Vec> places) {
+detail::Path<M> along_table(std::vector<double> times, std::vector<typename M::Vec> places) {
     if (times.empty() || times.size() != places.size() ||
         std::adjacent_find(times.begin(), times.end(), [](double a, double b) { return !(a < b); }) != times.end())
         throw std::invalid_argument("along_table: times must ascend, and each must have a place");

@@ -30,6 +30,8 @@ struct Cylinder {
     double length = std::numeric_limits<double>::infinity();  ///< along the axis [m]; in 2D it does not count
 };
 
+namespace detail {
+
 /// The point of a facet or cylinder that is closest to a place.
 template <class M>
 struct Closest {
@@ -38,8 +40,6 @@ struct Closest {
     typename M::Vec normal = M::Vec::UnitX();  ///< unit, from the point to the place; any if these are the same
     bool edge = false;                         ///< an edge or corner, from which the surface may go on elsewhere
 };
-
-namespace detail {
 
 /// Of a segment, in any dimension: where on it the closest point is, from 0 to 1.
 template <class Vec>
@@ -182,8 +182,6 @@ class FacetTree {
     std::vector<Node> nodes_;
 };
 
-}  // namespace detail
-
 /// Facets or a cylinder, checked, with what a search needs. All who use one share it: make_surface().
 template <class M>
 class Surface {
@@ -193,7 +191,7 @@ class Surface {
     /// Throws std::invalid_argument, "facet 3 ...", for a facet that is not finite or whose corners are on one line (in
     /// 2D: are one), and where there is none or too many.
     explicit Surface(std::vector<Facet<M>> facets) : facets_(std::move(facets)), tree_(checked(facets_)) {
-        for (const Facet<M>& facet : facets_) normals_.push_back(detail::facet_normal<M>(facet));
+        for (const Facet<M>& facet : facets_) normals_.push_back(facet_normal<M>(facet));
     }
     /// Throws std::invalid_argument for a cylinder that is not finite, or has no radius, length or unit axis.
     explicit Surface(const Cylinder<M>& cylinder) : cylinder_(cylinder), tree_(facets_) {
@@ -233,7 +231,7 @@ class Surface {
                 longest = (std::max)(longest, (f[next] - f[at]).norm());
             }
             if constexpr (M::dim == 3)
-                size = detail::cross(f[1] - f[0], f[2] - f[0]).norm() / longest;  // height over the longest side
+                size = cross(f[1] - f[0], f[2] - f[0]).norm() / longest;  // height over the longest side
             else
                 size = longest;
             if (!(size > 1e-9 * longest)) throw std::invalid_argument(name += ": its corners are on one line");
@@ -244,18 +242,20 @@ class Surface {
     std::vector<Facet<M>> facets_;
     std::vector<Vec> normals_;
     std::optional<Cylinder<M>> cylinder_;
-    detail::FacetTree<M> tree_;
+    FacetTree<M> tree_;
 };
+
+}  // namespace detail
 
 ///@{
 /// A surface to be shared. Throws as Surface does.
 template <class M>
-std::shared_ptr<const Surface<M>> make_surface(std::vector<Facet<M>> facets) {
-    return std::make_shared<const Surface<M>>(std::move(facets));
+std::shared_ptr<const detail::Surface<M>> make_surface(std::vector<Facet<M>> facets) {
+    return std::make_shared<const detail::Surface<M>>(std::move(facets));
 }
 template <class M>
-std::shared_ptr<const Surface<M>> make_surface(const Cylinder<M>& cylinder) {
-    return std::make_shared<const Surface<M>>(cylinder);
+std::shared_ptr<const detail::Surface<M>> make_surface(const Cylinder<M>& cylinder) {
+    return std::make_shared<const detail::Surface<M>>(cylinder);
 }
 ///@}
 

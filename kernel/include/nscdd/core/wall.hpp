@@ -16,7 +16,7 @@ struct Wall {
     typename M::Vec velocity = M::Vec::Zero();  ///< prescribed [m/s]; of a driven wall the tangential part only
     /// Where it goes, in place of `velocity`, which Simulation then sets in each step: the mean from this detection of
     /// contacts to the next.
-    Path<M> path{};
+    detail::Path<M> path{};
     typename M::Vec change = M::Vec::Zero();  ///< of that mean since the step before [m/s]; Simulation sets it
     bool driven = false;                      ///< pushed by a force, else at rest or as prescribed
     double force = 0;                         ///< driven: along the normal, positive pushes into the sample [N]

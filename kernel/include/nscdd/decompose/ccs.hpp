@@ -22,8 +22,8 @@ class Ccs final : public CommunicationScheme<M> {
 
     /// Tells rank 0 which copies there are.
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
-        std::vector<Outbox> out(parts.size());
-        std::vector<Links> up(parts.size()), down(parts.size());
+        std::vector<Communicator::Outbox> out(parts.size());
+        std::vector<Communicator::Links> up(parts.size()), down(parts.size());
         linked_.assign(parts.size(), false);
         for (std::size_t k = 0; k < parts.size(); ++k) {
             for (int g : parts[k].interface) {
@@ -42,8 +42,8 @@ class Ccs final : public CommunicationScheme<M> {
         if (root_) link_root(told[0], up[0], down[0]);
         up_ = comm.open(up);
         down_ = comm.open(down);
-        up_->count_as(Operation::gather);
-        down_->count_as(Operation::scatter);
+        up_->count_as(Communicator::Operation::gather);
+        down_->count_as(Communicator::Operation::scatter);
         if (root_) set_up_root(told[0], up[0]);
     }
 
@@ -60,7 +60,7 @@ class Ccs final : public CommunicationScheme<M> {
         up_->finish();
         if (root_) {
             gluing_(copies_);
-            count_work(comm, parts[0], 0, Gluing::work, copies_.from.size());
+            detail::count_work(comm, parts[0], 0, Gluing::work, copies_.from.size());
         }
         down_->start();
         down_->finish();
@@ -69,7 +69,7 @@ class Ccs final : public CommunicationScheme<M> {
             const double* from = linked_[k] ? down_->recv(k, 0).data() : nullptr;
             for (const int g : part.interface) std::copy_n(std::exchange(from, from + dof), dof, part.sweeper.row(g));
             part.sweeper.read_rows(part.problem, part.interface);
-            count_work(comm, part, k, Work::pack, part.interface.size());  // the way back from a message
+            detail::count_work(comm, part, k, Work::pack, part.interface.size());  // the way back from a message
         });
     }
 
@@ -77,7 +77,7 @@ class Ccs final : public CommunicationScheme<M> {
     static constexpr std::size_t dof = M::dof, record = 4;  ///< id, rank, inverse mass and inertia of a copy
 
     /// Rank 0 has a link with each rank that has a copy; its link with itself is the first.
-    static void link_root(const Buffer& told, Links& up, Links& down) {
+    static void link_root(const Buffer& told, Communicator::Links& up, Communicator::Links& down) {
         for (std::size_t p = 0; p < told.size(); p += record) {
             const int rank = static_cast<int>(told[p + 1]);
             if (up.empty() || up.back().peer != rank) {  // messages come by ascending rank
@@ -91,7 +91,7 @@ class Ccs final : public CommunicationScheme<M> {
         if (!up.empty() && up[0].peer == 0) up[0].recv = up[0].send, down[0].send = down[0].recv;
     }
 
-    void set_up_root(const Buffer& told, const Links& up) {
+    void set_up_root(const Buffer& told, const Communicator::Links& up) {
         std::vector<std::tuple<int, std::size_t, std::size_t>> entries;  // id, link, record
         for (std::size_t p = 0, link = 0; p < told.size(); p += record) {
             while (up[link].peer != static_cast<int>(told[p + 1])) ++link;
@@ -114,7 +114,7 @@ class Ccs final : public CommunicationScheme<M> {
 
     std::vector<char> linked_;  ///< per hosted rank: 1 if it has a copy
     bool root_ = false;         ///< true where rank 0 is hosted
-    std::unique_ptr<Channel> up_, down_;
+    std::unique_ptr<Communicator::Channel> up_, down_;
     Copies copies_;  ///< on rank 0
     Gluing gluing_;
 };

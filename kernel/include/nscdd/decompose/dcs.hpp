@@ -23,7 +23,7 @@ class Dcs final : public CommunicationScheme<M> {
 
     void setup(std::span<Subdomain<M>> parts, Communicator& comm) override {
         fronts_.resize(parts.size());
-        std::vector<Links> links(parts.size());
+        std::vector<Communicator::Links> links(parts.size());
         for (std::size_t k = 0; k < parts.size(); ++k) find_traded(parts[k], fronts_[k], links[k]);
         channel_ = comm.open(links);
         comm.each_rank([&](std::size_t k) { place_copies(parts[k], k); });
@@ -47,7 +47,7 @@ class Dcs final : public CommunicationScheme<M> {
         comm.each_rank([this, &parts, &comm](std::size_t k) {
             fronts_[k].gluing(fronts_[k].copies);
             parts[k].sweeper.read_rows(parts[k].problem, parts[k].interface);
-            count_work(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
+            detail::count_work(comm, parts[k], k, Gluing::work, fronts_[k].copies.from.size());
         });
     }
 
@@ -63,7 +63,7 @@ class Dcs final : public CommunicationScheme<M> {
 
     /// Finds the links of a subdomain, and the rows of grains that each carries: those of copies active in this step
     /// only.
-    static void find_traded(Subdomain<M>& part, Front& front, Links& links) {
+    static void find_traded(Subdomain<M>& part, Front& front, Communicator::Links& links) {
         std::vector<std::vector<const double*>> by_peer(part.neighbours.size());
         for (const int g : part.interface)
             visit_active(part, g, [&](std::size_t peer) {
@@ -115,7 +115,7 @@ class Dcs final : public CommunicationScheme<M> {
     }
 
     std::vector<Front> fronts_;
-    std::unique_ptr<Channel> channel_;
+    std::unique_ptr<Communicator::Channel> channel_;
 };
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -22,7 +22,7 @@ inline int desk(int id, int size) { return id % size; }
 /// Collective; ids from 0 on.
 template <class M>
 void check_ids(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Grain<M>> more = {}) {
-    std::vector<Outbox> out(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g)
             if (const int id = parts[k].grains[g].id; parts[k].primary(g)) out[k][desk(id, comm.size())].push_back(id);
@@ -43,7 +43,7 @@ void hand_out_impulses(std::vector<Subdomain<M>>& parts, Communicator& comm,
                        const std::vector<std::vector<PairImpulse<M>>>& impulses) {
     using Serialise = Serialise<M>;
     const int size = comm.size();
-    std::vector<Outbox> holders(parts.size()), asked(parts.size()), answers(parts.size());
+    std::vector<Communicator::Outbox> holders(parts.size()), asked(parts.size()), answers(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         for (const auto& g : parts[k].grains) {
             Buffer& to = holders[k][desk(g.id, size)];

@@ -137,6 +137,8 @@ class ClosedForm {
     std::array<double, 6> mean_{};  ///< on the stack GCC 12.2 misaligns it: a fault at -O2 with AVX-512
 };
 
+namespace detail {
+
 /// A_Gamma, with one row per jump between consecutive copies and degree of freedom: +1 on the first, -1 on the second.
 inline Eigen::SparseMatrix<double> jump_matrix(const Copies& copies) {
     std::vector<Eigen::Triplet<double>> entries;
@@ -167,6 +169,8 @@ inline Eigen::VectorXd split_inverse_masses(const Copies& copies) {
     return inverse;
 }
 
+}  // namespace detail
+
 /// Gluing by X = sum_E A M_E^-1 A^T, assembled and factorised [DD21, eq. (7)]. Any sparse Cholesky with Eigen's
 /// interface will do: Eigen::SimplicialLDLT here, CHOLMOD through Eigen's wrapper in the harness.
 template <class Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>>
@@ -178,8 +182,8 @@ class Factorised {
     /// Assembles X and factorises it. Called once per step. Throws std::runtime_error unless X is positive definite.
     void setup(const Copies& copies) {
         velocity_.resize(copies.count() * copies.dof);
-        jumps_ = jump_matrix(copies);
-        correction_ = split_inverse_masses(copies).asDiagonal() * jumps_.transpose();
+        jumps_ = detail::jump_matrix(copies);
+        correction_ = detail::split_inverse_masses(copies).asDiagonal() * jumps_.transpose();
         if (jumps_.rows() == 0) return;
         x_ = jumps_ * correction_;
         cholesky_ = std::make_unique<Cholesky>(x_);

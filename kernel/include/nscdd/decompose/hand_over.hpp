@@ -19,8 +19,8 @@ template <class M>
 class CollectedComponent {
   public:
     /// Appends what a subdomain has of a component, in V_free and without impulses.
-    static void put(const Subdomain<M>& part, const detail::DistanceSums<M>& sums, const detail::Components<M>& labels,
-                    int label, Buffer& out) {
+    static void put(const Subdomain<M>& part, const DistanceSums<M>& sums, const Components<M>& labels, int label,
+                    Buffer& out) {
         const ContactProblem<M>& problem = part.problem;
         Buffer bodies, contacts;
         std::vector<char> met(problem.bodies.size());  // fixed bodies have no label
@@ -115,7 +115,7 @@ class CollectedComponent {
 
     /// Writes impulses, velocities of copies, and speeds of the driven walls that it touches into the messages to their
     /// subdomains.
-    void answer(Outbox& out, int ranks) const {
+    void answer(Communicator::Outbox& out, int ranks) const {
         for (std::size_t b = 0; b < copies_.size(); ++b)
             for (const auto& [rank, place] : copies_[b]) {
                 out[rank].insert(out[rank].end(), {0, place});
@@ -206,22 +206,20 @@ class CollectedComponent {
     std::vector<Place> places_, wall_places_;  ///< where each contact comes from
 };
 
-}  // namespace detail
-
 /// Solves components by Newton's method, each on one rank. They are far from an answer (where none is, all count), and
 /// have at most options.max_newton_contacts contacts. Problems then have their impulses and velocities, and the bias of
 /// rebounds that were given up. `sums` are added up; `residual` is that of the scene. Collective.
 template <class M>
-HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums,
+HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
                      JoinedComponents<M>& joined, const ResidualParts& residual, const SolveOptions& options) {
     if (parts[0].cell.any_driven()) return {};  // one component's impulses would change the flow of all others
-    const auto near = [&options](const detail::DistanceEstimate& e) {
-        const Bounds& bounds = options.bounds;
+    const auto near = [&options](const DistanceEstimate& e) {
+        const SolveOptions::Bounds& bounds = options.bounds;
         return e.worst <= bounds.max_distance && e.gap_error <= bounds.max_gap_error &&
                e.energy_gain <= bounds.max_energy_gain;
     };
     const bool all = near(joined.estimate(comm, sums, residual));
-    std::vector<Outbox> out(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size());
     // By component: on the rank that has all of it, or on one that its number names.
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t c = 0; c < sums[k].components.size(); ++c) {
@@ -230,14 +228,14 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::spa
             const int number = joined.number(k, c);
             Buffer& to = out[k][number < 0 ? parts[k].rank : number % comm.size()];
             to.push_back(number < 0 ? -1.0 - double(c) : number);
-            detail::CollectedComponent<M>::put(parts[k], sums[k], sums[k].labels(parts[k].problem), int(c), to);
+            CollectedComponent<M>::put(parts[k], sums[k], sums[k].labels(parts[k].problem), int(c), to);
         }
     const std::vector<Buffer> in = comm.route(out);
     const NewtonOptions exact{.tolerance = 0.01 * options.tolerance, .max_iterations = 300};
-    std::vector<Outbox> answers(parts.size());
+    std::vector<Communicator::Outbox> answers(parts.size());
     std::vector<HandedOver> solved(parts.size());
     comm.each_rank([&](std::size_t k) {
-        std::map<double, detail::CollectedComponent<M>> collected;
+        std::map<double, CollectedComponent<M>> collected;
         for (const double* at = in[k].data(); at != in[k].data() + in[k].size();) {
             auto& component = collected[*at++];
             component.take(at);
@@ -251,14 +249,16 @@ HandedOver hand_over(std::span<Subdomain<M>> parts, Communicator& comm, std::spa
             }
     });
     const std::vector<Buffer> told = comm.route(answers);
-    for (std::size_t k = 0; k < parts.size(); ++k) detail::CollectedComponent<M>::read(told[k], parts[k].problem);
+    for (std::size_t k = 0; k < parts.size(); ++k) CollectedComponent<M>::read(told[k], parts[k].problem);
     return nscdd::reduce<HandedOver>(comm, [&solved](std::size_t k) { return solved[k]; });
 }
 
+}  // namespace detail
+
 /// The solver that by_nlgs() and by_nscdd() hand over to. It is null for a law that Newton's method does not know.
 template <class M>
-HandOver<M> newton_where_stalled() {
-    if constexpr (SolvedOnCone<typename M::Law>) return &hand_over<M>;
+detail::HandOver<M> newton_where_stalled() {
+    if constexpr (detail::SolvedOnCone<typename M::Law>) return &detail::hand_over<M>;
     return nullptr;
 }
 

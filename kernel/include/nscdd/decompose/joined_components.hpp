@@ -13,11 +13,11 @@
 #include "nscdd/law/distance.hpp"
 #include "nscdd/subdomain/subdomain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Adds up the changes asked of a body over all its copies. Collective: one message to each neighbour.
 template <class M>
-void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums) {
+void add_asked(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums) {
     if (comm.size() == 1) return;
     constexpr std::size_t width = Asked<M>::numbers;
     const auto channel = comm.open(links_between(parts, width));
@@ -47,7 +47,7 @@ class JoinedComponents {
   public:
     /// Finds the components of problems as they are solved. Collective: one message to each neighbour, a gathering of
     /// the pairs of components that meet, and a reduction of the shapes of those that do.
-    JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<detail::DistanceSums<M>> sums)
+    JoinedComponents(std::span<const Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums)
         : shapes_(parts.size()), joined_(parts.size()), estimates_(parts.size()) {
         comm.each_rank([&](std::size_t k) {
             shapes_[k] = sums[k].shapes(parts[k].problem);
@@ -60,15 +60,15 @@ class JoinedComponents {
     }
 
     /// The estimate of the scene, with the same bits on every rank. `sums` are added up. Collective.
-    detail::DistanceEstimate estimate(Communicator& comm, std::span<const detail::DistanceSums<M>> sums,
-                                      const ResidualParts& residual) {
+    DistanceEstimate estimate(Communicator& comm, std::span<const DistanceSums<M>> sums,
+                              const ResidualParts& residual) {
         // of each joined component, and of the scene; then what each rank has for itself
-        constexpr std::size_t width = std::tuple_size_v<decltype(detail::ComponentSums{}.summed())>;
+        constexpr std::size_t width = std::tuple_size_v<decltype(ComponentSums{}.summed())>;
         const std::span<const double> all = nscdd::reduce(comm, (count_ + 1) * width, [&](std::size_t k) {
-            std::vector<detail::ComponentSums> totals(count_ + 1);
-            detail::DistanceEstimate own;
+            std::vector<ComponentSums> totals(count_ + 1);
+            DistanceEstimate own;
             for (std::size_t c = 0; c < shapes_[k].size(); ++c) {
-                const detail::ComponentSums& mine = sums[k].components[c];
+                const ComponentSums& mine = sums[k].components[c];
                 totals[count_] += mine;
                 if (joined_[k][c] >= 0) {
                     totals[static_cast<std::size_t>(joined_[k][c])] += mine;
@@ -80,8 +80,8 @@ class JoinedComponents {
             }
             return rows_of(totals, own);
         });
-        std::vector<detail::ComponentSums> totals(count_ + 1);
-        detail::DistanceEstimate estimate;
+        std::vector<ComponentSums> totals(count_ + 1);
+        DistanceEstimate estimate;
         read_rows(all, totals, estimate);
         for (std::size_t c = 0; c < count_; ++c) {
             joined_estimates_[c] = {};
@@ -95,11 +95,11 @@ class JoinedComponents {
     /// Number of the component with this label on the k-th hosted rank among those that reach across subdomains, or -1.
     int number(std::size_t k, std::size_t label) const { return joined_[k][label]; }
     /// Whole shape of the component.
-    const detail::ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
+    const ComponentShape<M>& shape(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? shapes_[k][label] : joined_shapes_[static_cast<std::size_t>(number(k, label))];
     }
     /// Last estimate of the component.
-    const detail::DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
+    const DistanceEstimate& estimate(std::size_t k, std::size_t label) const {
         return number(k, label) < 0 ? estimates_[k][label]
                                     : joined_estimates_[static_cast<std::size_t>(number(k, label))];
     }
@@ -111,7 +111,7 @@ class JoinedComponents {
 
     /// Pairs of names that are one component, of all ranks, one after the other.
     static Buffer all_meetings(std::span<const Subdomain<M>> parts, Communicator& comm,
-                               std::span<detail::DistanceSums<M>> sums) {
+                               std::span<DistanceSums<M>> sums) {
         const auto channel = comm.open(links_between(parts, 1));
         const auto label = [&](std::size_t k, int grain) {
             return sums[k].labels(parts[k].problem).of_body(static_cast<std::size_t>(grain));
@@ -160,7 +160,7 @@ class JoinedComponents {
             const auto at = std::lower_bound(names.begin(), names.end(), x);
             return at != names.end() && *at == x ? static_cast<int>(at - names.begin()) : -1;
         };
-        detail::UnionFind sets(names.size());
+        UnionFind sets(names.size());
         for (std::size_t p = 0; p + 1 < meetings.size(); p += 2)
             if (meetings[p] >= 0) sets.join(place(meetings[p]), place(meetings[p + 1]));
         std::vector<int> number(names.size(), -1);
@@ -194,9 +194,9 @@ class JoinedComponents {
 
     void reduce_shapes(Communicator& comm) {
         std::size_t summed = 0;
-        each_member(detail::ComponentShape<M>{}.summed(), [&summed](std::span<double> x) { summed += x.size(); });
+        each_member(ComponentShape<M>{}.summed(), [&summed](std::span<double> x) { summed += x.size(); });
         const std::span<const double> all = nscdd::reduce(comm, count_ * summed, [&](std::size_t k) {
-            std::vector<detail::ComponentShape<M>> own(count_);
+            std::vector<ComponentShape<M>> own(count_);
             for (std::size_t c = 0; c < shapes_[k].size(); ++c)
                 if (joined_[k][c] >= 0) own[static_cast<std::size_t>(joined_[k][c])].merge(shapes_[k][c]);
             return rows_of(own);
@@ -206,22 +206,20 @@ class JoinedComponents {
         read_rows(all, joined_shapes_);
     }
 
-    std::vector<std::vector<detail::ComponentShape<M>>> shapes_;  ///< by hosted rank and label
+    std::vector<std::vector<ComponentShape<M>>> shapes_;  ///< by hosted rank and label
     std::vector<std::vector<int>> joined_;  ///< by hosted rank and label: number of the joined component, or -1
-    std::vector<std::vector<detail::DistanceEstimate>> estimates_;  ///< by rank and label, of those not joined
-    std::size_t count_ = 0;                                         ///< number of joined components
-    std::vector<detail::ComponentShape<M>> joined_shapes_;          ///< by number
-    std::vector<detail::DistanceEstimate> joined_estimates_;        ///< by number
+    std::vector<std::vector<DistanceEstimate>> estimates_;  ///< by rank and label, of those not joined
+    std::size_t count_ = 0;                                 ///< number of joined components
+    std::vector<ComponentShape<M>> joined_shapes_;          ///< by number
+    std::vector<DistanceEstimate> joined_estimates_;        ///< by number
 };
 
 /// Solves the components that are far from an answer, where sweeps get nowhere. hand_over() of hand_over.hpp does it by
 /// Newton's method. With null none are solved.
 template <class M>
-using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm,
-                                std::span<detail::DistanceSums<M>> sums, JoinedComponents<M>& joined,
-                                const ResidualParts& residual, const SolveOptions& options);
-
-namespace detail {
+using HandOver = HandedOver (*)(std::span<Subdomain<M>> parts, Communicator& comm, std::span<DistanceSums<M>> sums,
+                                JoinedComponents<M>& joined, const ResidualParts& residual,
+                                const SolveOptions& options);
 
 template <class M>
 void check_hand_over(const SolveOptions& options, HandOver<M> hand_over) {
@@ -230,6 +228,4 @@ void check_hand_over(const SolveOptions& options, HandOver<M> hand_over) {
             "max_newton_contacts needs nscdd/reference.hpp and newton_where_stalled<M>() beside the options");
 }
 
-}  // namespace detail
-
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

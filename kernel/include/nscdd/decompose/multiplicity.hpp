@@ -19,7 +19,7 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// Marks the active copies of a subdomain, and writes the marks into the messages of channel link l
 /// of the k-th hosted rank.
 template <class M>
-void mark_own_activity(Subdomain<M>& part, Channel& channel, std::size_t k, Multiplicity which) {
+void mark_own_activity(Subdomain<M>& part, Communicator::Channel& channel, std::size_t k, Multiplicity which) {
     // Broad phase left here the grains with a candidate, and those that nobody else has.
     std::vector<char> touched(part.grains.size(), which == Multiplicity::predicted);
     for (const auto& c : part.problem.contacts)
@@ -65,7 +65,7 @@ void sweep_interface_first(Subdomain<M>& part) {
 }
 
 template <class M>
-void read_activity(Subdomain<M>& part, const Channel& channel, std::size_t rank) {
+void read_activity(Subdomain<M>& part, const Communicator::Channel& channel, std::size_t rank) {
     for (std::size_t l = 0; l < part.neighbours.size(); ++l)
         for (std::size_t k = 0; k < part.linked[l].size(); ++k) {
             const auto g = static_cast<std::size_t>(part.linked[l][k]);
@@ -136,7 +136,7 @@ template <class M>
 void set_flow(Subdomain<M>& part, double h) {
     ContactProblem<M>& problem = part.problem;
     const Cell<M>& cell = part.cell;
-    Flow<M>& flow = problem.flow.emplace();
+    auto& flow = problem.flow.emplace();
     flow.gradient = cell.gradient;
     flow.length = cell.length;
     for (int d = 0; d < M::dim; ++d) {

@@ -184,7 +184,7 @@ class SweptTogether {
     }
 
     void glue() {
-        nscdd::glue(scheme_, parts_, comm_);
+        detail::glue(scheme_, parts_, comm_);
         start_sums(0);
         finish_sums(0);
         watch_.lap(seconds_.interface);
@@ -234,11 +234,11 @@ class SweptTogether {
 /// velocities equal in all active copies. With one subdomain the numbers are those of nlgs(), bit for bit.
 template <class M>
 SolveReport nscdd_solve(std::span<Subdomain<M>> parts, Communicator& comm, CommunicationScheme<M>& scheme,
-                        const SolveOptions& options, PhaseSeconds& seconds, HandOver<M> hand_over = nullptr) {
-    check_options(options);
+                        const SolveOptions& options, PhaseSeconds& seconds, detail::HandOver<M> hand_over = nullptr) {
+    detail::check_options(options);
     detail::check_hand_over<M>(options, hand_over);
     detail::SweptTogether<M> system(parts, comm, scheme, options, hand_over, seconds);
-    const SolveReport report = iterate(system, options);
+    const SolveReport report = detail::iterate(system, options);
     system.store();
     return report;
 }

@@ -28,12 +28,12 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// Gives the impulses to the candidates that they belong to; others are ignored.
 template <class M>
 void set_impulses(Subdomain<M>& part, std::span<const PairImpulse<M>> impulses) {
-    PairTable<Candidate<M>> by_ids(part.pairs.size() + part.wall_pairs.size());
+    PairTable<typename Candidates<M>::Candidate> by_ids(part.pairs.size() + part.wall_pairs.size());
     const auto id = [&](int local) { return part.grains[static_cast<std::size_t>(local)].id; };
     for (auto& c : part.pairs) by_ids[pair_key(id(c.i), id(c.j))] = &c;
     for (auto& c : part.wall_pairs) by_ids[pair_key(id(c.i), -1 - c.j)] = &c;
     for (const auto& p : impulses)
-        if (Candidate<M>* found = by_ids[pair_key(p.i, p.j)]) found->r = p.r;
+        if (auto* found = by_ids[pair_key(p.i, p.j)]) found->r = p.r;
 }
 
 /// visit(candidate, PairImpulse) for all impulses that are not zero.
@@ -112,7 +112,7 @@ std::vector<std::vector<Holding>> agree_on_replicas(const std::vector<Subdomain<
     };
     constexpr int nobody = (std::numeric_limits<int>::max)();  // sorts behind all ranks
     std::vector<std::vector<Holding>> listed(parts.size()), holdings(parts.size());
-    std::vector<Outbox> to_home(parts.size()), answers(parts.size());
+    std::vector<Communicator::Outbox> to_home(parts.size()), answers(parts.size());
     comm.each_rank([&](std::size_t k) {
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (uses[k][g] == Use::here_only) continue;
@@ -205,7 +205,7 @@ template <class M>
 void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Partition<M>& partition,
                  std::span<const Wall<M>> walls, double skin, double largest_radius, bool anywhere = false) {
     using Serialise = Serialise<M>;
-    std::vector<Outbox> grains(parts.size()), impulses(parts.size());
+    std::vector<Communicator::Outbox> grains(parts.size()), impulses(parts.size());
     std::vector<std::string> faults(parts.size());
     comm.each_rank([&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
@@ -220,7 +220,7 @@ void repartition(std::vector<Subdomain<M>>& parts, Communicator& comm, const Par
                 for (const int rank : visited) Serialise::put(grain, grains[k][rank]);
         }
         if (!faults[k].empty()) return;  // told below, when all ranks have come there
-        visit_impulses(part, [&](const Candidate<M>& c, const PairImpulse<M>& p) {
+        visit_impulses(part, [&](const auto& c, const PairImpulse<M>& p) {
             const typename M::Vec& xi = part.grains[static_cast<std::size_t>(c.i)].position;
             const typename M::Vec midpoint =
                 p.j < 0 ? xi : part.cell.middle(xi, part.grains[static_cast<std::size_t>(c.j)].position);

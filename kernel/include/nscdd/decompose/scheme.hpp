@@ -31,13 +31,13 @@ class CommunicationScheme {
     virtual void finish(std::span<Subdomain<M>> parts, Communicator& comm) = 0;
 };
 
+namespace detail {
+
 /// A scheme for by_nscdd(): Ccs, Dcs, or a class of your own derived from `CommunicationScheme<M>`. One is made without
 /// arguments for each solve.
 template <class S>
 concept GluingScheme = requires { typename S::Model; } &&
                        std::derived_from<S, CommunicationScheme<typename S::Model>> && std::default_initializable<S>;
-
-namespace detail {
 
 /// The model of a scheme. Stops the compiler with a line for what S lacks to be one.
 template <class S>
@@ -50,8 +50,6 @@ struct ModelOf {
                   "nscdd: a scheme of gluing must be made without arguments");
     using type = typename S::Model;
 };
-
-}  // namespace detail
 
 /// Counts work on the data of the k-th hosted rank's sweeper.
 template <class M>
@@ -72,8 +70,6 @@ void glue(CommunicationScheme<M>& scheme, std::span<Subdomain<M>> parts, Communi
     scheme.start();
     scheme.finish(parts, comm);
 }
-
-namespace detail {
 
 /// Appends the inverse mass or inertia of the whole grain, for each of its degrees of freedom.
 template <class M>

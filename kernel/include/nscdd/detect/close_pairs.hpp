@@ -14,7 +14,7 @@
 #include "nscdd/core/cell.hpp"
 #include "nscdd/core/grain.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Two grains that are close to each other.
 struct GrainPair {
@@ -231,4 +231,4 @@ std::vector<GrainPair> close_pairs(std::span<const Grain<M>> grains, const Cell<
     return pairs;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -69,18 +69,19 @@ template <class M>
 /// e = 0: gap <= alert and no passing by, or missed before, or within the range of the law. e > 0: gap <= 0 (METHOD.md,
 /// section 2.5).
 template <class M>
-bool acts(Candidate<M>& candidate, const typename M::Law::Pairing& pairing, double gap, double alert, bool passes) {
+bool acts(typename Candidates<M>::Candidate& candidate, const typename M::Law::Pairing& pairing, double gap,
+          double alert, bool passes) {
     const bool impact = pairing.restitution > 0;
     bool acts = impact ? gap <= 0 : ((gap <= alert) & !passes & !candidate.passes) | candidate.missed;
     const double range = range_of<typename M::Law>(pairing);
     acts |= (range > 0) & (gap <= range);
-    candidate.free_gap = (impact | !acts) ? gap : Candidate<M>::held;
+    candidate.free_gap = (impact | !acts) ? gap : Candidates<M>::Candidate::held;
     for (double& r : candidate.r) r = acts ? r : 0;
     return acts;
 }
 
 template <class M>
-[[gnu::always_inline]] inline void fill(Contact<M>& c, const Candidate<M>& candidate,
+[[gnu::always_inline]] inline void fill(Contact<M>& c, const typename Candidates<M>::Candidate& candidate,
                                         const typename M::Law::Pairing& pairing, double gap, double h,
                                         const typename M::Vec& normal, double approach, double lever_i,
                                         double lever_j) {
@@ -97,13 +98,13 @@ template <class M>
 }
 
 template <class M>
-void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const MaterialsOf<M>& materials,
+void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const Materials<M>& materials,
                            double h, const Alert& alert, Overlap& worst);
 
 /// Fills problem.contacts and wall_contacts from the positions of the grains and their velocities before the step.
 /// `h`: step [s]. Returns the worst overlap found.
 template <class M>
-Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
+Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials<M>& materials, double h,
                         const Alert& alert) {
     Overlap worst;
     const auto note = [&](double gap, double radius, int i, int j) {
@@ -117,7 +118,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     problem.contacts.resize(part.pairs.size());
     part.source.resize(part.pairs.size());
     for (std::size_t k = 0; k < part.pairs.size(); ++k) {
-        Candidate<M>& candidate = part.pairs[k];
+        auto& candidate = part.pairs[k];
         const Grain<M>& a = part.grains[static_cast<std::size_t>(candidate.i)];
         const Grain<M>& b = part.grains[static_cast<std::size_t>(candidate.j)];
         typename M::Vec normal = a.position - b.position;
@@ -133,7 +134,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const double approach = v.dot(normal);
         const bool passes = gap > 0 && pass_by(apart, v, approach, gap / h, a.radius + b.radius, h,
                                                passing_way * (std::min)(a.radius, b.radius));
-        const bool acts = detail::acts(candidate, pairing, gap, alert.of(v), passes);
+        const bool acts = detail::acts<M>(candidate, pairing, gap, alert.of(v), passes);
         fill(problem.contacts[count], candidate, pairing, gap, h, normal, approach, a.radius + 0.5 * gap,
              b.radius + 0.5 * gap);
         part.source[count] = static_cast<int>(k);
@@ -146,7 +147,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
     part.wall_source.clear();
     part.touches.clear();
     for (std::size_t k = 0; k < part.wall_pairs.size(); ++k) {
-        Candidate<M>& candidate = part.wall_pairs[k];
+        auto& candidate = part.wall_pairs[k];
         if (static_cast<std::size_t>(candidate.j) >= walls.size()) {
             const std::size_t begin = k;
             while (k + 1 < part.wall_pairs.size() && part.wall_pairs[k + 1].i == candidate.i) ++k;
@@ -160,7 +161,7 @@ Overlap detect_contacts(Subdomain<M>& part, std::span<const Wall<M>> walls, cons
         const auto& pairing = materials(a.material, wall.material);
         const typename M::Vec v = a.velocity.template head<M::dim>();
         const double speed = wall.normal_speed();
-        if (!acts(candidate, pairing, gap, alert.of(typename M::Vec(v - speed * wall.normal)), false)) continue;
+        if (!acts<M>(candidate, pairing, gap, alert.of(typename M::Vec(v - speed * wall.normal)), false)) continue;
         const double approach = v.dot(wall.normal) - (speed - wall.change.dot(wall.normal));
         fill(problem.wall_contacts.emplace_back(), candidate, pairing, gap, h, wall.normal, approach, a.radius, 0.0);
         part.wall_source.push_back(static_cast<int>(k));

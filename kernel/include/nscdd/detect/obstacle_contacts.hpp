@@ -85,7 +85,7 @@ void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, const
     const double same = one_point * grain.radius;
     for (std::size_t n = 1; n < near.size(); ++n) {
         NearFacet<M>& facet = near[n];
-        Candidate<M>& candidate = part.wall_pairs[facet.candidate];
+        auto& candidate = part.wall_pairs[facet.candidate];
         if (candidate.missed) continue;
         const typename M::Vec& point = facet.next.point;
         for (std::size_t m = 0; m < n && facet.kept; ++m) {
@@ -98,7 +98,7 @@ void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, const
                 hides(obstacles, nearer.number, grain.position, point, facet.next.distance, grain.radius);
             if (!on_it && !hidden) continue;
             facet.kept = false;
-            Candidate<M>& heir = part.wall_pairs[nearer.candidate];
+            auto& heir = part.wall_pairs[nearer.candidate];
             if (on_it && nearer.kept && heir.r.isZero(0)) heir.r = candidate.r;
             candidate.r.setZero();
         }
@@ -127,7 +127,7 @@ double bend(const PlacedObstacles<M>& obstacles, std::size_t obstacle, const Gra
 /// Appends the contacts of a grain with obstacles. Its candidates with them are wall_pairs[begin] to wall_pairs[end -
 /// 1]. `h`, `alert` and `worst` as in detect_contacts().
 template <class M>
-void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const MaterialsOf<M>& materials,
+void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t end, const Materials<M>& materials,
                            double h, const Alert& alert, Overlap& worst) {
     using Vec = typename M::Vec;
     const PlacedObstacles<M>& obstacles = *part.obstacles;
@@ -136,7 +136,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     std::vector<NearFacet<M>> near;
     double reach = 0;
     for (std::size_t k = begin; k < end; ++k) {
-        Candidate<M>& candidate = part.wall_pairs[k];
+        auto& candidate = part.wall_pairs[k];
         const int number = candidate.j;
         const Obstacle<M>& obstacle = obstacles.of(number);
         const double range = range_of<typename M::Law>(materials(grain.material, obstacle.material));
@@ -154,7 +154,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     }
     // One reach for all: a nearer facet hides the edge of a farther one, also where only that one moves.
     std::erase_if(near, [&](const NearFacet<M>& facet) {
-        Candidate<M>& candidate = part.wall_pairs[facet.candidate];
+        auto& candidate = part.wall_pairs[facet.candidate];
         if (facet.gap <= reach || candidate.missed) return false;
         candidate.free_gap = facet.gap;
         candidate.r.setZero();
@@ -166,7 +166,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
     drop_inner_edges(part, near, grain);
     std::sort(near.begin(), near.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
     for (const NearFacet<M>& facet : near) {
-        Candidate<M>& candidate = part.wall_pairs[facet.candidate];
+        auto& candidate = part.wall_pairs[facet.candidate];
         candidate.free_gap = facet.gap;
         if (!facet.kept) continue;
         const std::size_t o = obstacles.name(facet.number).obstacle;
@@ -188,7 +188,7 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
         const bool passes = facet.next.edge && facet.gap > 0 && taken > 0 && taken * h > passing_way * grain.radius &&
                             !(when_meets<M>(obstacles, facet.number, obstacles.next(), grain.position,
                                             grain.position + h * v, (1 - touches_unseen) * grain.radius) < 1);
-        if (!acts(candidate, pairing, facet.gap, facet.alert, passes)) continue;
+        if (!acts<M>(candidate, pairing, facet.gap, facet.alert, passes)) continue;
         Contact<M>& contact = part.problem.wall_contacts.emplace_back();
         fill(contact, candidate, pairing, facet.gap, h, n, v.dot(n) - own_before, grain.radius, 0.0);
         if (obstacle.surface->cylinder() && !facet.next.edge && !(pairing.restitution > 0))

@@ -61,7 +61,7 @@ Approach<M> approach_of(const PlacedObstacles<M>& obstacles, const typename Plac
 /// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s].
 /// Overlaps are allowed up to `largest_overlap` times the smaller radius.
 template <class M>
-Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
+Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials<M>& materials,
                            double h, double theta, double largest_overlap) {
     Passage worst;
     const double time = (1 - theta) * h;
@@ -105,7 +105,7 @@ Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> wa
 /// such pair. The pair that a step is refused for is not always the one that needs the smallest step. velocity(g): of a
 /// local grain [m/s]; speed(w): of a wall along its normal [m/s].
 template <class M>
-double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials,
+double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials<M>& materials,
                           double largest_overlap, auto&& velocity, auto&& speed) {
     constexpr double always = std::numeric_limits<double>::infinity();
     double least = always;
@@ -163,9 +163,10 @@ bool mark_passing(Subdomain<M>& part, double h) {
     const Cell<M> cell = solved_cell(part);
     for (std::size_t k = 0; k < part.problem.contacts.size(); ++k) {
         const Contact<M>& c = part.problem.contacts[k];
-        Candidate<M>& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
-        const bool open = c.bias > 0 && candidate.free_gap == Candidate<M>::held;  // at first, and without restitution
-        const bool pulls = M::Law::excess(0.0, c.coefficients()) > 0;              // whichever way the grains go
+        auto& candidate = part.pairs[static_cast<std::size_t>(part.source[k])];
+        const bool open =
+            c.bias > 0 && candidate.free_gap == Candidates<M>::Candidate::held;  // at first, and without restitution
+        const bool pulls = M::Law::excess(0.0, c.coefficients()) > 0;            // whichever way the grains go
         if (!open || c.r.isZero(0) || candidate.missed || pulls) continue;
         const auto i = static_cast<std::size_t>(c.i), j = static_cast<std::size_t>(c.j);
         const Grain<M>&a = part.grains[i], &b = part.grains[j];
@@ -192,13 +193,13 @@ bool mark_passing(Subdomain<M>& part, double h) {
 /// restitution need no check: the law keeps v_n >= -gap/h, so they stay open along the normal of this detection, and so
 /// all the way. `speed`: the largest of any body [m/s]; `largest_overlap`: allowed, over the smaller radius.
 template <class M>
-Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, const MaterialsOf<M>& materials, double h,
+Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials<M>& materials, double h,
                          double speed, double largest_overlap) {
     Tunnelled unseen;
     const Cell<M> cell = solved_cell(part);
-    const auto near = [closable_gap = 2 * h * speed](const Candidate<M>& c) { return c.free_gap <= closable_gap; };
+    const auto near = [closable_gap = 2 * h * speed](const auto& c) { return c.free_gap <= closable_gap; };
     const auto velocity = [&](int grain) { return part.problem.bodies[static_cast<std::size_t>(grain)].linear(); };
-    const auto check_law = [&](Candidate<M>& c, bool closes) {
+    const auto check_law = [&](auto& c, bool closes) {
         c.closes = closes;
         unseen.closes |= closes;
     };

@@ -16,7 +16,7 @@
 
 #include <Eigen/Cholesky>
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The coefficients of the combination, the same on every rank. Those who hold the iterates keep them in `window`
 /// slots. Each slot has an iterate g_j and the change f_j of the sweep that led to it. An iteration starts from
@@ -168,4 +168,4 @@ struct Unaccelerated {
     void after(const auto&...) {}     ///< nothing, as there are no products to add
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -14,13 +14,13 @@ class ConvergenceTest {
   public:
     /// Called at the start, when velocities are consistent with impulses.
     ConvergenceTest(const ContactProblem<M>& problem, const SolveOptions& options)
-        : problem_(problem), options_(options), free_(free_velocities(problem)) {
+        : problem_(problem), options_(options), free_(detail::free_velocities(problem)) {
         sums_.begin(problem, free_);
     }
     /// Writes the figures of the iterate into the report, whose iterations the caller counts. Returns true when it has
     /// converged or the cap of iterations is reached. The cost is about three sweeps.
     bool operator()(SolveReport& report) {
-        const bool over = tested(*this, options_, true, residual_, report, [] { return false; }).over;
+        const bool over = detail::tested(*this, options_, true, residual_, report, [] { return false; }).over;
         if (!over && marks_.due(report.iterations)) mark();
         return over;
     }
@@ -29,7 +29,7 @@ class ConvergenceTest {
         detail::report_distance(distance(residual_), options_, problem_.least_radius, false, report);
     }
 
-    const FreeVelocities<M>& free() const { return free_; }  ///< V_free
+    const detail::FreeVelocities<M>& free() const { return free_; }  ///< V_free
     /// Gives the problem the velocities that its impulses make of V_free.
     void set_velocities(ContactProblem<M>& problem) const { sums_.set_velocities(problem); }
     /// Residual of the problem (Tested).
@@ -52,10 +52,10 @@ class ConvergenceTest {
   private:
     const ContactProblem<M>& problem_;
     SolveOptions options_;
-    FreeVelocities<M> free_;
+    detail::FreeVelocities<M> free_;
     detail::DistanceSums<M> sums_;
     std::optional<detail::Iterate<M>> kept_;
-    Marks marks_;
+    detail::Marks marks_;
     ResidualParts residual_;
 };
 

@@ -9,7 +9,7 @@
 #include "nscdd/iterate/anderson.hpp"
 #include "nscdd/iterate/stop.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// A system that is tested: the iterate of one problem (convergence_test.hpp), or of all subdomains.
 ///
@@ -20,7 +20,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 template <class S>
 concept Tested = requires(S& system, const ResidualParts& residual) {
     { system.residual() } -> std::same_as<ResidualParts>;
-    { system.distance(residual) } -> std::same_as<detail::DistanceEstimate>;
+    { system.distance(residual) } -> std::same_as<DistanceEstimate>;
     system.mark();
     { system.least_radius() } -> std::convertible_to<double>;
 };
@@ -88,12 +88,12 @@ TestResult tested(System& system, const SolveOptions& options, bool may_pass, Re
     const bool last = report.iterations >= options.max_iterations;
     const auto is_near = [&] {
         residual = system.residual();
-        return detail::report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
+        return report_residual(residual, options, system.least_radius(), report) && (may_pass || last);
     };
     bool near = is_near();
     if ((near || last) && renew()) near = is_near();
-    const double over_bounds = detail::residual_over_bounds(report, options, system.least_radius());
-    if (near || last) detail::report_distance(system.distance(residual), options, system.least_radius(), near, report);
+    const double over_bounds = residual_over_bounds(report, options, system.least_radius());
+    if (near || last) report_distance(system.distance(residual), options, system.least_radius(), near, report);
     return {report.converged || last, near, over_bounds};
 }
 
@@ -113,8 +113,8 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         return renewed;
     };
     for (TestResult test{false, false, 0}; !test.over;) {
-        const bool accelerated = detail::pays_to_accelerate(options, report, residual.contacts);
-        const int count = detail::until_test(options, report);
+        const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
+        const int count = until_test(options, report);
         // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
         const bool kept = bounded && test.residual <= 10;
         for (int k = 0; k < count; ++k) {
@@ -129,8 +129,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
         if (renewed && !test.near) anderson.forget();
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
-        const bool stalled =
-            stall.seen(detail::error_over_bounds(report, options, system.least_radius()), report.iterations);
+        const bool stalled = stall.seen(error_over_bounds(report, options, system.least_radius()), report.iterations);
         if (options.max_newton_contacts > 0 && options.tolerance > 0 &&
             (stalled || (last && report.iterations >= Stall::earliest))) {
             if (const HandedOver solved = system.hand_over(residual); solved.contacts > 0) {
@@ -146,4 +145,4 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     return report;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

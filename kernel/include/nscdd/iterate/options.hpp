@@ -13,6 +13,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Values that an option may have: low to high, both included. The program accepts finite numbers between them.
 struct OptionRange {
     double low = 0;                                         ///< least value
@@ -31,17 +33,19 @@ struct OptionInfo {
     bool of_sweeps = false;  ///< only solvers that sweep use it
 };
 
-/// Largest figures with which a step is done. Where a figure is larger the step goes on (METHOD.md, section 5.6).
-struct Bounds {
-    double max_velocity_error = 0.1;  ///< on SolveReport::velocity_error
-    double max_energy_gain = 1e-3;    ///< on SolveReport::energy_gain
-    double max_penetration = 1e-3;    ///< on SolveReport::penetration over the least radius, where the problem has one
-    double max_gap_error = 1e-3;      ///< on SolveReport::gap_error, where the problem has radii
-    double max_distance = 0.3;        ///< on SolveReport::distance
-};
+}  // namespace detail
 
 /// Options of NLGS and NSCDD: when they stop, and how they iterate. The defaults are the paper's own method.
 struct SolveOptions {
+    /// Largest figures with which a step is done. Where a figure is larger the step goes on (METHOD.md, section 5.6).
+    struct Bounds {
+        double max_velocity_error = 0.1;  ///< on SolveReport::velocity_error
+        double max_energy_gain = 1e-3;    ///< on SolveReport::energy_gain
+        double max_penetration = 1e-3;    ///< on SolveReport::penetration over the least radius, where there is one
+        double max_gap_error = 1e-3;      ///< on SolveReport::gap_error, where the problem has radii
+        double max_distance = 0.3;        ///< on SolveReport::distance
+    };
+
     double tolerance = 1e-4;     ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
     Bounds bounds{};             ///< on the other figures, as eta does not see all errors
     int check_every = 10;        ///< iterations between two tests
@@ -61,13 +65,15 @@ struct SolveOptions {
     }
 };
 
+namespace detail {
+
 /// A bound, and the figure that it limits.
 struct BoundOption {
-    OptionInfo info;              ///< texts for a user
-    double Bounds::*limit;        ///< the bound
-    double SolveReport::*figure;  ///< the figure
-    const char* figure_name;      ///< name of the figure's member
-    bool estimated;               ///< report_distance() estimates it, once the others are kept
+    OptionInfo info;                      ///< texts for a user
+    double SolveOptions::Bounds::*limit;  ///< the bound
+    double SolveReport::*figure;          ///< the figure
+    const char* figure_name;              ///< name of the figure's member
+    bool estimated;                       ///< report_distance() estimates it, once the others are kept
 };
 
 /// An option beside the bounds.
@@ -82,47 +88,44 @@ inline constexpr std::array bound_options{
     BoundOption{{"max_velocity_error", "",
                  "Largest velocity error of a step: eta does not see wrong velocities where "
                  "masses differ or columns are long"},
-                &Bounds::max_velocity_error,
+                &SolveOptions::Bounds::max_velocity_error,
                 &SolveReport::velocity_error,
                 "velocity_error",
                 false},
     BoundOption{{"max_energy_gain", "",
                  "Largest share of energy that contacts may make in a step, of the scene and of "
                  "each component"},
-                &Bounds::max_energy_gain,
+                &SolveOptions::Bounds::max_energy_gain,
                 &SolveReport::energy_gain,
                 "energy_gain",
                 false},
     BoundOption{{"max_penetration", "least radius", "Deepest that a step may close a contact"},
-                &Bounds::max_penetration,
+                &SolveOptions::Bounds::max_penetration,
                 &SolveReport::penetration,
                 "penetration",
                 false},
     BoundOption{{"max_gap_error", "contact's radius",
                  "Proven: a step is exact for gaps that differ by at most "
                  "this"},
-                &Bounds::max_gap_error,
+                &SolveOptions::Bounds::max_gap_error,
                 &SolveReport::gap_error,
                 "gap_error",
                 true},
     BoundOption{{"max_distance", "",
                  "Estimated: distance of the velocities from an answer over what contacts change, "
                  "of the worst component"},
-                &Bounds::max_distance,
+                &SolveOptions::Bounds::max_distance,
                 &SolveReport::distance,
                 "distance",
                 true},
 };
 
-namespace detail {
 inline constexpr double largest_int = (std::numeric_limits<int>::max)();
-}
 
 /// All options but tolerance and bounds.
 inline constexpr std::tuple other_options{
-    SolveOption<int>{
-        {"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, detail::largest_int}},
-        &SolveOptions::check_every},
+    SolveOption<int>{{"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, largest_int}},
+                     &SolveOptions::check_every},
     SolveOption<int>{{"max_iterations",
                       "iterations",
                       "Cap of each attempt at a step, also where fewer than "
@@ -136,8 +139,7 @@ inline constexpr std::tuple other_options{
                       {0, detail::largest_int},
                       true},
                      &SolveOptions::max_newton_contacts},
-    SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, detail::largest_int}, true},
-                     &SolveOptions::sweeps},
+    SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, largest_int}, true}, &SolveOptions::sweeps},
     SolveOption<int>{{"window",
                       "iterates",
                       "Earlier iterates that Anderson acceleration combines",
@@ -154,8 +156,6 @@ constexpr void visit_options(auto&& options, auto&& each) {
     std::apply([&](const auto&... option) { (each(option.info, options.*option.member), ...); }, other_options);
 }
 
-namespace detail {
-
 inline std::string described(const OptionRange& range) {
     const auto whole = [](double value) { return std::to_string(static_cast<long long>(value)); };
     if (range.high >= (std::numeric_limits<int>::max)()) return "of at least " + whole(range.low);
@@ -167,11 +167,11 @@ inline void check_option(const OptionInfo& info, double value) {
     throw std::invalid_argument(std::string(info.name) + " must be a number " + described(info.range));
 }
 
-}  // namespace detail
-
 /// Throws std::invalid_argument for options with which no solver ends, and names the first.
 inline void check_options(const SolveOptions& options) {
-    visit_options(options, [](const OptionInfo& info, auto value) { detail::check_option(info, value); });
+    visit_options(options, [](const OptionInfo& info, auto value) { check_option(info, value); });
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

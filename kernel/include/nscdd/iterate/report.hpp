@@ -25,6 +25,8 @@ struct SolveReport {
     bool converged = true;            ///< all tests are passed
 };
 
+namespace detail {
+
 /// Contacts that an iteration has handed over to Newton's method.
 struct HandedOver {
     double contacts = 0;           ///< contacts of components that it has solved
@@ -32,5 +34,7 @@ struct HandedOver {
     auto summed() { return std::tie(contacts, rebounds_given_up); }  ///< members that reduce() adds up
     auto largest() { return std::tie(); }                            ///< reduce() takes the largest of no member
 };
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -48,7 +48,7 @@ inline bool too_deep(const SolveReport& report, const SolveOptions& options, dou
 inline double over_bound(const BoundOption& bound, const SolveReport& report, const SolveOptions& options,
                          double least_radius) {
     const double limit = options.bounds.*bound.limit, figure = report.*bound.figure;
-    if (bound.limit != &Bounds::max_penetration) return figure / limit;
+    if (bound.limit != &SolveOptions::Bounds::max_penetration) return figure / limit;
     return least_radius > 0 ? figure / (limit * least_radius) : 0;
 }
 
@@ -56,7 +56,7 @@ inline double over_bound(const BoundOption& bound, const SolveReport& report, co
 inline bool keeps_bounds(const SolveReport& report, const SolveOptions& options, double least_radius, bool estimated) {
     return std::ranges::all_of(bound_options, [&](const BoundOption& bound) {
         if (bound.estimated && !estimated) return true;
-        if (bound.limit == &Bounds::max_penetration) return !too_deep(report, options, least_radius);
+        if (bound.limit == &SolveOptions::Bounds::max_penetration) return !too_deep(report, options, least_radius);
         return report.*bound.figure <= options.bounds.*bound.limit;
     });
 }

@@ -6,7 +6,7 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The change that its contacts ask of a body whose neighbours stay as they are (METHOD.md, section 5.5).
 template <class M>
@@ -53,4 +53,4 @@ struct Asked {
     }
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -9,15 +9,13 @@
 
 #include "nscdd/core/contact_problem.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// What the couple of a contact meets (METHOD.md, section 3.2).
 struct SpinBlock {
     double inverse = 0;   ///< omega/W_s [kg m^2]
     double coupling = 0;  ///< l_i/I_i - l_j/I_j: spin by friction [1/(kg m)]
 };
-
-namespace detail {
 
 /// The same couple cut back to what the law allows beside this r_n [N s]: along n, and across it.
 template <class M>
@@ -80,6 +78,4 @@ typename M::Spin couple_miss(const Contact<M>& c, const typename M::Spin& spin, 
     }
 }
 
-}  // namespace detail
-
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

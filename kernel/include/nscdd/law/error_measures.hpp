@@ -37,6 +37,8 @@ struct ErrorMeasures {
     double worst = 0;               ///< size of F there, over the same as natural_map
 };
 
+namespace detail {
+
 /// The point of the cone |y_k| <= mu_k y_n nearest to y. y has its normal part first, then parts y_k of equal size, one
 /// for each limit mu_k: y_t, or y_t and a couple [AcaryBourrier21]. Newton's project_cone() is not used, because these
 /// measures judge its answers.
@@ -87,14 +89,10 @@ Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
     return natural_map(r, u, std::array{mu}, rho);
 }
 
-namespace detail {
-
 /// A norm over its scale, or the norm itself where the scale is 0 to round-off.
 inline double relative(double value, double scale) {
     return scale > std::numeric_limits<double>::epsilon() ? value / scale : value;
 }
-
-}  // namespace detail
 
 /// ErrorMeasures::natural_map alone, the stopping test of solvers. It costs one product with W.
 template <int dim, bool rolls>
@@ -108,10 +106,8 @@ double natural_map_error(const DelassusProblem<dim, rolls>& problem,
         rr += r[c].squaredNorm();
         uu += u.squaredNorm();
     }
-    return detail::relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
+    return relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
-
-namespace detail {
 
 /// Sums of squares of q, r and u.
 struct Squares {
@@ -160,7 +156,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
         const Vec u = problem.velocity(c, r);
         given.add(problem.q[c], r[c], u);
-        const double f = natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
+        const double f = detail::natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
         map += f;
         if (f > e.worst * e.worst) e.worst = std::sqrt(f), e.worst_contact = c;
 
@@ -173,7 +169,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
         const Vec velocity = one.velocity(u), impulse = one.impulse(r[c]), free = one.velocity(problem.q[c]);
         alike.add(free, impulse, velocity);
         const double mean = one.mean_of_diagonal(w), stiffness = mean > 0 ? mean : 1;
-        const double g = natural_map(impulse, velocity, one.limits, 1 / stiffness).squaredNorm();
+        const double g = detail::natural_map(impulse, velocity, one.limits, 1 / stiffness).squaredNorm();
         map_impulse += g;
         map_velocity += stiffness * stiffness * g;
         round_off += free.squaredNorm() / w(0, 0);

@@ -4,7 +4,7 @@
 
 #include "nscdd/law/kinematics.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// V_free, the velocities that a problem's bodies have without contacts. Contacts change them.
 template <class M>
@@ -70,4 +70,4 @@ VelocityChange velocity_change(const ContactProblem<M>& problem, const FreeVeloc
     return total;
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -10,6 +10,8 @@ namespace nscdd { inline namespace NSCDD_ABI {
 struct BetweenGrains {};  ///< kind of contact that a function is compiled for: `j` is a grain
 struct WithWall {};       ///< kind of contact that a function is compiled for: `j` is a wall
 
+namespace detail {
+
 /// Calls visit(contact, kind) for every contact, those with walls first. Sweeps have this order, because they need 1 %
 /// fewer iterations so. All vectors over contacts have it, too.
 ///
@@ -21,6 +23,8 @@ void each_contact(Problem& problem, auto&& visit) {
     for (auto& c : problem.contacts) visit(c, BetweenGrains{});
 }
 
+}  // namespace detail
+
 ///@{
 /// Velocity of i relative to j at the contact point [m/s]. In a frictionless scene it is the normal component alone.
 template <class M>
@@ -29,9 +33,9 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
     const Body<M>& b = problem.bodies[static_cast<std::size_t>(c.j)];
     typename M::Vec v = a.linear() - b.linear();
     if constexpr (M::friction) {
-        if (problem.flow) v += (c.lever_i + c.lever_j) * flow_over<M>(problem.flow_gradient(), c.normal);
+        if (problem.flow) v += (c.lever_i + c.lever_j) * detail::flow_over<M>(problem.flow_gradient(), c.normal);
         const typename M::Spin spin = c.lever_i * a.spin() + c.lever_j * b.spin();
-        return with_couple<M>(v - spin_cross<M>(spin, c.normal), a.spin() - b.spin());
+        return detail::with_couple<M>(v - detail::spin_cross<M>(spin, c.normal), a.spin() - b.spin());
     } else {
         return typename M::Impulse{v.dot(c.normal)};
     }
@@ -46,12 +50,14 @@ typename M::Impulse relative_velocity(const ContactProblem<M>& problem, const Co
         const typename M::Spin spin = c.lever_i * a.spin();
         typename M::Spin turning = a.spin();
         if constexpr (M::rolling) turning -= wall.spin.value;
-        return with_couple<M>(v - spin_cross<M>(spin, c.normal), turning);
+        return detail::with_couple<M>(v - detail::spin_cross<M>(spin, c.normal), turning);
     } else {
         return typename M::Impulse{v.dot(c.normal)};
     }
 }
 ///@}
+
+namespace detail {
 
 /// The impulse as a vector in world axes [N s].
 template <class M>
@@ -62,23 +68,25 @@ typename M::Vec impulse_vector(const typename M::Impulse& r, const typename M::V
         return r[0] * normal;
 }
 
+}  // namespace detail
+
 ///@{
 /// V += M^-1 H dr. The impulse is dr on i and -dr on j [N s]; the inverse masses are taken as they stand.
 template <class M>
 void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, BetweenGrains) {
     Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
     Body<M>& b = problem.bodies[static_cast<std::size_t>(c.j)];
-    const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
+    const typename M::Vec impulse = detail::impulse_vector<M>(dr, c.normal);
     a.linear() += a.inv_mass * impulse;
     b.linear() -= b.inv_mass * impulse;
     if constexpr (M::friction) {
         // the arms are -lever_i n and +lever_j n and the impulses opposite: both spins turn the same way
-        const typename M::Spin turn = arm_cross<M>(c.normal, impulse);
+        const typename M::Spin turn = detail::arm_cross<M>(c.normal, impulse);
         a.spin() -= (c.lever_i * a.inv_inertia) * turn;
         b.spin() -= (c.lever_j * b.inv_inertia) * turn;
         if constexpr (M::rolling) {
-            a.spin() += a.inv_inertia * couple_of<M>(dr);
-            b.spin() -= b.inv_inertia * couple_of<M>(dr);
+            a.spin() += a.inv_inertia * detail::couple_of<M>(dr);
+            b.spin() -= b.inv_inertia * detail::couple_of<M>(dr);
         }
         problem.each_side([&](WallBody<M>& side, int d) {
             side.speed += side.inv_mass * impulse[d] * (c.lever_i + c.lever_j) * c.normal[d] / problem.flow->length;
@@ -89,14 +97,16 @@ void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typena
 template <class M>
 void apply_impulse(ContactProblem<M>& problem, const Contact<M>& c, const typename M::Impulse& dr, WithWall) {
     Body<M>& a = problem.bodies[static_cast<std::size_t>(c.i)];
-    const typename M::Vec impulse = impulse_vector<M>(dr, c.normal);
+    const typename M::Vec impulse = detail::impulse_vector<M>(dr, c.normal);
     a.linear() += a.inv_mass * impulse;
-    if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * arm_cross<M>(c.normal, impulse);
-    if constexpr (M::rolling) a.spin() += a.inv_inertia * couple_of<M>(dr);
+    if constexpr (M::friction) a.spin() -= (c.lever_i * a.inv_inertia) * detail::arm_cross<M>(c.normal, impulse);
+    if constexpr (M::rolling) a.spin() += a.inv_inertia * detail::couple_of<M>(dr);
     WallBody<M>& wall = problem.walls[static_cast<std::size_t>(c.j)];
     wall.speed -= wall.inv_mass * impulse.dot(c.normal);
 }
 ///@}
+
+namespace detail {
 
 /// Gives each contact c the impulse next(c) [N s], in the order of each_contact(). Bodies and driven walls get the
 /// velocities that go with it.
@@ -159,5 +169,7 @@ DelassusDiagonal delassus(const ContactProblem<M>& problem, const Contact<M>& c,
     return w;
 }
 ///@}
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

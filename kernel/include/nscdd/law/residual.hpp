@@ -23,10 +23,10 @@ struct ResidualParts {
     /// sum of |excess (v_n + bias)| + (limit |v_t| + r_t.v_t) [J]. Each term is zero at an answer. ContactLaw defines
     /// excess and limit; in Coulomb's law they are r_n and mu r_n.
     double work = 0;
-    double made = 0;                 ///< sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
-    VelocityChange velocity_change;  ///< of the bodies, by the contacts
-    double penetration = 0;          ///< h max(-v_n - bias): the step would drive a contact in so far [m]
-    double miss = 0;                 ///< max |W_cc (r'-r)|: one contact alone misses its law by so much [m/s]
+    double made = 0;                         ///< sum of r_n (v_n + bias) + r_t.v_t, never positive at an answer [J]
+    detail::VelocityChange velocity_change;  ///< of the bodies, by the contacts
+    double penetration = 0;                  ///< h max(-v_n - bias): the step would drive a contact in so far [m]
+    double miss = 0;                         ///< max |W_cc (r'-r)|: one contact alone misses its law by so much [m/s]
 
     double eta() const {
         return detail::energy_residual(change, energy, next_energy, round_off);
@@ -61,6 +61,8 @@ struct ResidualParts {
         return std::sqrt(velocity_change.mean_square() * scale() / velocity_change.energy);
     }
 };
+
+namespace detail {
 
 /// Adds these contacts, all of one kind, to the sums. `velocity_change` stays as it is.
 template <class M>
@@ -97,7 +99,7 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
             along = force.dot(slip), limit = M::Law::limit(rn, c) * slip.norm();
             if constexpr (M::rolling) {
                 along += couple_of<M>(c.r).dot(couple_of<M>(v));
-                limit += detail::couple_limit(c, couple_of<M>(v), rn);
+                limit += couple_limit(c, couple_of<M>(v), rn);
             }
         }
         parts.change += weighed(dr, w.normal, w.tangential, w.spin);
@@ -113,21 +115,23 @@ void add_residual(const ContactProblem<M>& problem, const std::vector<Contact<M>
     parts.contacts += static_cast<double>(contacts.size());
 }
 
+}  // namespace detail
+
 ///@{
 /// Sums of one problem. Velocities must be glued: those of the unsplit problem. `free` is free_velocities() unless
 /// given. The cost is about one sweep.
 template <class M>
-ResidualParts residual_parts(const ContactProblem<M>& problem, const FreeVelocities<M>& free) {
+ResidualParts residual_parts(const ContactProblem<M>& problem, const detail::FreeVelocities<M>& free) {
     ResidualParts parts;
-    add_residual(problem, problem.contacts, BetweenGrains{}, parts);
-    add_residual(problem, problem.wall_contacts, WithWall{}, parts);
-    parts.velocity_change = velocity_change(problem, free);
+    detail::add_residual(problem, problem.contacts, BetweenGrains{}, parts);
+    detail::add_residual(problem, problem.wall_contacts, WithWall{}, parts);
+    parts.velocity_change = detail::velocity_change(problem, free);
     return parts;
 }
 
 template <class M>
 ResidualParts residual_parts(const ContactProblem<M>& problem) {
-    return residual_parts(problem, free_velocities(problem));
+    return residual_parts(problem, detail::free_velocities(problem));
 }
 ///@}
 

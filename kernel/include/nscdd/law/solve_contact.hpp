@@ -18,11 +18,11 @@ namespace nscdd { inline namespace NSCDD_ABI {
 ///   leaves. Where a visit changes nothing, it is the answer (METHOD.md, section 3.2).
 template <class M>
 typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse& v, double inv_wn, double inv_wt,
-                                  [[maybe_unused]] const SpinBlock& spin = {}) {
+                                  [[maybe_unused]] const detail::SpinBlock& spin = {}) {
     using Law = typename M::Law;
     if constexpr (M::friction) {
-        const auto& force = force_of<M>(c.r);
-        const auto& velocity = force_of<M>(v);
+        const auto& force = detail::force_of<M>(c.r);
+        const auto& velocity = detail::force_of<M>(v);
         const double vn = velocity.dot(c.normal);
         const double rn = force.dot(c.normal);
         const double normal = Law::normal(rn - (vn + c.bias) * inv_wn, c);
@@ -33,8 +33,8 @@ typename M::Impulse solve_contact(const Contact<M>& c, const typename M::Impulse
         if constexpr (M::rolling) {
             const typename M::Vec next = normal * c.normal + scale * trial;
             const typename M::Spin left =
-                couple_of<M>(v) - spin.coupling * arm_cross<M>(c.normal, typename M::Vec(next - force));
-            return with_couple<M>(next, detail::solve_couple<M>(c, left, normal, spin));
+                detail::couple_of<M>(v) - spin.coupling * detail::arm_cross<M>(c.normal, typename M::Vec(next - force));
+            return detail::with_couple<M>(next, detail::solve_couple<M>(c, left, normal, spin));
         } else {
             return normal * c.normal + scale * trial;
         }

@@ -14,6 +14,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Recursive coordinate bisection. Space is cut across its longest side so that both halves have their share of the
 /// candidates. Each half is cut again, until there is one piece for each rank.
 template <class M>
@@ -78,8 +80,6 @@ class Bisection {
     std::vector<Cut> cuts_;
     int ranks_;
 };
-
-namespace detail {
 
 /// Cuts all pieces of a level together. A process has its own points alone, and counts those of all its ranks as one:
 /// so memory grows with the pieces, not with pieces times ranks. One reduction counts the points of all processes in
@@ -247,13 +247,13 @@ template <class M>
 Partitioner<M> by_bisection(double imbalance = 1.1) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
-        std::vector<typename Bisection<M>::Cut> cuts;
+        std::vector<typename detail::Bisection<M>::Cut> cuts;
         if (numbers.size() != 2 * static_cast<std::size_t>(ranks - 1)) return {};
         for (std::size_t k = 0; k < numbers.size(); k += 2) {
             if (!(numbers[k] >= 0 && numbers[k] < M::dim) || !std::isfinite(numbers[k + 1])) return {};
             cuts.push_back({static_cast<int>(numbers[k]), numbers[k + 1]});
         }
-        return Bisection<M>(std::move(cuts), ranks);
+        return detail::Bisection<M>(std::move(cuts), ranks);
     };
     return {.kind = "bisection", .make = make, .restore = restore, .imbalance = imbalance};
 }

@@ -11,6 +11,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Number of cells along each axis.
 template <int dim>
 using GridCells = std::array<int, static_cast<std::size_t>(dim)>;
@@ -129,18 +131,21 @@ class Grid {
     typename M::Vec low_, high_, size_;
 };
 
+}  // namespace detail
+
 /// A grid over the box of the grains, anew at every broad phase. There is one cell for each rank; zeros mean that
 /// numbers are chosen when the first grid is made. Making one throws std::invalid_argument for cells that are not one
 /// for each rank.
 template <class M>
-Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
+Partitioner<M> by_grid(const detail::GridCells<M::dim>& wanted = {}) {
     const auto make = [wanted](const PartitionInput<M>& scene) {
-        GridCells<M::dim> cells = wanted;
-        if (cells == GridCells<M::dim>{} && scene.numbers.size() >= M::dim)
+        detail::GridCells<M::dim> cells = wanted;
+        if (cells == detail::GridCells<M::dim>{} && scene.numbers.size() >= M::dim)
             std::copy_n(scene.numbers.begin(), M::dim, cells.begin());
-        if (cells == GridCells<M::dim>{}) cells = choose_cells<M>(scene.comm.size(), scene.box.high - scene.box.low);
-        check_cells<M::dim>(cells, scene.comm.size());
-        return Grid<M>(cells, scene.box.low, scene.box.high);
+        if (cells == detail::GridCells<M::dim>{})
+            cells = detail::choose_cells<M>(scene.comm.size(), scene.box.high - scene.box.low);
+        detail::check_cells<M::dim>(cells, scene.comm.size());
+        return detail::Grid<M>(cells, scene.box.low, scene.box.high);
     };
     const auto restore = [wanted](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
         const auto finite = [](double x) { return std::isfinite(x); };
@@ -148,11 +153,12 @@ Partitioner<M> by_grid(const GridCells<M::dim>& wanted = {}) {
         if (numbers.size() != 3 * M::dim || !std::all_of(numbers.begin(), numbers.end(), finite) ||
             !std::all_of(numbers.begin(), numbers.begin() + M::dim, cell))
             return {};
-        GridCells<M::dim> cells;
+        detail::GridCells<M::dim> cells;
         std::copy_n(numbers.begin(), M::dim, cells.begin());
-        if (!one_cell_each(cells, ranks) || (wanted != GridCells<M::dim>{} && wanted != cells)) return {};
+        if (!detail::one_cell_each(cells, ranks) || (wanted != detail::GridCells<M::dim>{} && wanted != cells))
+            return {};
         using Vector = Eigen::Map<const typename M::Vec>;
-        return Grid<M>(cells, Vector(&numbers[M::dim]), Vector(&numbers[2 * M::dim]));
+        return detail::Grid<M>(cells, Vector(&numbers[M::dim]), Vector(&numbers[2 * M::dim]));
     };
     return {.kind = "grid", .make = make, .restore = restore};
 }

@@ -23,6 +23,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Small equal cells over a box, each of which has a rank. Points outside belong to the nearest cell. Parts need not be
 /// connected.
 template <class M>
@@ -93,8 +95,6 @@ class CellTable {
     std::vector<int> owner_;
     int ranks_;
 };
-
-namespace detail {
 
 /// Contacts and grains counted by cells. A contact adds one to the weight of its midpoint's cell, and joins that cell
 /// with the cells of its two grains. A grain is sent to each other rank that has a contact of it: METIS is asked for
@@ -245,9 +245,9 @@ struct Cloud {
 /// have few cells. An axis is cut 4 standard deviations from the mean where at most half of it is left by that. Mean
 /// and deviation are then those of the grains left, and so on.
 template <class M>
-Box<M> box_of_most(const PartitionInput<M>& scene, auto&& own_grains) {
+typename PartitionInput<M>::Box box_of_most(const PartitionInput<M>& scene, auto&& own_grains) {
     using Vec = typename M::Vec;
-    Box<M> box = scene.box;
+    typename PartitionInput<M>::Box box = scene.box;
     for (bool shorter = true; shorter;) {
         const Vec middle = 0.5 * (box.low + box.high);
         const auto cloud = reduce<Cloud<M>>(scene.comm, [&](std::size_t k) {
@@ -289,7 +289,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
         own_grains(k, [&count](const Vec&) { ++count; });
         return Buffer{count};
     })[0];
-    const Box<M> box = box_of_most(scene, own_grains);
+    const typename PartitionInput<M>::Box box = box_of_most(scene, own_grains);
     // Fine enough to tell a contact from its neighbours: with one cell a grain a quarter more grains are shared. Grains
     // alone, without contacts, need cells that are neighbours. Every process holds the table.
     const bool candidates = detail::any_candidates(parts, comm);
@@ -312,7 +312,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 
     // cell, the other cell or what is counted, number
     constexpr int of_contacts = -1, of_grains = -2;
-    std::vector<Outbox> out(parts.size()), table(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size()), table(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         std::map<std::pair<int, int>, double> counted;
         own_grains(k, [&](const Vec& x) {
@@ -367,8 +367,8 @@ Partitioner<M> by_metis(double imbalance = 1.1) {
         for (const double rank : numbers.subspan(head)) owner.push_back(whole(rank));
         using Vector = Eigen::Map<const typename M::Vec>;
         try {
-            return CellTable<M>(cells, Vector(&numbers[1 + M::dim]), Vector(&numbers[1 + 2 * M::dim]), std::move(owner),
-                                ranks);
+            return detail::CellTable<M>(cells, Vector(&numbers[1 + M::dim]), Vector(&numbers[1 + 2 * M::dim]),
+                                        std::move(owner), ranks);
         } catch (const std::invalid_argument&) {
             return {};  // of another number of ranks
         }

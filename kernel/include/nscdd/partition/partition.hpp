@@ -105,21 +105,20 @@ class Partition {
     std::shared_ptr<const Any> held_;
 };
 
-/// The least box around all grains' centres.
-template <class M>
-struct Box {
-    typename M::Vec low;   ///< lower corner [m]
-    typename M::Vec high;  ///< upper corner [m]
-};
-
 /// Data from which a partition may be made.
 template <class M>
 struct PartitionInput {
+    /// The least box around all grains' centres.
+    struct Box {
+        typename M::Vec low;   ///< lower corner [m]
+        typename M::Vec high;  ///< upper corner [m]
+    };
+
     /// Subdomains of the last broad phase, with its candidates. Before the first one there are no candidates, and the
     /// grains may lie on any rank.
     const std::vector<Subdomain<M>>& parts;
     Communicator& comm;  ///< communicator; parts[k] is of its k-th hosted rank
-    Box<M> box;          ///< box of all grains of the scene
+    Box box;             ///< box of all grains of the scene
     Buffer numbers;      ///< numbers of the partition until now; empty if there is none
 };
 

@@ -133,7 +133,7 @@ void sweep(ContactProblem<M>& problem) {
         const Eigen::MatrixXd w = ha * inverse_mass(a) * ha.transpose() + hb * inverse_mass(b) * hb.transpose();
         const Eigen::VectorXd r = local(axes, c);
         Eigen::VectorXd v = ha * a.v - hb * b.v;
-        if (problem.flow) v += (lever_i + lever_j) * (axes * flow_over<M>(problem.flow_gradient(), c.normal));
+        if (problem.flow) v += (lever_i + lever_j) * (axes * detail::flow_over<M>(problem.flow_gradient(), c.normal));
         const Eigen::VectorXd next = contact_law<M>(v, r, w, c.bias, mu);
         a.v += inverse_mass(a) * ha.transpose() * (next - r);
         b.v -= inverse_mass(b) * hb.transpose() * (next - r);

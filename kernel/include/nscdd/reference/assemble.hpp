@@ -20,6 +20,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Axes of one contact, unit vectors in world axes: rows N, T(, S).
 template <class M>
 using ContactFrame = Eigen::Matrix<double, M::dim, M::dim, Eigen::DontAlign>;
@@ -47,8 +49,6 @@ concept InLocalForm = SolvedOnCone<L> || std::same_as<L, Rolling>;
 /// The local form of a model's problem.
 template <class M>
 using LocalForm = DelassusProblem<M::dim, M::rolling>;
-
-namespace detail {
 
 /// Axes of the couple, in rows, from the axes of the contact: its tangents; in 2D across the plane.
 template <class M>
@@ -112,30 +112,31 @@ typename LocalForm<M>::Vec prescribed_velocity(const ContactProblem<M>& problem,
 
 /// The impulses in the axes of each contact [N s, couples N m s], in the order of each_contact().
 template <class M>
-std::vector<typename LocalForm<M>::Vec> local_impulses(const ContactProblem<M>& problem) {
-    std::vector<typename LocalForm<M>::Vec> r;
-    each_contact(problem, [&](const Contact<M>& c, auto) {
-        const ContactFrame<M> frame = contact_frame<M>(c.normal);
-        auto& local = r.emplace_back(LocalForm<M>::Vec::Zero());
+std::vector<typename detail::LocalForm<M>::Vec> local_impulses(const ContactProblem<M>& problem) {
+    std::vector<typename detail::LocalForm<M>::Vec> r;
+    detail::each_contact(problem, [&](const Contact<M>& c, auto) {
+        const detail::ContactFrame<M> frame = detail::contact_frame<M>(c.normal);
+        auto& local = r.emplace_back(detail::LocalForm<M>::Vec::Zero());
         if constexpr (M::friction)
-            local.template head<M::dim>() = frame * force_of<M>(c.r);
+            local.template head<M::dim>() = frame * detail::force_of<M>(c.r);
         else
             local[0] = c.r[0];
         if constexpr (M::rolling)
-            local.template tail<M::dim - 1>() = detail::couple_frame<M>(frame) * couple_of<M>(c.r);
+            local.template tail<M::dim - 1>() = detail::couple_frame<M>(frame) * detail::couple_of<M>(c.r);
     });
     return r;
 }
 
 /// Gives the contacts these impulses, and the bodies and driven walls the velocities that go with them.
 template <class M>
-void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename LocalForm<M>::Vec>& r) {
-    replace_impulses(problem, [&r, k = std::size_t{0}](const Contact<M>& c) mutable -> typename M::Impulse {
-        const typename LocalForm<M>::Vec& local = r[k++];
-        const ContactFrame<M> frame = contact_frame<M>(c.normal);
+void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename detail::LocalForm<M>::Vec>& r) {
+    detail::replace_impulses(problem, [&r, k = std::size_t{0}](const Contact<M>& c) mutable -> typename M::Impulse {
+        const typename detail::LocalForm<M>::Vec& local = r[k++];
+        const detail::ContactFrame<M> frame = detail::contact_frame<M>(c.normal);
         if constexpr (M::rolling)
-            return with_couple<M>(frame.transpose() * local.template head<M::dim>(),
-                                  detail::couple_frame<M>(frame).transpose() * local.template tail<M::dim - 1>());
+            return detail::with_couple<M>(
+                frame.transpose() * local.template head<M::dim>(),
+                detail::couple_frame<M>(frame).transpose() * local.template tail<M::dim - 1>());
         else if constexpr (M::friction)
             return frame.transpose() * local;
         else
@@ -146,12 +147,12 @@ void set_local_impulses(ContactProblem<M>& problem, const std::vector<typename L
 /// W [1/kg], q [m/s] and mu of a problem; where it rolls mu_r [m], too. Its velocities must be consistent with the
 /// impulses, as before or after nlgs(). Throws std::invalid_argument for a contact that resists twisting.
 template <class M>
-LocalForm<M> assemble(ContactProblem<M> problem) {
-    static_assert(InLocalForm<typename M::Law>, "problems in local form have Coulomb's law, or Rolling");
-    using Local = LocalForm<M>;
+detail::LocalForm<M> assemble(ContactProblem<M> problem) {
+    static_assert(detail::InLocalForm<typename M::Law>, "problems in local form have Coulomb's law, or Rolling");
+    using Local = detail::LocalForm<M>;
     detail::refuse_driven_cell(problem);
     detail::refuse_twisting(problem);
-    replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
+    detail::replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
     struct Side {  // a contact as one of its bodies sees it
         int contact;
@@ -160,9 +161,9 @@ LocalForm<M> assemble(ContactProblem<M> problem) {
     std::vector<std::vector<Side>> sides(problem.bodies.size());
     std::vector<std::vector<int>> pushes(problem.walls.size());
     Local local;
-    each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
         const int index = static_cast<int>(local.q.size());
-        const ContactFrame<M> frame = contact_frame<M>(c.normal);
+        const detail::ContactFrame<M> frame = detail::contact_frame<M>(c.normal);
         typename Local::Vec u = detail::prescribed_velocity(problem, c, frame, kind);
         const auto add = [&](int body, double sign) {
             const auto b = static_cast<std::size_t>(body);

@@ -20,6 +20,8 @@ struct BlockOptions {
     int max_iterations = 200000;  ///< sweeps; the report says so when they end the solve
 };
 
+namespace detail {
+
 /// Makes one pass over all contacts in the order given, each solved exactly with the latest impulses [Jean99].
 template <int dim, bool rolls>
 void block_sweep(const DelassusProblem<dim, rolls>& problem,
@@ -27,9 +29,11 @@ void block_sweep(const DelassusProblem<dim, rolls>& problem,
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
         const typename DelassusProblem<dim, rolls>::Vec others = problem.velocity(c, r) - w * r[c];
-        r[c] = detail::answer_of_contact(problem, c, others);
+        r[c] = answer_of_contact(problem, c, others);
     }
 }
+
+}  // namespace detail
 
 /// Sweeps until the natural map is small enough. The report's residual is the natural map. r is start and answer, one
 /// impulse per contact. Throws std::invalid_argument for a faulty problem and for options without an end,
@@ -42,7 +46,7 @@ SolveReport block_nlgs(const DelassusProblem<dim, rolls>& problem,
     validate(problem, r);
     if (problem.contact_count() == 0) return {};
     return detail::iterate_until(
-        options, [&] { block_sweep(problem, r); }, [&] { return natural_map_error(problem, r); });
+        options, [&] { detail::block_sweep(problem, r); }, [&] { return detail::natural_map_error(problem, r); });
 }
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -15,6 +15,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail::bases {
+
 /// Data of each contact for methods on the friction cone, in the order of each_contact() or of the rows of W.
 template <int size>
 struct ConeContacts {
@@ -50,13 +52,15 @@ struct ConeContacts {
     }
 };
 
+}  // namespace detail::bases
+
 /// u = u_free + L B r with the scaled state x = B r, whose |x|^2 is an energy.
 ///
 /// For bodies x = M^(1/2) (V - V_free), L = H^T M^(-1/2) and B = L^T. For a stored W x = D^(-1/2) W r and L = D^(1/2),
 /// with D the weights below. Without the scaling, mass ratios of 1e6 would enter norms and pivots.
 template <int size>
-struct LinearContacts : ConeContacts<size> {
-    using ConeContacts<size>::weight, ConeContacts<size>::contacts;
+struct LinearContacts : detail::bases::ConeContacts<size> {
+    using detail::bases::ConeContacts<size>::weight, detail::bases::ConeContacts<size>::contacts;
 
     Eigen::SparseMatrix<double> velocity;  ///< L, size*contacts x states
     Eigen::SparseMatrix<double> state;     ///< B, states x size*contacts
@@ -78,6 +82,8 @@ struct LinearContacts : ConeContacts<size> {
     }
 };
 
+namespace detail {
+
 /// Number of components of an impulse of this model: all, in world axes, or the normal one alone.
 template <class M>
 constexpr int impulse_size = M::Impulse::RowsAtCompileTime;
@@ -95,20 +101,22 @@ typename M::Impulse biased_velocity(const ContactProblem<M>& problem, const Cont
         return relative_velocity(problem, c, kind) + typename M::Impulse{c.bias};
 }
 
+}  // namespace detail
+
 /// Writes out a problem of bodies. Their velocities must be consistent with the impulses. Driven walls are states of
 /// one component each.
 template <class M>
-LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
+detail::LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
     detail::refuse_driven_cell(problem);
-    constexpr int size = impulse_size<M>;
-    LinearContactsOf<M> linear;
+    constexpr int size = detail::impulse_size<M>;
+    detail::LinearContactsOf<M> linear;
     linear.free.resize(static_cast<Eigen::Index>(problem.contact_count()) * size);
     std::vector<Eigen::Triplet<double>> entries;
-    replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
+    detail::replace_impulses(problem, [](const Contact<M>&) { return M::Impulse::Zero(); });
 
     const int walls = static_cast<int>(problem.bodies.size()) * M::dof;
     const bool driven = problem.driven_walls();
-    each_contact(problem, [&](const Contact<M>& c, auto kind) {
+    detail::each_contact(problem, [&](const Contact<M>& c, auto kind) {
         const auto put = [&](int state, const auto& map, const auto& inverse_mass) {
             const auto row = static_cast<int>(linear.contacts()) * size;
             for (int k = 0; k < map.cols(); ++k)
@@ -132,7 +140,7 @@ LinearContactsOf<M> linear_contacts(ContactProblem<M> problem) {
             put_contact(Eigen::Matrix<double, size, size, Eigen::DontAlign>::Identity());
         else
             put_contact(c.normal.transpose());
-        linear.at(linear.free, linear.contacts()) = biased_velocity(problem, c, kind);
+        linear.at(linear.free, linear.contacts()) = detail::biased_velocity(problem, c, kind);
         linear.add(problem, c, kind);
     });
 

@@ -21,10 +21,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// Factorisation by default. The harness takes UMFPACK through Eigen's wrapper.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
-
-namespace detail {
 
 /// Judges impulses: notes their residual in the report and says whether to stop.
 using NewtonJudge = std::function<bool(const Eigen::VectorXd&, NewtonReport&)>;
@@ -86,9 +86,9 @@ void newton_solve(const LinearContacts<size>& linear, const NewtonOptions& optio
 /// a cap comes first it has not converged, and returns the best answer met. That happens where walls leave the grains
 /// no room. Throws std::invalid_argument for a faulty problem or options, std::runtime_error when the residual is not
 /// finite.
-template <class Factorisation = SparseLU, class M>
+template <class Factorisation = detail::SparseLU, class M>
 NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& options = {}) {
-    check_options(options);
+    detail::check_options(options);
     validate(problem);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
@@ -96,27 +96,28 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
         .tolerance = options.tolerance, .bounds = options.bounds, .max_iterations = (std::numeric_limits<int>::max)()};
     // Both take V_free from what is given: sweeps would leave round-off of their impulses, however large, in it.
     ConvergenceTest<M> test(problem, stop);
-    const LinearContactsOf<M> linear = linear_contacts(problem);
+    const detail::LinearContactsOf<M> linear = linear_contacts(problem);
     SolveOptions sweeps = stop.accelerated();
     sweeps.max_iterations = options.warm_sweeps;
     if (options.warm_sweeps > 0) {
         ContactProblem<M> start = problem;
         Sweeper<M> sweeper;
-        if (const SolveReport swept = nlgs_of_valid(problem, sweeps, sweeper);
+        if (const SolveReport swept = detail::nlgs_of_valid(problem, sweeps, sweeper);
             !swept.converged && detail::too_deep(swept, stop, problem.least_radius)) {
             // Maybe walls leave no room, and accelerated impulses run away: they must not become the first guess.
             problem = std::move(start);
             sweeps.window = 0;
-            nlgs_of_valid(problem, sweeps, sweeper);
+            detail::nlgs_of_valid(problem, sweeps, sweeper);
         }
     }
     Eigen::VectorXd r(linear.free.size());
-    each_contact(problem, [&, k = std::size_t{0}](const Contact<M>& c, auto) mutable { linear.at(r, k++) = c.r; });
-    detail::newton_solve<impulse_size<M>>(
-        linear, options, FactorsBy<Factorisation>::create, r,
+    detail::each_contact(problem,
+                         [&, k = std::size_t{0}](const Contact<M>& c, auto) mutable { linear.at(r, k++) = c.r; });
+    detail::newton_solve<detail::impulse_size<M>>(
+        linear, options, detail::FactorsBy<Factorisation>::create, r,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
-            each_contact(problem,
-                         [&, k = std::size_t{0}](Contact<M>& c, auto) mutable { c.r = linear.at(answer, k++); });
+            detail::each_contact(
+                problem, [&, k = std::size_t{0}](Contact<M>& c, auto) mutable { c.r = linear.at(answer, k++); });
             test.set_velocities(problem);  // anew: steps through huge impulses would leave their round-off
             test.mark();                   // no line worth following leads from the last iterate to this one
             test(so_far);
@@ -132,10 +133,10 @@ NewtonReport newton_solve(ContactProblem<M>& problem, const NewtonOptions& optio
 /// Solves the problem with a stored W until measure(r) <= tolerance. r is first guess and best answer, one impulse of
 /// each contact. Throws std::invalid_argument for a faulty problem, or a W without a positive diagonal,
 /// std::runtime_error when the measure is not finite.
-template <class Factorisation = SparseLU, int dim>
+template <class Factorisation = detail::SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options, auto&& measure) {
-    check_options(options);
+    detail::check_options(options);
     validate(problem, r);
     NewtonReport report;
     if (problem.contact_count() == 0) return report;
@@ -143,7 +144,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     Eigen::VectorXd all(linear.free.size());
     for (std::size_t c = 0; c < linear.contacts(); ++c) linear.at(all, c) = r[c];
     detail::newton_solve<dim>(
-        linear, options, FactorsBy<Factorisation>::create, all,
+        linear, options, detail::FactorsBy<Factorisation>::create, all,
         [&](const Eigen::VectorXd& answer, SolveReport& so_far) {
             for (std::size_t c = 0; c < linear.contacts(); ++c) r[c] = linear.at(answer, c);
             so_far.residual = measure(std::as_const(r));
@@ -155,7 +156,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
 }
 
 /// Does the same by eta (METHOD.md, section 5.1), with the mean of the diagonal of W_cc for W_cc.
-template <class Factorisation = SparseLU, int dim>
+template <class Factorisation = detail::SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {
     return newton_solve<Factorisation>(problem, r, options, [&](const auto& answer) {

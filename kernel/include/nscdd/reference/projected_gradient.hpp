@@ -33,8 +33,8 @@ namespace detail {
 
 /// The contacts as the iteration sees them.
 template <int size>
-struct GradientContacts : ConeContacts<size> {
-    std::vector<typename ConeContacts<size>::Vec> r, u;  ///< impulse [N s], velocity with the bias [m/s]
+struct GradientContacts : bases::ConeContacts<size> {
+    std::vector<typename bases::ConeContacts<size>::Vec> r, u;  ///< impulse [N s], velocity with the bias [m/s]
 };
 
 /// Where u comes from: bodies, matrix-free. move() adds t d to the impulses and sets u; one product with W.
@@ -257,7 +257,7 @@ class ProjectedGradient {
 template <class M>
 SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& options,
                                Descent descent = Descent::spectral) {
-    check_options(options);
+    detail::check_options(options);
     validate(problem);
     SolveReport report;
     if (problem.contact_count() == 0) return report;
@@ -281,7 +281,7 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
 template <int dim>
 SolveReport projected_gradient(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                                const SolveOptions& options, Descent descent, auto&& measure) {
-    check_options(options);
+    detail::check_options(options);
     validate(problem, r);
     if (problem.contact_count() == 0) return {};
     detail::BlockGradient<dim> gradient(problem, r);

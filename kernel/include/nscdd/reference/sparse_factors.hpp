@@ -9,7 +9,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// A factorisation of square matrices that need not be symmetric.
 class SparseFactors {
@@ -40,4 +40,4 @@ class FactorsBy final : public SparseFactors {
     Factorisation factors_;
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -9,7 +9,7 @@
 #include "nscdd/partition/weights.hpp"
 #include "nscdd/step/scene_sums.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The broad phase of a simulation, and with it the partition of space. Its candidates serve until a grain has used up
 /// the skin.
@@ -21,29 +21,29 @@ class BroadPhase {
     double spare_skin(const SimulationSettings<M>& settings) const {
         return skin_ - largest_range<M>(settings.materials);
     }
-    int steps_since() const { return steps_since_; }                 ///< steps begun since the last broad phase
-    const std::vector<double>& offsets() const { return offsets_; }  ///< of the walls at the last broad phase [m]
-    double time() const { return time_; }                            ///< of the scene then, where it has obstacles [s]
-    const Gradient<M>& stretch() const { return stretch_; }          ///< of places by the cell's flow since then
-    const Cell<M>& cell() const { return cell_; }                    ///< at the last broad phase
-    const Partition<M>& partition() const { return *partition_; }    ///< of the last broad phase
+    int steps_since() const { return steps_since_; }                  ///< steps begun since the last broad phase
+    const std::vector<double>& offsets() const { return offsets_; }   ///< of the walls at the last broad phase [m]
+    double time() const { return time_; }                             ///< of the scene then, where it has obstacles [s]
+    const typename M::Gradient& stretch() const { return stretch_; }  ///< of places by the cell's flow since then
+    const Cell<M>& cell() const { return cell_; }                     ///< at the last broad phase
+    const Partition<M>& partition() const { return *partition_; }     ///< of the last broad phase
     double imbalance_when_made() const { return imbalance_when_made_; }  ///< of the partition (Partitioner) [1]
 
     /// Counts a step. Returns true when the broad phase is due by the number of steps since the last one.
     bool due(const SimulationSettings<M>& settings) { return ++steps_since_ > settings.broad_phase_every; }
 
     /// Grains have moved with a flow for `dt` [s].
-    void flow(const Gradient<M>& flow, double dt) { stretch_ = stretched(flow, dt); }
+    void flow(const typename M::Gradient& flow, double dt) { stretch_ = stretched(flow, dt); }
     /// What a flow will have taken of the skin after `dt` [s], besides the grains' own motion: it brings a pair nearer
     /// by less than this [m].
-    double strained(const Gradient<M>& flow, double dt, double largest_radius) const {
-        const Gradient<M> strain = stretched(flow, dt) - Gradient<M>::Identity();
+    double strained(const typename M::Gradient& flow, double dt, double largest_radius) const {
+        const typename M::Gradient strain = stretched(flow, dt) - M::Gradient::Identity();
         return M::dim * strain.cwiseAbs().maxCoeff() * (2 * largest_radius + skin_);
     }
 
     /// Makes a broad phase with a skin that the next steps should not use up, of at least `needed` [m]. Collective.
-    void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-               detail::Radii radii, double needed) {
+    void renew(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings, Radii radii,
+               double needed) {
         for (auto& part : parts)
             for (auto& g : part.grains) g.position = part.cell.wrapped(g.position);
         const Extent extent = find_extent(parts, comm);
@@ -68,7 +68,7 @@ class BroadPhase {
 
     /// Repeats the last broad phase of another simulation. Collective.
     void repeat(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                detail::Radii radii, const BroadPhaseState<M>& last) {
+                Radii radii, const BroadPhaseState<M>& last) {
         std::vector<Wall<M>> walls = settings.walls;
         for (std::size_t w = 0; w < walls.size(); ++w) walls[w].offset = last.offsets[w];
         struct Moved {
@@ -99,16 +99,16 @@ class BroadPhase {
         } else {
             detect(parts, comm, settings, walls, radii, find_extent(parts, comm).box(cell_));
         }
-        std::vector<Outbox> out(parts.size());
+        std::vector<Communicator::Outbox> out(parts.size());
         std::vector<int> owners;
         for (const Moved& m : moved) {
-            detail::find_owners(*partition_, cell_, m.from, m.reach, owners);
+            find_owners(*partition_, cell_, m.from, m.reach, owners);
             for (const int rank : owners) {
                 out[0][rank].push_back(m.id);
-                detail::Serialise<M>::put(m.to, out[0][rank]);
+                Serialise<M>::put(m.to, out[0][rank]);
             }
         }
-        const std::vector<Buffer> positions = detail::route_by_square(comm, out);  // id, x
+        const std::vector<Buffer> positions = route_by_square(comm, out);  // id, x
         for (std::size_t k = 0; k < parts.size(); ++k) {
             std::unordered_map<int, const double*> by_id;
             for (std::size_t p = 0; p < positions[k].size(); p += 1 + M::dim)
@@ -119,8 +119,8 @@ class BroadPhase {
     }
 
   private:
-    Gradient<M> stretched(const Gradient<M>& flow, double dt) const {
-        Gradient<M> moved = stretch_;
+    typename M::Gradient stretched(const typename M::Gradient& flow, double dt) const {
+        typename M::Gradient moved = stretch_;
         for (int d = 0; d < M::dim; ++d) moved.col(d) += dt * flow_over<M>(flow, stretch_.col(d));
         return moved;
     }
@@ -132,8 +132,8 @@ class BroadPhase {
         double speed = 0;                  ///< largest [m/s]
         auto summed() { return std::tie(); }
         auto largest() { return std::tie(minus_low, high, speed); }
-        Box<M> box(const Cell<M>& cell) const {
-            Box<M> all{-minus_low, high};
+        typename PartitionInput<M>::Box box(const Cell<M>& cell) const {
+            typename PartitionInput<M>::Box all{-minus_low, high};
             if (!(all.low[0] <= all.high[0])) all.low.setZero(), all.high.setZero();  // of no grains
             for (int d = 0; d < M::dim; ++d)
                 if (cell.periodic[static_cast<std::size_t>(d)])
@@ -157,25 +157,25 @@ class BroadPhase {
     /// partition is made from grains, as there are no candidates yet, and then again from the candidates that it leads
     /// to.
     void detect(std::vector<Subdomain<M>>& parts, Communicator& comm, const SimulationSettings<M>& settings,
-                const std::vector<Wall<M>>& walls, detail::Radii radii, const Box<M>& box) {
+                const std::vector<Wall<M>>& walls, Radii radii, const typename PartitionInput<M>::Box& box) {
         const double allowed = settings.partition.imbalance;
         const bool first = !partition_;
-        const bool renew = first || allowed <= 1 ||
-                           detail::measure_imbalance(parts, comm) > (std::max)(allowed, 1.1 * imbalance_when_made_);
+        const bool renew =
+            first || allowed <= 1 || measure_imbalance(parts, comm) > (std::max)(allowed, 1.1 * imbalance_when_made_);
         for (int times = !renew ? 0 : first && allowed > 1 ? 2 : 1; times > 0; --times) {
             partition_ = settings.partition.make({parts, comm, box, partition_ ? partition_->numbers() : Buffer{}});
             if (times > 1) detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, true);
         }
         detail::repartition<M>(parts, comm, *partition_, walls, skin_, radii.largest, renew);
-        if (renew && allowed > 1) imbalance_when_made_ = detail::measure_imbalance(parts, comm);
+        if (renew && allowed > 1) imbalance_when_made_ = measure_imbalance(parts, comm);
     }
 
     std::optional<Partition<M>> partition_;
     double imbalance_when_made_ = 1, skin_ = 0, time_ = 0;
     std::vector<double> offsets_;
     Cell<M> cell_{};
-    Gradient<M> stretch_ = Gradient<M>::Identity();
+    typename M::Gradient stretch_ = M::Gradient::Identity();
     int steps_since_ = 0;
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

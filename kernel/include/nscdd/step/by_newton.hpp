@@ -9,7 +9,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Solves steps by Newton's methods. The step throws std::logic_error on more than one rank, else the exceptions of
 /// newton_solve().
-template <class M, class Factorisation = SparseLU>
+template <class M, class Factorisation = detail::SparseLU>
 AnyStepSolver<M> by_newton(const NewtonOptions& options) {
     return counted_as_sweeps<M>("Newton's method", [options](ContactProblem<M>& problem) {
         return newton_solve<Factorisation>(problem, options);

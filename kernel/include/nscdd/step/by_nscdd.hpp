@@ -35,19 +35,19 @@ struct OutsideOfNlgs {
 /// Solves steps by the sequential reference. The step throws std::logic_error on more than one rank. `hand_over` solves
 /// the components on which sweeps get nowhere: newton_where_stalled<M>() of hand_over.hpp.
 template <class M>
-AnyStepSolver<M> by_nlgs(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
+AnyStepSolver<M> by_nlgs(const SolveOptions& options, detail::HandOver<M> hand_over = nullptr) {
     detail::check_hand_over<M>(options, hand_over);
     return on_one_rank<M>("sequential NLGS",
                           [=](Subdomain<M>& part, Meter& meter, Stopwatch& watch, PhaseSeconds& seconds) {
                               const detail::OutsideOfNlgs<M> outside{part, options, hand_over, watch, seconds};
-                              return nlgs_of_valid(part.problem, options, part.sweeper, outside, &meter);
+                              return detail::nlgs_of_valid(part.problem, options, part.sweeper, outside, &meter);
                           });
 }
 
 /// Solves steps by Alg. 1 with Ccs, Dcs or another GluingScheme. Each solve makes its own, so copies of the solver
 /// share nothing. `hand_over` is as in by_nlgs().
 template <class Scheme, class M = typename detail::ModelOf<Scheme>::type>
-AnyStepSolver<M> by_nscdd(const SolveOptions& options, HandOver<M> hand_over = nullptr) {
+AnyStepSolver<M> by_nscdd(const SolveOptions& options, detail::HandOver<M> hand_over = nullptr) {
     detail::check_hand_over<M>(options, hand_over);
     return [=](std::span<Subdomain<M>> parts, Communicator& comm, PhaseSeconds& seconds) {
         Scheme scheme;

@@ -41,8 +41,8 @@ SolveReport solve_checked(const AnyStepSolver<M>& solve, std::vector<Subdomain<M
 /// that of its candidate.
 template <class M>
 void keep_impulses(Subdomain<M>& part, std::size_t walls, int step) {
-    const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source,
-                          std::vector<Candidate<M>>& candidates, const char* name, auto&& other) {
+    const auto keep = [&](const std::vector<Contact<M>>& contacts, const std::vector<int>& source, auto& candidates,
+                          const char* name, auto&& other) {
         for (std::size_t c = 0; c < contacts.size(); ++c) {
             const auto from = c < source.size() ? static_cast<std::size_t>(source[c]) : candidates.size();
             if (from >= candidates.size() || candidates[from].i != contacts[c].i ||

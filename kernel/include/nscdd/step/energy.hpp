@@ -11,11 +11,11 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// In: a solved step, whose velocities are in the problems and not yet in grains and walls. gravity [m/s^2], h [s].
 template <class M>
-StepEnergy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm, std::span<const Wall<M>> walls,
-                       const typename M::Vec& gravity, double h) {
-    StepEnergy total = reduce<StepEnergy>(comm, [&](std::size_t k) {
+StepReport::Energy step_energy(const std::vector<Subdomain<M>>& parts, Communicator& comm,
+                               std::span<const Wall<M>> walls, const typename M::Vec& gravity, double h) {
+    StepReport::Energy total = reduce<StepReport::Energy>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
-        StepEnergy e;
+        StepReport::Energy e;
         ContactProblem<M> mean;
         const bool flows = part.cell.flows();
         mean.flow = part.problem.flow;

@@ -15,7 +15,7 @@ namespace detail {
 /// Drops the grains with these ids, which ascend, from a subdomain; what is left has the ids that `numbering` says. The
 /// problem of the last step is dropped as well, since its numbers are those of other grains.
 template <class M>
-void drop_grains(Subdomain<M>& part, const std::vector<int>& gone, Numbering numbering) {
+void drop_grains(Subdomain<M>& part, const std::vector<int>& gone, typename Simulation<M>::Numbering numbering) {
     std::vector<int> renamed(part.grains.size(), -1);
     std::vector<Grain<M>> kept;
     std::vector<typename M::Vec> positions;
@@ -25,7 +25,7 @@ void drop_grains(Subdomain<M>& part, const std::vector<int>& gone, Numbering num
         if (below != gone.end() && *below == part.grains[g].id) continue;
         renamed[g] = static_cast<int>(kept.size());
         kept.push_back(part.grains[g]);
-        if (numbering == Numbering::closed_up) kept.back().id -= static_cast<int>(below - gone.begin());
+        if (numbering == Simulation<M>::Numbering::closed_up) kept.back().id -= static_cast<int>(below - gone.begin());
         positions.push_back(part.broad_phase_position[g]);
         for (std::size_t s = part.first_replica(g); s < part.last_replica(g); ++s) replicas.push_back(part.replicas[s]);
         begin.push_back(static_cast<int>(replicas.size()));
@@ -35,10 +35,10 @@ void drop_grains(Subdomain<M>& part, const std::vector<int>& gone, Numbering num
     part.replica_begin.swap(begin);
     part.replicas.swap(replicas);
     const auto place = [&renamed](int g) { return renamed[static_cast<std::size_t>(g)]; };
-    std::erase_if(part.pairs, [&](const Candidate<M>& c) { return place(c.i) < 0 || place(c.j) < 0; });
-    std::erase_if(part.wall_pairs, [&](const Candidate<M>& c) { return place(c.i) < 0; });
-    for (Candidate<M>& c : part.pairs) c.i = place(c.i), c.j = place(c.j);
-    for (Candidate<M>& c : part.wall_pairs) c.i = place(c.i);
+    std::erase_if(part.pairs, [&](const auto& c) { return place(c.i) < 0 || place(c.j) < 0; });
+    std::erase_if(part.wall_pairs, [&](const auto& c) { return place(c.i) < 0; });
+    for (auto& c : part.pairs) c.i = place(c.i), c.j = place(c.j);
+    for (auto& c : part.wall_pairs) c.i = place(c.i);
 }
 
 /// Adds a grain that no other subdomain has, until the next broad phase.
@@ -76,9 +76,9 @@ template <class M>
 void Simulation<M>::insert(std::span<const Grain<M>> grains) {
     const Turn::Hold hold(comm_.turn(), "Simulation::insert");
     check_there();
-    throw_collectively(comm_, [&](std::size_t k) {
+    detail::throw_collectively(comm_, [&](std::size_t k) {
         if (k > 0) return;
-        check_grains<M>(grains, settings_.materials.count());
+        detail::check_grains<M>(grains, settings_.materials.count());
         if (settings_.cell.any_driven() && !grains.empty())
             throw std::invalid_argument("Simulation::insert: sides of the cell are driven for the grains it has");
     });
@@ -92,7 +92,7 @@ std::vector<Grain<M>> Simulation<M>::remove(const std::function<bool(const Grain
     const Turn::Hold hold(comm_.turn(), "Simulation::remove");
     check_there();
     std::vector<Grain<M>> removed;
-    std::vector<Outbox> out(parts_.size());
+    std::vector<Communicator::Outbox> out(parts_.size());
     for (std::size_t k = 0; k < parts_.size(); ++k)
         for (std::size_t g = 0; g < parts_[k].grains.size(); ++g) {
             const Grain<M>& grain = parts_[k].grains[g];

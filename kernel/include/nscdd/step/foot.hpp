@@ -2,7 +2,7 @@
 
 #include "nscdd/step/simulation.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// From the nearest point of a wall or facet to the centre of a grain.
 template <class M>
@@ -26,4 +26,4 @@ Foot<M> foot_of(const Simulation<M>& simulation, std::size_t part, const Contact
     return {closest.distance, closest.normal};
 }
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

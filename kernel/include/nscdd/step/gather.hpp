@@ -18,12 +18,16 @@ struct GatheredGrain {
     int multiplicity;                      ///< active copies in the last step
 };
 
+namespace detail {
+
 /// A range of grains, or of contacts by their grain i: from `begin` up to but without `end`.
 struct Ids {
     int begin = 0;                                                  ///< the first id
     int end = (std::numeric_limits<int>::max)();                    ///< one after the last
     bool contain(int id) const { return begin <= id && id < end; }  ///< whether an id is in the range
 };
+
+}  // namespace detail
 
 /// A contact of the last step. Vectors are in world axes.
 template <class M>
@@ -41,7 +45,7 @@ struct GatheredContact {
     /// The impulse to hand to a simulation that goes on from here.
     PairImpulse<M> pair() const {
         if constexpr (M::friction)
-            return {i, j, with_couple<M>(impulse, couple)};
+            return {i, j, detail::with_couple<M>(impulse, couple)};
         else
             return {i, j, typename M::Impulse{normal_impulse}};
     }
@@ -49,9 +53,9 @@ struct GatheredContact {
 
 /// Grains of these ids, by ascending id on the process that hosts rank 0, empty elsewhere.
 template <class M>
-std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids ids = {}) {
+std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, detail::Ids ids = {}) {
     const auto& parts = simulation.parts();
-    std::vector<Outbox> out(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (!parts[k].primary(g) || !ids.contain(parts[k].grains[g].id)) continue;
@@ -74,6 +78,8 @@ std::vector<GatheredGrain<M>> gather_grains(const Simulation<M>& simulation, Ids
     return grains;
 }
 
+namespace detail {
+
 /// The last broad phase but for the positions. Not collective.
 template <class M>
 BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
@@ -90,39 +96,41 @@ BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
             .stretch = broad.stretch()};
 }
 
+}  // namespace detail
+
 /// The last broad phase. Positions come by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
 BroadPhaseState<M> gather_rough(const Simulation<M>& simulation) {
-    BroadPhaseState<M> rough = last_rough(simulation);
+    BroadPhaseState<M> rough = detail::last_rough(simulation);
     for (const auto& grain : gather_grains(simulation)) rough.positions.push_back(grain.broad_phase_position);
     return rough;
 }
 
 /// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.
 template <class M>
-std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, Ids ids = {}) {
+std::vector<GatheredContact<M>> gather_contacts(const Simulation<M>& simulation, detail::Ids ids = {}) {
     constexpr std::size_t size = 5 + 3 * M::dim + M::couples;
     const auto& parts = simulation.parts();
-    std::vector<Outbox> out(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto grain = [&](int g) -> const Grain<M>& { return parts[k].grains[static_cast<std::size_t>(g)]; };
         const auto put = [&](const Contact<M>& c, int j, double gap, const typename M::Vec& branch) {
             if (!ids.contain(grain(c.i).id)) return;
             double normal_impulse = c.r[0];
-            if constexpr (M::friction) normal_impulse = force_of<M>(c.r).dot(c.normal);
+            if constexpr (M::friction) normal_impulse = detail::force_of<M>(c.r).dot(c.normal);
             out[k][0].insert(out[k][0].end(),
                              {double(grain(c.i).id), double(j), double(parts[k].rank), gap, normal_impulse});
             detail::Serialise<M>::put(c.normal, out[k][0]);
-            detail::Serialise<M>::put(impulse_vector<M>(c.r, c.normal), out[k][0]);
+            detail::Serialise<M>::put(detail::impulse_vector<M>(c.r, c.normal), out[k][0]);
             detail::Serialise<M>::put(branch, out[k][0]);
-            detail::Serialise<M>::put(couple_of<M>(c.r), out[k][0]);
+            detail::Serialise<M>::put(detail::couple_of<M>(c.r), out[k][0]);
         };
         for (const auto& c : parts[k].problem.contacts) {
             const typename M::Vec branch = parts[k].cell.apart(grain(c.i).position, grain(c.j).position);
             put(c, grain(c.j).id, branch.norm() - grain(c.i).radius - grain(c.j).radius, branch);
         }
         for (const auto& c : parts[k].problem.wall_contacts) {
-            const Foot<M> foot = foot_of(simulation, k, c);
+            const detail::Foot<M> foot = detail::foot_of(simulation, k, c);
             put(c, -1 - parts[k].number_of(c, simulation.walls().size()), foot.distance - grain(c.i).radius,
                 foot.distance * foot.normal);
         }

@@ -40,6 +40,8 @@ struct Measures {
     double mean_force() const { return contacts > 0 ? forces / contacts : 0; }  ///< of contacts that carry [N]
 };
 
+namespace detail {
+
 /// True if the normal impulse of a contact is not zero: it pushes or, by a law that lets it, pulls. The laws on
 /// Coulomb's cone can only push; what round-off leaves below zero does not count.
 template <class M>
@@ -48,8 +50,6 @@ bool carries_impulse(const Contact<M>& c) {
     if constexpr (M::friction) normal = force_of<M>(c.r).dot(c.normal);
     return SolvedOnCone<typename M::Law> ? normal > 0 : normal != 0;
 }
-
-namespace detail {
 
 /// Whether it has a part in the stress. By a law that pulls a contact may have a tangential impulse and no normal one.
 template <class M>
@@ -72,19 +72,19 @@ Measures<M> measure(const Simulation<M>& simulation) {
         for (const auto& c : part.problem.contacts) {
             const typename M::Vec branch = part.cell.apart(grain(c.i).position, grain(c.j).position);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
-            if (carries_impulse<M>(c))
+            if (detail::carries_impulse<M>(c))
                 m.forces += c.r.norm() / h, ++m.contacts, ++carried[static_cast<std::size_t>(c.i)],
                     ++carried[static_cast<std::size_t>(c.j)];
             if (!detail::acts_on_grains<M>(c)) continue;
-            m.virial += impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
+            m.virial += detail::impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
         for (const auto& c : part.problem.wall_contacts) {
-            const auto [distance, normal] = foot_of(simulation, part_index, c);
+            const auto [distance, normal] = detail::foot_of(simulation, part_index, c);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius - distance);
-            if (carries_impulse<M>(c))
+            if (detail::carries_impulse<M>(c))
                 m.forces += c.r.norm() / h, ++m.contacts, ++m.wall_contacts, ++carried[static_cast<std::size_t>(c.i)];
             if (!detail::acts_on_grains<M>(c)) continue;
-            m.virial += impulse_vector<M>(c.r, c.normal) / h * (distance * normal).transpose();
+            m.virial += detail::impulse_vector<M>(c.r, c.normal) / h * (distance * normal).transpose();
         }
         for (std::size_t g = 0; g < part.grains.size(); ++g) {
             if (!part.primary(g)) continue;
@@ -118,18 +118,17 @@ struct LargestOf {
     auto largest() { return std::tie(value); }
 };
 
-}  // namespace detail
-
 /// The largest force that was left on a grain in the last step: mass times change of velocity over h [N]. It is 0 in
 /// equilibrium, and before the first step. Over Measures::mean_force() it is the unbalanced force ratio. Collective.
 template <class M>
 double largest_net_force(const Simulation<M>& simulation) {
-    return reduce<detail::LargestOf>(
-               simulation.comm(),
-               [&](std::size_t k) {
-                   return detail::LargestOf{simulation.largest_momentum_change(k) / simulation.settings().h};
-               })
+    return reduce<LargestOf>(simulation.comm(),
+                             [&](std::size_t k) {
+                                 return LargestOf{simulation.largest_momentum_change(k) / simulation.settings().h};
+                             })
         .value;
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

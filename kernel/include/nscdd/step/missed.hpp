@@ -19,7 +19,7 @@ std::vector<std::vector<char>> deflected_grains(const std::vector<Subdomain<M>>&
         const Subdomain<M>& part = parts[k];
         deflected[k].assign(part.grains.size(), 0);
         for (const int source : part.source) {
-            const Candidate<M>& c = part.pairs[static_cast<std::size_t>(source)];
+            const auto& c = part.pairs[static_cast<std::size_t>(source)];
             if (!c.passes || c.missed) continue;
             for (const int g : {c.i, c.j})
                 if (const auto at = static_cast<std::size_t>(g); !part.grains[at].fixed()) deflected[k][at] = 1;
@@ -50,8 +50,8 @@ void mark_missed(std::vector<Subdomain<M>>& parts, Communicator& comm, bool pass
     if (passes) deflected = deflected_grains(parts, comm);
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const auto straight = [&](int grain) { return !passes || !deflected[k][static_cast<std::size_t>(grain)]; };
-        for (Candidate<M>& c : parts[k].pairs) c.missed |= c.closes && straight(c.i) && straight(c.j);
-        for (Candidate<M>& c : parts[k].wall_pairs) c.missed |= c.closes && straight(c.i);
+        for (auto& c : parts[k].pairs) c.missed |= c.closes && straight(c.i) && straight(c.j);
+        for (auto& c : parts[k].wall_pairs) c.missed |= c.closes && straight(c.i);
     }
 }
 

@@ -44,7 +44,7 @@ template <class M>
 std::vector<double> carrying_grains(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();
     std::vector<std::vector<char>> carries(parts.size());
-    std::vector<Outbox> out(parts.size());
+    std::vector<Communicator::Outbox> out(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) {
         const Subdomain<M>& part = parts[k];
         carries[k].resize(part.grains.size());
@@ -85,7 +85,7 @@ Observables<M> observe(const Simulation<M>& simulation) {
         detail::ObservedSums<M> sum;
         for (const auto* contacts : {&parts[k].problem.contacts, &parts[k].problem.wall_contacts})
             for (const Contact<M>& c : *contacts)
-                if (carries_impulse<M>(c)) sum.fabric += c.normal * c.normal.transpose();
+                if (detail::carries_impulse<M>(c)) sum.fabric += c.normal * c.normal.transpose();
         sum.touched = touched[k];
         for (std::size_t g = 0; g < parts[k].grains.size(); ++g) {
             if (!parts[k].primary(g)) continue;
@@ -104,7 +104,8 @@ Observables<M> observe(const Simulation<M>& simulation) {
         for (const auto& c : parts[k].problem.wall_contacts) {
             auto body = static_cast<std::size_t>(c.j);
             if (body >= walls) body = walls + parts[k].obstacles->name(parts[k].number_of(c, walls)).obstacle;
-            Eigen::Map<Vec>(&on_them[M::dim * body]) -= impulse_vector<M>(c.r, c.normal) / simulation.settings().h;
+            Eigen::Map<Vec>(&on_them[M::dim * body]) -=
+                detail::impulse_vector<M>(c.r, c.normal) / simulation.settings().h;
         }
         return on_them;
     });

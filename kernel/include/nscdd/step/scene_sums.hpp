@@ -67,7 +67,8 @@ struct Motion {
 /// stretch: by the flow of the cell since then, which moves grains without taking them nearer. Collective.
 template <class M>
 Motion find_motion(const std::vector<Subdomain<M>>& parts, Communicator& comm, const std::vector<Wall<M>>& walls,
-                   const std::vector<double>& offsets, const Gradient<M>& stretch, Velocities which, double lookahead) {
+                   const std::vector<double>& offsets, const typename M::Gradient& stretch, Velocities which,
+                   double lookahead) {
     Motion all = reduce<Motion>(comm, [&](std::size_t k) {
         const Subdomain<M>& part = parts[k];
         Motion mine;

@@ -22,6 +22,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// An acceleration, zero unless it is given. Another number of components than the model has is refused in a sentence.
 template <class M>
 struct Acceleration : M::Vec {
@@ -40,14 +42,16 @@ struct Acceleration : M::Vec {
     }
 };
 
+}  // namespace detail
+
 /// All data of a scene beside its grains, and how it is stepped.
 template <class M>
 struct SimulationSettings {
     Cell<M> cell{};                           ///< along which axes the scene repeats; along none unless it is set
     std::vector<Wall<M>> walls{};             ///< their index is their name in messages and in GatheredContact
     std::vector<Obstacle<M>> obstacles{};     ///< their facets are numbered behind the walls (PlacedObstacles)
-    MaterialsOf<M> materials{1};              ///< coefficients of the law for each pair of materials
-    Acceleration<M> gravity{};                ///< [m/s^2]
+    Materials<M> materials{1};                ///< coefficients of the law for each pair of materials
+    detail::Acceleration<M> gravity{};        ///< [m/s^2]
     double h = 0;                             ///< time step [s], has to be set
     double start_time = 0;                    ///< time of the scene when `steps_before` is 0 [s]
     std::int64_t steps_before = 0;            ///< steps of h made since then, before the simulation begins
@@ -73,8 +77,10 @@ struct BroadPhaseState {
     double time = 0;                         ///< of the scene then [s]; only obstacles need it
     Cell<M> cell{};                          ///< at the detection
     /// Of places by the flow of the cell since the detection (BroadPhase::stretch()).
-    Gradient<M> stretch = Gradient<M>::Identity();
+    typename M::Gradient stretch = M::Gradient::Identity();
 };
+
+namespace detail {
 
 /// Throws std::invalid_argument for a grain that no scene can have, and names its id. `materials` is their number.
 template <class M>
@@ -154,5 +160,7 @@ void check_rough(const BroadPhaseState<M>& rough, std::size_t grains, std::size_
     if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
         throw std::invalid_argument("the last broad phase needs a positive skin and a number of steps since");
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -20,12 +20,6 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// Ids of the grains that stay where others are removed.
-enum class Numbering {
-    kept,       ///< as they are
-    closed_up,  ///< less by the number of lower ones that were removed: ids from 0 on stay so
-};
-
 /// Moreau-Jean time stepping over any communicator: detection in two levels, one contact problem a step.
 /// ```
 /// nscdd::InProcess comm(8);
@@ -37,6 +31,12 @@ enum class Numbering {
 template <class M>
 class Simulation {
   public:
+    /// Ids of the grains that stay where others are removed.
+    enum class Numbering {
+        kept,       ///< as they are
+        closed_up,  ///< less by the number of lower ones that were removed: ids from 0 on stay so
+    };
+
     /// Makes a simulation. Collective. Each process passes the grains that it has, whichever they are. All others of
     /// the scene come from the other processes, each grain from one. Impulses likewise.
     ///
@@ -112,7 +112,7 @@ class Simulation {
     std::span<Wall<M>> walls() { return settings_.walls; }  ///< to change a force or a velocity between steps
     const std::vector<Wall<M>>& walls() const { return settings_.walls; }  ///< as they are now
     /// Obstacles where they are now; null where there are none.
-    const PlacedObstacles<M>* obstacles() const {
+    const detail::PlacedObstacles<M>* obstacles() const {
         check_there();
         return parts_[0].obstacles.get();
     }
@@ -126,7 +126,7 @@ class Simulation {
         return momentum_changes_.empty() ? 0 : momentum_changes_[part];
     }
     /// The last broad phase. Throws std::logic_error for a simulation that was moved.
-    const BroadPhase<M>& broad_phase() const {
+    const detail::BroadPhase<M>& broad_phase() const {
         check_there();
         return broad_;
     }
@@ -147,11 +147,11 @@ class Simulation {
     void drift(double dt, double since, double begin, double end) {
         Cell<M>& cell = settings_.cell;
         const bool flows = cell.flows();
-        const Gradient<M> flow = cell.gradient_after(since);
+        const typename M::Gradient flow = cell.gradient_after(since);
         comm_.each_rank([&](std::size_t k) {
             for (auto& g : parts_[k].grains) {
                 typename M::Vec v = g.velocity.template head<M::dim>();
-                if (flows) v += flow_over<M>(flow, g.position - cell.low - since * v);
+                if (flows) v += detail::flow_over<M>(flow, g.position - cell.low - since * v);
                 g.position += dt * v;
             }
         });
@@ -172,15 +172,15 @@ class Simulation {
     /// Tells subdomains where obstacles are at a time [s], and what they do in the next step.
     void place_obstacles(double now) {
         if (settings_.obstacles.empty()) return;
-        PlacedObstacles<M> placed =
+        detail::PlacedObstacles<M> placed =
             parts_[0].obstacles
                 ? *parts_[0].obstacles
-                : PlacedObstacles<M>(std::make_shared<const std::vector<Obstacle<M>>>(settings_.obstacles),
-                                     settings_.walls.size());
+                : detail::PlacedObstacles<M>(std::make_shared<const std::vector<Obstacle<M>>>(settings_.obstacles),
+                                             settings_.walls.size());
         const double detection = 1 - settings_.theta;
         placed.move_to(now);
         placed.begin_step(time(detection - 1), time(detection + 1), settings_.h);
-        const auto shared = std::make_shared<const PlacedObstacles<M>>(std::move(placed));
+        const auto shared = std::make_shared<const detail::PlacedObstacles<M>>(std::move(placed));
         for (auto& part : parts_) part.obstacles = shared;
     }
     /// Sets the velocities of walls with a path for the next step.
@@ -282,7 +282,7 @@ class Simulation {
         });
         report.contacts = all.contacts;
         if (all.worst_overlap > settings_.largest_overlap)
-            nscdd::refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
+            detail::refuse(comm_, steps_ + 1, worst, settings_.largest_overlap);
         detail::agree_on_multiplicities<M>(parts_, comm_, settings_.walls, settings_.multiplicity);
     }
 
@@ -292,7 +292,7 @@ class Simulation {
         const detail::FreeState all = detail::find_free_state(parts_, comm_, settings_.walls);
         report.interface_grains = all.interface_grains;
         report.free_norm = std::sqrt(all.energy);
-        comm_.each_rank([this](std::size_t k) { apply_impulses(parts_[k].problem); });
+        comm_.each_rank([this](std::size_t k) { detail::apply_impulses(parts_[k].problem); });
     }
 
     /// Checks the motion of (1 - theta) h before the first detection. No step has checked it, and a stored state may
@@ -366,7 +366,7 @@ class Simulation {
             within.push_back(detail::step_that_sees_all<M>(part, settings_.walls, settings_.materials,
                                                            settings_.largest_overlap, velocity, speed));
         }
-        nscdd::refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
+        detail::refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
     }
 
     /// Writes velocities of the step into grains and walls.
@@ -398,7 +398,7 @@ class Simulation {
     Communicator& comm_;
     SimulationSettings<M> settings_;
     std::vector<Subdomain<M>> parts_;
-    BroadPhase<M> broad_;
+    detail::BroadPhase<M> broad_;
     detail::Radii radii_;
     double mass_ = 0;  ///< of all grains [kg]
     std::size_t grains_ = 0;
@@ -414,12 +414,12 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
                           std::span<const PairImpulse<M>> impulses, const BroadPhaseState<M>* last)
     : comm_(comm), settings_(std::move(settings)) {
     const Turn::Hold hold(comm_.turn(), "Simulation");
-    check_settings(settings_);
-    throw_collectively(comm_, [&](std::size_t k) {
+    detail::check_settings(settings_);
+    detail::throw_collectively(comm_, [&](std::size_t k) {
         if (k > 0) return;
-        check_grains<M>(grains, settings_.materials.count());
-        check_impulses<M>(impulses);
-        if (last) check_rough(*last, grains.size(), settings_.walls.size());
+        detail::check_grains<M>(grains, settings_.materials.count());
+        detail::check_impulses<M>(impulses);
+        if (last) detail::check_rough(*last, grains.size(), settings_.walls.size());
     });
     for (int rank : comm_.ranks()) {
         Subdomain<M>& part = parts_.emplace_back();
@@ -435,7 +435,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     if (grains_ == 0 && !settings_.may_be_empty) throw std::invalid_argument("the scene has no grains");
     settings_.cell.length = 2 * radii_.largest;
     follow_paths();
-    check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
+    detail::check_cell<M>(settings_.cell, settings_.walls, radii_.largest, mass_);
     for (auto& part : parts_) part.cell = settings_.cell;
     Stopwatch watch(comm_);
     if (last) place_obstacles(last->time);
@@ -453,7 +453,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     if (!solve) throw std::invalid_argument("Simulation::step: the solver is empty");
     const Turn::Hold hold(comm_.turn(), "Simulation::step");
     check_there();
-    check_walls<M>(settings_.walls, settings_.materials.count());
+    detail::check_walls<M>(settings_.walls, settings_.materials.count());
     Stopwatch watch(comm_);
     StepReport report;
     follow_paths();

@@ -8,31 +8,32 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// A pair that the broad phase has found, with the impulse that it carries from step to step.
-template <class M>
-struct Candidate {
-    int i;  ///< place in Candidates::grains; the grain with the lower id of the two
-    int j;  ///< place of the other grain, or number of the wall or facet (PlacedObstacles)
-    typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
-    /// Value of `free_gap` for a contact that the law holds.
-    static constexpr double held = std::numeric_limits<double>::infinity();
-    double free_gap = held;  ///< gap [m], unless the law keeps this contact from closing within the step
-    bool closes = false;     ///< left out, but the last attempt would close it
-    bool missed = false;     ///< has closed, so it is a contact in the next attempt
-    bool passes = false;     ///< grains that pass each other: no contact in the next attempt, unless missed
-};
-
 /// The grains of one rank, and the pairs among them that may touch. repartition() writes them, at each broad phase.
 /// Between steps the grains have their motion here, and pairs their impulses. Within a step the contact problem has
 /// them.
 template <class M>
 struct Candidates {
+    /// A pair that the broad phase has found, with the impulse that it carries from step to step.
+    struct Candidate {
+        int i;  ///< place in Candidates::grains; the grain with the lower id of the two
+        int j;  ///< place of the other grain, or number of the wall or facet (PlacedObstacles)
+        typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
+        /// Value of `free_gap` for a contact that the law holds.
+        static constexpr double held = std::numeric_limits<double>::infinity();
+        double free_gap = held;  ///< gap [m], unless the law keeps this contact from closing within the step
+        bool closes = false;     ///< left out, but the last attempt would close it
+        bool missed = false;     ///< has closed, so it is a contact in the next attempt
+        bool passes = false;     ///< grains that pass each other: no contact in the next attempt, unless missed
+    };
+
     Cell<M> cell{};                                     ///< of the scene, the same on every rank
     std::vector<Grain<M>> grains;                       ///< those with a copy on this rank, in spatial order
     std::vector<typename M::Vec> broad_phase_position;  ///< of the grains, when the candidates were found [m]
-    std::vector<Candidate<M>> pairs;                    ///< between grains, by ascending lower place
-    std::vector<Candidate<M>> wall_pairs;               ///< with walls, then with facets of obstacles, by grain
+    std::vector<Candidate> pairs;                       ///< between grains, by ascending lower place
+    std::vector<Candidate> wall_pairs;                  ///< with walls, then with facets of obstacles, by grain
 };
+
+namespace detail::bases {
 
 /// Candidates from which the contacts of a step come. The narrow phase, detect_contacts(), writes them.
 /// agree_on_multiplicities() puts them in the order of the contacts.
@@ -40,5 +41,7 @@ struct ContactSources {
     std::vector<int> source;       ///< candidate of each contact
     std::vector<int> wall_source;  ///< candidate of each contact with a wall
 };
+
+}  // namespace detail::bases
 
 }}  // namespace nscdd::NSCDD_ABI

@@ -12,6 +12,8 @@ enum class Multiplicity {
     predicted,  ///< copies with a candidate of the last broad phase, as in the paper
 };
 
+namespace detail::bases {
+
 /// Ranks that a rank shares grains with. repartition() alone writes it, at each broad phase.
 struct Halo {
     int rank = 0;                          ///< rank of this subdomain
@@ -41,5 +43,7 @@ struct ActiveCopies {
     std::size_t interface_contacts = 0, interface_wall_contacts = 0;
     ///@}
 };
+
+}  // namespace detail::bases
 
 }}  // namespace nscdd::NSCDD_ABI

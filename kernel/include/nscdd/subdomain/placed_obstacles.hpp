@@ -7,7 +7,7 @@
 #include "nscdd/core/contact_problem.hpp"
 #include "nscdd/core/obstacle.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// The obstacles of a scene where they are within a step, the same on every rank. Facets are numbered behind the walls,
 /// obstacle by obstacle: these numbers are the `j` of candidates.
@@ -106,8 +106,7 @@ class PlacedObstacles {
                     return c->centre + c->radius * Vec(std::cos(angle), std::sin(angle));
                 else
                     return c->centre + height * c->axis +
-                           c->radius *
-                               (std::cos(angle) * across + std::sin(angle) * Vec(detail::cross(c->axis, across)));
+                           c->radius * (std::cos(angle) * across + std::sin(angle) * Vec(cross(c->axis, across)));
             };
             const double half = 0.5 * (std::min)(length, c->length);
             for (int k = 0; k < pieces; ++k) {
@@ -127,20 +126,20 @@ class PlacedObstacles {
 
     /// Mean velocity in the step of what moves with an obstacle and is at a point in next() [m/s].
     Vec velocity(std::size_t obstacle, const Vec& point) const {
-        const Rotation<M>& turn = (*all_)[obstacle].turn;
+        const auto& turn = (*all_)[obstacle].turn;
         Vec v = means_[obstacle];
         if (turn.rate == 0) return v;
         const Vec arm = point - next_[obstacle].place(turn.centre);
         if constexpr (M::dim == 2)
             v += turn.rate * Vec(-arm[1], arm[0]);
         else
-            v += turn.rate * Vec(detail::cross(turn.axis, arm));
+            v += turn.rate * Vec(cross(turn.axis, arm));
         return v;
     }
 
     /// Angular velocity of the obstacle that has a facet [rad/s].
     typename M::Spin spin(int number) const {
-        const Rotation<M>& turn = of(number).turn;
+        const auto& turn = of(number).turn;
         if constexpr (M::dim == 2)
             return M::Spin::Constant(turn.rate);
         else
@@ -165,7 +164,7 @@ class PlacedObstacles {
   private:
     /// Largest distance of a point of the surface from the axis of its turn [m].
     static double arm(const Obstacle<M>& obstacle) {
-        const Rotation<M>& turn = obstacle.turn;
+        const auto& turn = obstacle.turn;
         const auto from_axis = [&turn](const Vec& x) {
             Vec way = x - turn.centre;
             if constexpr (M::dim == 3) way -= way.dot(turn.axis) * turn.axis;
@@ -178,7 +177,7 @@ class PlacedObstacles {
             bool own = from_axis(c->centre) <= 1e-12 * c->radius;
             double reach = 0;
             if constexpr (M::dim == 3) {
-                own = own && detail::cross(c->axis, turn.axis).norm() <= 1e-12;
+                own = own && cross(c->axis, turn.axis).norm() <= 1e-12;
                 reach = std::isfinite(c->length) ? 0.5 * c->length : 0;
             }
             if (!own) most = from_axis(c->centre) + c->radius + reach;
@@ -193,6 +192,8 @@ class PlacedObstacles {
     std::vector<Vec> means_;
     double time_ = 0;
 };
+
+namespace bases {
 
 /// What a rank knows of obstacles, and its contacts with them in the step.
 template <class M>
@@ -214,4 +215,6 @@ struct NearObstacles {
     }
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}  // namespace bases
+
+}}}  // namespace nscdd::NSCDD_ABI::detail

@@ -10,9 +10,14 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// All that one rank holds. Each base class says who writes it.
+/// All that one rank holds: its candidates, the ranks it shares grains with, contacts and active copies of the step.
+/// Each base class says who writes it.
 template <class M>
-struct Subdomain : Halo, Candidates<M>, ContactSources, NearObstacles<M>, ActiveCopies {
+struct Subdomain : detail::bases::Halo,
+                   Candidates<M>,
+                   detail::bases::ContactSources,
+                   detail::bases::NearObstacles<M>,
+                   detail::bases::ActiveCopies {
     ContactProblem<M> problem;  ///< of this step; the narrow phase fills it, the step solver solves it
     Sweeper<M> sweeper;         ///< the problem in the layout of the fast sweep, during a solve
 
@@ -24,9 +29,11 @@ struct Subdomain : Halo, Candidates<M>, ContactSources, NearObstacles<M>, Active
     }
 };
 
+namespace detail {
+
 /// Links of the subdomains with their neighbours, for so many doubles a grain that they share.
-inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) {
-    std::vector<Links> links(parts.size());
+inline std::vector<Communicator::Links> links_between(const auto& parts, std::size_t doubles) {
+    std::vector<Communicator::Links> links(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k)
         for (std::size_t l = 0; l < parts[k].neighbours.size(); ++l) {
             const std::size_t size = parts[k].linked[l].size() * doubles;
@@ -34,5 +41,7 @@ inline std::vector<Links> links_between(const auto& parts, std::size_t doubles) 
         }
     return links;
 }
+
+}  // namespace detail
 
 }}  // namespace nscdd::NSCDD_ABI

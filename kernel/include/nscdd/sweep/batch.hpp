@@ -55,7 +55,7 @@ struct Batch : BatchLayout<M> {
     /// that flow.
     EIGEN_ALWAYS_INLINE void load(const ContactProblem<M>& problem, const AlignedDoubles& rows,
                                   const BatchGroup<M>& group, std::size_t batch, std::size_t lane,
-                                  const Gradient<M>& gradient = {}) {
+                                  const typename M::Gradient& gradient = {}) {
         const auto field = [from = group.fields(batch) + lane](int f) { return Packet::load(from + f * batch_size); };
         a.load(rows.data(), group.body(batch) + lane);
         if constexpr (wall)

@@ -92,7 +92,7 @@ struct BatchGroup {
     /// cost of solving the batch in 3D, as it needs no spins and no division. always_inline: GCC makes it a call in
     /// some programs.
     template <bool flowing>
-    [[gnu::always_inline]] bool stays_open(const Gradient<M>& gradient, std::size_t batch,
+    [[gnu::always_inline]] bool stays_open(const typename M::Gradient& gradient, std::size_t batch,
                                            const AlignedDoubles& rows) const {
         static_assert(BatchLayout<M>::row % 4 == 0);
         for (std::size_t lane = 0; lane < lanes; lane += Packet::width) {

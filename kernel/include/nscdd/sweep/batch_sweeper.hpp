@@ -94,9 +94,7 @@ class BatchSweeper {
     }
 
     void keep(const ContactProblem<M>& problem) { kept_.take(problem, rows_, walls_, grains_); }
-    const detail::Iterate<M>* kept(const ContactProblem<M>& problem) {
-        return kept_.read(problem, rows_, walls_, grains_);
-    }
+    const Iterate<M>* kept(const ContactProblem<M>& problem) { return kept_.read(problem, rows_, walls_, grains_); }
 
     double* row(std::size_t body) { return rows_.row(body); }
     void put_rows(const ContactProblem<M>&, const std::vector<int>&) {}  // are the velocities themselves
@@ -189,7 +187,7 @@ class BatchSweeper {
     /// grains, and applied when all contacts are swept.
     template <class Other>
     struct SidePush {
-        Gradient<M> gradient;  ///< of the flow, while the group is swept
+        typename M::Gradient gradient;  ///< of the flow, while the group is swept
         std::array<Batchful, M::dim> push{};
 
         explicit SidePush(const ContactProblem<M>& problem) {

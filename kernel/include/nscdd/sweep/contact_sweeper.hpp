@@ -19,7 +19,7 @@ class ContactSweeper {
         prepare_contacts(problem, relaxation);
         kept_ = false;
         bytes_ = problem.bytes();
-        free_ = nscdd::free_velocities(problem);
+        free_ = detail::free_velocities(problem);
     }
 
     void make_room(const ContactProblem<M>& problem, int window) {

@@ -11,6 +11,8 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
+namespace detail {
+
 /// What is outside of a solve: nothing. nlgs() knows no other method and no clock.
 struct NothingElse {
     /// Returns the report of nothing handed over.
@@ -19,8 +21,6 @@ struct NothingElse {
     void swept() const {}   ///< called after sweeps
     void tested() const {}  ///< called after a test, and after what it has called
 };
-
-namespace detail {
 
 /// outside(problem, sums, residual) hands over, as Iterated says; its other members are those of NothingElse.
 template <class M, class Outside>
@@ -95,8 +95,6 @@ class SweptAlone {
     Anderson::Products products_{};
 };
 
-}  // namespace detail
-
 /// Does nlgs() for a problem that validate() has let pass, or that our own detection has filled. `meter` counts the
 /// work, as that of its first rank, unless it is null.
 template <class M, class Outside = NothingElse>
@@ -104,11 +102,13 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
                           Outside outside = {}, Meter* meter = nullptr) {
     check_options(options);
     if (problem.contact_count() == 0) return {};
-    detail::SweptAlone<M, Outside> system(problem, options, sweeper, std::move(outside), meter);
+    SweptAlone<M, Outside> system(problem, options, sweeper, std::move(outside), meter);
     const SolveReport report = iterate(system, options);
     system.store();
     return report;
 }
+
+}  // namespace detail
 
 ///@{
 /// Sweeps until the step has converged (SolveReport) or the cap is reached. In: velocities consistent with the
@@ -119,7 +119,7 @@ SolveReport nlgs_of_valid(ContactProblem<M>& problem, const SolveOptions& option
 template <class M>
 SolveReport nlgs(ContactProblem<M>& problem, const SolveOptions& options, Sweeper<M>& sweeper) {
     validate(problem);
-    return nlgs_of_valid(problem, options, sweeper);
+    return detail::nlgs_of_valid(problem, options, sweeper);
 }
 
 template <class M>

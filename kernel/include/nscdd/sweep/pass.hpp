@@ -6,7 +6,7 @@
 
 #include "nscdd/core/abi.hpp"
 
-namespace nscdd { inline namespace NSCDD_ABI {
+namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Contacts that a pass takes. Those with walls come first, which takes 1 % fewer iterations than last.
 enum class SweepPass {
@@ -30,4 +30,4 @@ struct SweepFront {
     std::size_t wall_contacts = 0;  ///< with walls
 };
 
-}}  // namespace nscdd::NSCDD_ABI
+}}}  // namespace nscdd::NSCDD_ABI::detail

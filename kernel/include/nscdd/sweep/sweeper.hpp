@@ -43,7 +43,7 @@ class Sweeper {
   public:
     /// Takes over velocities and impulses. `relaxation` is omega, between 0 and 2. The layout fits levers and inertias
     /// of solid grains in 3D. A problem that it does not fit is swept where it is, all of it in the first pass.
-    void load(ContactProblem<M>& problem, double relaxation = 1, SweepFront front = {});
+    void load(ContactProblem<M>& problem, double relaxation = 1, detail::SweepFront front = {});
 
     /// Prepares sweeps with an Anderson of this window. The first call makes room for its iterates and changes, and
     /// sets its metric.
@@ -58,26 +58,26 @@ class Sweeper {
     /// `products` [J].
     void sweep(ContactProblem<M>& problem) {
         begin(problem);
-        pass(problem, SweepPass::all);
+        pass(problem, detail::SweepPass::all);
     }
-    void sweep(ContactProblem<M>& problem, const Anderson& anderson, Anderson::Products& products) {
+    void sweep(ContactProblem<M>& problem, const detail::Anderson& anderson, detail::Anderson::Products& products) {
         begin(problem, &anderson);
-        pass(problem, SweepPass::all, &anderson, &products);
+        pass(problem, detail::SweepPass::all, &anderson, &products);
     }
     ///@}
 
     /// Begins the passes of a sweep; to be called once before them. Without acceleration `anderson` is null, and
     /// `products` of pass() may be null.
-    void begin(ContactProblem<M>& problem, const Anderson* anderson = nullptr);
+    void begin(ContactProblem<M>& problem, const detail::Anderson* anderson = nullptr);
     /// Makes a part of a sweep. SweepPass::first comes before or after all others. `anderson` is as in begin(),
     /// `products` as in sweep().
-    void pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson = nullptr,
-              Anderson::Products* products = nullptr, SweepPiece piece = {});
+    void pass(ContactProblem<M>& problem, detail::SweepPass which, const detail::Anderson* anderson = nullptr,
+              detail::Anderson::Products* products = nullptr, detail::SweepPiece piece = {});
 
     /// Sums of residual_parts(problem), for the velocities and impulses held here.
     ResidualParts residual(const ContactProblem<M>& problem) const;
     /// V_free of the problem of load().
-    FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const;
+    detail::FreeVelocities<M> free_velocities(const ContactProblem<M>& problem) const;
     /// Writes velocities and impulses back into the problem.
     void store(ContactProblem<M>& problem) const;
 
@@ -98,7 +98,7 @@ class Sweeper {
 
     bool batched() const { return batched_; }  ///< whether the layout fits the problem of load()
     /// Number of batches with driven walls in a pass. Each waits for the speeds that the one before it leaves.
-    std::size_t driven_batches(SweepPass which) const {
+    std::size_t driven_batches(detail::SweepPass which) const {
         return of(*this, [&](auto& sweeps) { return sweeps.driven_batches(which); });
     }
     /// Indices into problem.contacts in the order of a sweep, where batched(): detail::batch_size a batch, padded by
@@ -128,7 +128,7 @@ class Sweeper {
 // Defined outside of the class, so that an explicit instantiation elsewhere is the only one.
 
 template <class M>
-void Sweeper<M>::load(ContactProblem<M>& problem, double relaxation, SweepFront front) {
+void Sweeper<M>::load(ContactProblem<M>& problem, double relaxation, detail::SweepFront front) {
     batched_ = batches_.load(problem, relaxation, front);
     if (!batched_) contacts_.load(problem, relaxation);
     window_ = 0;
@@ -147,13 +147,13 @@ void Sweeper<M>::restore_velocities(ContactProblem<M>& problem) {
 }
 
 template <class M>
-void Sweeper<M>::begin(ContactProblem<M>& problem, const Anderson* anderson) {
+void Sweeper<M>::begin(ContactProblem<M>& problem, const detail::Anderson* anderson) {
     of(*this, [&](auto& sweeps) { sweeps.begin(problem, anderson); });
 }
 
 template <class M>
-void Sweeper<M>::pass(ContactProblem<M>& problem, SweepPass which, const Anderson* anderson,
-                      Anderson::Products* products, SweepPiece piece) {
+void Sweeper<M>::pass(ContactProblem<M>& problem, detail::SweepPass which, const detail::Anderson* anderson,
+                      detail::Anderson::Products* products, detail::SweepPiece piece) {
     of(*this, [&](auto& sweeps) { sweeps.pass(problem, which, anderson, products, piece); });
 }
 
@@ -163,7 +163,7 @@ ResidualParts Sweeper<M>::residual(const ContactProblem<M>& problem) const {
 }
 
 template <class M>
-FreeVelocities<M> Sweeper<M>::free_velocities(const ContactProblem<M>& problem) const {
+detail::FreeVelocities<M> Sweeper<M>::free_velocities(const ContactProblem<M>& problem) const {
     return of(*this, [&](auto& sweeps) { return sweeps.free_velocities(problem); });
 }
 
