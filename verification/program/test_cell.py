@@ -131,7 +131,7 @@ class Cell(ProgramTest):
         )
         done = self.run_program("run", self.scene, "--steps", 100, "--quiet", "--series", self.folder / "series.csv", "--state", self.folder / "last.h5")
         self.assertEqual(done.returncode, 1)
-        self.assertIn("the side of the cell along y is shorter than two diameters of the largest grain", done.stderr)
+        self.assertIn("the side of the cell along y is shorter than 2.01 diameters of the largest grain", done.stderr)
         with open(self.folder / "series.csv") as file:
             self.assertGreater(len(list(csv.DictReader(file))), 30)
 
@@ -162,7 +162,7 @@ class Cell(ProgramTest):
             (('["x", "y"]', '["x", "x"]'), "18: cell: periodic names axis x twice"),
             (('["x", "y"]', "[]"), "18: cell: periodic must be a list of 1 to 2 strings"),
             ((FLOW, "size = [3, -1]\n"), "19: cell: size must be positive"),
-            ((FLOW, "size = [3, 1.1]\n"), "cell: the side along y is shorter than two diameters of the largest grain"),
+            ((FLOW, "size = [3, 1.1]\n"), "cell: the side along y is shorter than 2.01 diameters of the largest grain"),
             ((FLOW, "stress = { y = 2, z = 1 }\n"), "19: stress: unknown key 'z' (known here: x, y)"),
             ((FLOW, FLOW + "stress = { x = 1 }\n"), "20: stress: x is driven by a stress and by the gradient"),
             ((FLOW, "stress = {}\n"), "19: stress: names no axis"),

@@ -376,7 +376,7 @@ TEST_CASE("a cell that cannot be is refused in one line") {
     };
     CHECK(refused([](auto&) {}) == "taken");
     CHECK(refused([](auto& s) { s.settings.cell.size[1] = 1.9; }) ==
-          "cell: the side along y is shorter than two diameters of the largest grain");
+          "cell: the side along y is shorter than 2.01 diameters of the largest grain");
     for (const double wrong : {0.0, -3.0, std::numeric_limits<double>::quiet_NaN()})
         CHECK(refused([&](auto& s) { s.settings.cell.size[2] = wrong; }) ==
               "cell: the side along z must be positive and finite");

@@ -37,9 +37,10 @@ struct Cell {
     typename M::Gradient gradient =
         M::Gradient::Zero();  ///< of the flow's velocity [1/s]: upper triangle, of periodic axes
 
-    static constexpr const char* shortest = "shorter than two diameters of the largest grain";  ///< said of too_short()
-    /// Whether a grain could touch its own image, or two images of another one.
-    bool too_short(int d, double largest_radius) const { return along(d) && size[d] < 4 * largest_radius; }
+    static constexpr const char* shortest =
+        "shorter than 2.01 diameters of the largest grain";  ///< said of too_short()
+    /// Whether a grain could touch its own image, or two images of another one, which have one contact.
+    bool too_short(int d, double largest_radius) const { return along(d) && size[d] < 4.02 * largest_radius; }
 
     /// Whether any axis is periodic.
     bool repeats() const {
