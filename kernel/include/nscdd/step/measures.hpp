@@ -24,7 +24,7 @@ struct Measures {
     double grains_volume = 0;    ///< of the grains [m^3], area [m^2] in 2D
     double touched = 0;          ///< grains with a contact that carries; observe() counts exactly, measure() nearly
     double forces = 0;           ///< of the contacts that carry, their lengths added up [N]
-    double largest_overlap = 0;  ///< [m], of the contacts of the last step, now
+    double largest_overlap = 0;  ///< [m], of grains near each other, and of the last step's contacts with walls, now
 
     /// Members that reduce() adds up over subdomains.
     auto summed() {
@@ -71,13 +71,17 @@ Measures<M> measure(const Simulation<M>& simulation) {
         const auto grain = [&](int k) -> const Grain<M>& { return part.grains[static_cast<std::size_t>(k)]; };
         for (const auto& c : part.problem.contacts) {
             const typename M::Vec branch = part.cell.apart(grain(c.i).position, grain(c.j).position);
-            m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius + grain(c.j).radius - branch.norm());
             if (detail::carries_impulse<M>(c))
                 m.forces += c.r.norm() / h, ++m.contacts, ++carried[static_cast<std::size_t>(c.i)],
                     ++carried[static_cast<std::size_t>(c.j)];
             if (!detail::acts_on_grains<M>(c)) continue;
             m.virial += detail::impulse_vector<M>(c.r, c.normal) / h * branch.transpose();
         }
+        // Rebounds may close pairs that were no contacts.
+        for (const auto& pair : part.pairs)
+            m.largest_overlap = (std::max)(m.largest_overlap,
+                                           grain(pair.i).radius + grain(pair.j).radius -
+                                               part.cell.apart(grain(pair.i).position, grain(pair.j).position).norm());
         for (const auto& c : part.problem.wall_contacts) {
             const auto [distance, normal] = detail::foot_of(simulation, part_index, c);
             m.largest_overlap = (std::max)(m.largest_overlap, grain(c.i).radius - distance);
