@@ -69,7 +69,7 @@ TEMPLATE_TEST_CASE("a stored W of low rank, blocks full, by projected gradients"
         std::vector<typename DelassusProblem<dim>::Vec> r(30, DelassusProblem<dim>::Vec::Zero());
         const SolveReport report =
             projected_gradient(problem, r, {.tolerance = 1e-11}, Descent::spectral,
-                               [&](const auto& now) { return detail::natural_map_error(problem, now); });
+                               [&](const auto& now) { return detail::stopping_error(problem, now); });
         INFO("trial " << trial << ", " << report.iterations << " iterations, natural map " << report.residual);
         REQUIRE(report.converged);
         test::check_law(problem, r, 1e-8, count);

@@ -42,7 +42,10 @@ CLI::App* add_solve_fclib(CLI::App& app, SolveFclibArguments& arguments) {
     command->add_option("--solver", arguments.solver, help_of(offered_local_solvers(), all))
         ->check(CLI::IsMember(names_of(offered_local_solvers(), all)))
         ->capture_default_str();
-    command->add_option("--tolerance", arguments.tolerance, "On the natural map, normalised as Siconos 4.4 does")
+    command
+        ->add_option(
+            "--tolerance", arguments.tolerance,
+            "On the natural map, as Siconos 4.4 normalises it, and on that of velocities, which knows no units")
         ->check(positive_number())
         ->capture_default_str();
     auto* max_sweeps = command->add_option("--max-sweeps", arguments.max_sweeps, "Cap on sweeps or gradient steps")
@@ -110,11 +113,12 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         write_json(files, arguments.json, json);
     }
     files.commit();
-    say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, "
-        "dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
+    say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, of velocities {:.3g}, eta {:.3g}, cone {:.3g}, "
+        "complementarity {:.3g}, dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
         arguments.file, local.friction.size(), local.dim, local.rolls() ? " that resist rolling" : "",
-        solved.report.iterations, offered_solver(arguments.solver).iterations, e.natural_map, e.eta, e.cone_excess,
-        e.complementarity, e.dissipation, e.worst_contact, e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
+        solved.report.iterations, offered_solver(arguments.solver).iterations, e.natural_map, e.natural_map_velocity,
+        e.eta, e.cone_excess, e.complementarity, e.dissipation, e.worst_contact, e.worst,
+        solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }
 

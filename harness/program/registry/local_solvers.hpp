@@ -30,7 +30,7 @@ struct LocalTask {
     BlockOptions options;
 
     double measure(const std::vector<typename Problem::Vec>& impulses) const {
-        return detail::natural_map_error(problem, impulses);
+        return detail::stopping_error(problem, impulses);
     }
     SolveReport descend(Descent descent) const {
         return projected_gradient(problem, r,

@@ -63,7 +63,7 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
 
 // Of problems with a stored W.
 #define NSCDD_COMPILED_DIMENSION(prefix, dim)                                                                    \
-    prefix template double detail::natural_map_error(const DelassusProblem<dim>&,                                \
+    prefix template double detail::stopping_error(const DelassusProblem<dim>&,                                \
                                                      const std::vector<DelassusProblem<dim>::Vec>&);             \
     prefix template ErrorMeasures error_measures(const DelassusProblem<dim>&,                                    \
                                                  const std::vector<DelassusProblem<dim>::Vec>&);                 \

@@ -89,24 +89,10 @@ Vec natural_map(const Vec& r, const Vec& u, double mu, double rho) {
     return natural_map(r, u, std::array{mu}, rho);
 }
 
-/// A norm over its scale, or the norm itself where the scale is 0 to round-off.
+/// A norm over its scale, or the norm itself where the scale is 0 to round-off. Not finite where the scale is not.
 inline double relative(double value, double scale) {
+    if (!std::isfinite(scale)) return scale;
     return scale > std::numeric_limits<double>::epsilon() ? value / scale : value;
-}
-
-/// ErrorMeasures::natural_map alone, the stopping test of solvers. It costs one product with W.
-template <int dim, bool rolls>
-double natural_map_error(const DelassusProblem<dim, rolls>& problem,
-                         const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
-    double map = 0, q = 0, rr = 0, uu = 0;
-    for (std::size_t c = 0; c < problem.contact_count(); ++c) {
-        const typename DelassusProblem<dim, rolls>::Vec u = problem.velocity(c, r);
-        map += natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
-        q += problem.q[c].squaredNorm();
-        rr += r[c].squaredNorm();
-        uu += u.squaredNorm();
-    }
-    return relative(std::sqrt(map), std::sqrt((std::max)({q, rr, uu})));
 }
 
 /// Sums of squares of q, r and u.
@@ -134,10 +120,43 @@ struct InOneUnit {
     }
     typename Problem::Vec velocity(const typename Problem::Vec& u) const { return u.cwiseProduct(unit); }
     typename Problem::Vec impulse(const typename Problem::Vec& r) const { return r.cwiseQuotient(unit); }
-    double mean_of_diagonal(const typename Problem::Block& w) const {
-        return w.diagonal().dot(unit.cwiseAbs2()) / Problem::size;
+    /// The mean of the diagonal of the contact's W, 1 where it is 0 [1/kg].
+    double stiffness(const typename Problem::Block& w) const {
+        const double mean = w.diagonal().dot(unit.cwiseAbs2()) / Problem::size;
+        return mean > 0 ? mean : 1;
+    }
+    /// F over rho, with rho = 1/stiffness [m/s].
+    typename Problem::Vec velocity_miss(const typename Problem::Block& w, const typename Problem::Vec& r,
+                                        const typename Problem::Vec& u) const {
+        const double k = stiffness(w);
+        return k * natural_map(impulse(r), velocity(u), limits, 1 / k);
     }
 };
+
+/// The larger of natural_map and natural_map_velocity, on which solvers stop. The first alone is small for any impulses
+/// where W is. It costs one product with W.
+template <int dim, bool rolls>
+double stopping_error(const DelassusProblem<dim, rolls>& problem,
+                      const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
+    using Problem = DelassusProblem<dim, rolls>;
+    constexpr double few_digits = 1e-13;  // a light contact under a heavy load misses no less
+    Squares given, alike;
+    double map = 0, map_velocity = 0;
+    for (std::size_t c = 0; c < problem.contact_count(); ++c) {
+        const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
+        const typename Problem::Vec u = problem.velocity(c, r);
+        given.add(problem.q[c], r[c], u);
+        map += natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
+        const InOneUnit<Problem> one(w, problem.limits(c));
+        const double miss = one.velocity_miss(w, r[c], u).norm(),
+                     round_off = one.stiffness(w) * one.impulse(r[c]).norm();
+        if (miss > few_digits * round_off) map_velocity += miss * miss;
+        alike.add(one.velocity(problem.q[c]), one.impulse(r[c]), one.velocity(u));
+    }
+    const double velocity = std::sqrt((std::max)(alike.q, alike.u));
+    return (std::max)(relative(std::sqrt(map), std::sqrt((std::max)({given.q, given.r, given.u}))),
+                      velocity > 0 ? std::sqrt(map_velocity) / velocity : std::sqrt(map_velocity));
+}
 
 }  // namespace detail
 
@@ -168,10 +187,9 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
         const detail::InOneUnit<Problem> one(w, problem.limits(c));
         const Vec velocity = one.velocity(u), impulse = one.impulse(r[c]), free = one.velocity(problem.q[c]);
         alike.add(free, impulse, velocity);
-        const double mean = one.mean_of_diagonal(w), stiffness = mean > 0 ? mean : 1;
-        const double g = detail::natural_map(impulse, velocity, one.limits, 1 / stiffness).squaredNorm();
-        map_impulse += g;
-        map_velocity += stiffness * stiffness * g;
+        const double stiffness = one.stiffness(w), g = one.velocity_miss(w, r[c], u).squaredNorm();
+        map_velocity += g;
+        map_impulse += g / (stiffness * stiffness);
         round_off += free.squaredNorm() / w(0, 0);
 
         const double un = u[0], rn = r[c][0];

@@ -15,7 +15,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Options of block_nlgs(): when it stops.
 struct BlockOptions {
-    double tolerance = 1e-8;      ///< on the natural map, ErrorMeasures::natural_map
+    double tolerance = 1e-8;      ///< on ErrorMeasures::natural_map and natural_map_velocity
     int check_every = 10;         ///< sweeps between two tests; a test costs about one sweep
     int max_iterations = 200000;  ///< sweeps; the report says so when they end the solve
 };
@@ -35,7 +35,7 @@ void block_sweep(const DelassusProblem<dim, rolls>& problem,
 
 }  // namespace detail
 
-/// Sweeps until the natural map is small enough. The report's residual is the natural map. r is start and answer, one
+/// Sweeps until both natural maps are small enough. The report's residual is the larger one. r is start and answer, one
 /// impulse per contact. Throws std::invalid_argument for a faulty problem and for options without an end,
 /// std::runtime_error when the impulses are no longer finite.
 template <int dim, bool rolls>
@@ -46,7 +46,7 @@ SolveReport block_nlgs(const DelassusProblem<dim, rolls>& problem,
     validate(problem, r);
     if (problem.contact_count() == 0) return {};
     return detail::iterate_until(
-        options, [&] { detail::block_sweep(problem, r); }, [&] { return detail::natural_map_error(problem, r); });
+        options, [&] { detail::block_sweep(problem, r); }, [&] { return detail::stopping_error(problem, r); });
 }
 
 }}  // namespace nscdd::NSCDD_ABI
