@@ -3,6 +3,7 @@
 #pragma once
 
 #include "nscdd/comm/in_process.hpp"
+#include "nscdd/decompose/nscdd_solve.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {

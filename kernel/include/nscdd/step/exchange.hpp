@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "nscdd/decompose/directory.hpp"
 #include "nscdd/step/simulation.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
