@@ -132,14 +132,14 @@ class Obstacles(ProgramTest):
         for y, z, face, problem in (
             (3, 0, [0, 1, 2, 3, 4], None),
             (2, 0, [0, 1, 2, 3, 4], None),
-            (0, 0, [0, 1, 2, 3, 4], "face 0 is not convex: give triangles"),
-            (3, 0.01, [0, 1, 2, 3, 4], "face 0 is not flat: give triangles"),
-            (3, 0, [0, 2, 1, 4], "face 0 is not convex: give triangles"),
-            (3, 0, [0, 2, 4, 1, 3], "face 0 is not convex: give triangles"),
+            (0, 0, [0, 1, 2, 3, 4], "face 0 is not convex, give triangles"),
+            (3, 0.01, [0, 1, 2, 3, 4], "face 0 is not flat, give triangles"),
+            (3, 0, [0, 2, 1, 4], "face 0 is not convex, give triangles"),
+            (3, 0, [0, 2, 4, 1, 3], "face 0 is not convex, give triangles"),
         ):
             text = SCENE.replace(FLOOR, PLATE.replace('stl = "plate.stl"', f"points = {pentagon.format(y, z)}\nfaces = [{face}]"))
             with self.subTest(y=y, z=z, face=face):
-                self.run_to("flat", text, 1) if problem is None else self.assertIn(f"faces: {problem}", self.refused(text))
+                self.run_to("flat", text, 1) if problem is None else self.assertIn(f"faces must be flat and convex: {problem}", self.refused(text))
 
     def test_the_series_has_forces_and_a_closed_balance(self):
         scene, series = self.write("scene.toml", HEAD + disks() + DRUM + STEP), self.folder / "series.csv"

@@ -159,7 +159,7 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
     if (request.goes_on()) json["from"] = request.start.from;
     if (!result.so_far.came.empty()) {
         const auto amounts = [](const std::vector<double>& of) -> Json {
-            return {{"grains", of[0]}, {"mass", of[1]}, {"kinetic_energy", of[2]}};
+            return {{"grains", static_cast<std::int64_t>(of[0])}, {"mass", of[1]}, {"kinetic_energy", of[2]}};
         };
         json["exchange"] = {{"inserted", amounts(result.so_far.came)},
                             {"removed", amounts(result.so_far.left)},

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 #include <filesystem>
 
@@ -26,10 +28,10 @@ void check_face(const std::vector<Eigen::Vector3d>& corners, std::size_t number,
     for (std::size_t k = 0; k < count; ++k) {
         const Eigen::Vector3d &a = corners[k], &b = corners[(k + 1) % count], &c = corners[(k + 2) % count];
         if (std::abs(normal.dot(b - corners[0])) > 1e-6 * area * std::sqrt(area))
-            table.fail("faces", fmt::format("face {} is not flat: give triangles", number));
+            table.fail("faces", fmt::format("must be flat and convex: face {} is not flat, give triangles", number));
         const bool fills = k == 0 || k + 1 == count || (a - corners[0]).cross(b - corners[0]).dot(normal) > 0;
         if (!fills || (b - a).cross(c - b).dot(normal) < -1e-9 * area * area)
-            table.fail("faces", fmt::format("face {} is not convex: give triangles", number));
+            table.fail("faces", fmt::format("must be flat and convex: face {} is not convex, give triangles", number));
     }
 }
 
