@@ -12,9 +12,9 @@ void build(const RunRequest& request) {
     using M = Model<dim, Coulomb>;
     InProcess comm(2);
     BuiltScene<M> built = build_scene<M>(request, comm);
-    push_walls<M>(request.scene, built.settings.walls);
     try {
         Simulation<M> simulation(comm, built.settings, built.grains);
+        push_walls(request.scene, simulation);
         simulation.step(by_nscdd<Dcs<M>>({.check_every = 2, .max_iterations = 10}));
     } catch (const std::runtime_error&) {  // numbers that are no longer finite, overlaps
     } catch (const std::invalid_argument&) {

@@ -96,8 +96,9 @@ std::string handed_over(const RunResult& result) {
 std::string overlapping(const RunResult& result) {
     if (!(result.final.overlap > 0.03)) return {};
     return fmt::format(
-        "grains overlap by up to {:.2g} % of a radius at the end, and a step is refused above 10 %: errors of "
-        "steps add up where motion is slow, so take a smaller --tolerance; where it is fast, a smaller h",
+        "grains overlap by up to {:.2g} % of a radius at the end, and a step is refused above 10 %: unless "
+        "they did at the start, errors of steps add up where motion is slow, so take a smaller --tolerance; where it "
+        "is fast, a smaller h",
         100 * result.final.overlap);
 }
 
