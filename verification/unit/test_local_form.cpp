@@ -345,7 +345,8 @@ TEMPLATE_TEST_CASE("Sweeps, eta and velocities are those of matrix-free NLGS", "
     const SolveReport report = block_nlgs(local, r, {.tolerance = 1e-10});
     CHECK(report.converged);
     const ErrorMeasures e = error_measures(local, r);
-    CHECK(e.natural_map == report.residual);
+    CHECK(detail::stopping_error(local, r) == report.residual);
+    CHECK((std::max)(e.natural_map, e.natural_map_velocity) == Approx(report.residual).margin(1e-12));
     CHECK(e.eta < 1e-8);
     CHECK(e.cone_excess < 1e-14);
     CHECK(e.complementarity < 1e-8);
@@ -363,4 +364,16 @@ TEST_CASE("A cap on sweeps is reported, and so are numbers that are not finite",
     const Local3 broken = alone(1, {NAN, 0, 0}, 0.5);
     r.assign(1, Local3::Vec::Zero());
     CHECK_THROWS_AS(block_nlgs(broken, r), std::invalid_argument);
+    CHECK_THROWS_AS(block_nlgs(alone(1, {-1e200, 0, 0}, 0.5), r), std::runtime_error);  // its square is not
+}
+
+TEST_CASE("Heavy and light bodies are solved as exactly as others", "[local]") {
+    Local3 problem = apart({Local3::Block::Identity(), Local3::Block::Identity()}, {{-1, 0, 0}, {-1, 0, 0}}, 0.5);
+    for (const double w : {1.0, 1e-8, 1e8}) {
+        const Local3::Block one = w * Local3::Block::Identity(), other = -0.9 * one;  // each feels the other
+        problem.set_blocks({{0, 0, one}, {0, 1, other}, {1, 0, other}, {1, 1, one}});
+        std::vector<Local3::Vec> r(2, Local3::Vec::Zero());
+        CHECK(block_nlgs(problem, r, {.tolerance = 1e-8}).converged);
+        CHECK(w * r[0][0] == Approx(10).epsilon(1e-6));
+    }
 }

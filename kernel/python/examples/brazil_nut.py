@@ -1,4 +1,5 @@
 """A box of disks is shaken until the large one has come up, while a plot follows. brazil_nut.py PICTURE.png [SECONDS]"""
+import math
 import sys
 
 import matplotlib.pyplot as plt
@@ -19,7 +20,7 @@ heights = []
 
 def follow(sim, report):
     omega = 2 * np.pi * 1.5  # three shakes in two seconds, 5 g at most
-    sim.walls["floor"].velocity = (0, 5 * 9.81 / omega * np.cos(omega * sim.time))
+    sim.walls["floor"].velocity = (0, 5 * 9.81 / omega * math.cos(omega * sim.time))
     heights.append(sim.positions[0, 1])
     if sim.steps % 500 == 0:
         axes.clear()

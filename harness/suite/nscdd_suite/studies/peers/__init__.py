@@ -52,7 +52,7 @@ class Peers(Study):
             plan.leave_out("Siconos NSGS: Siconos or SciPy is not installed (scripts/setup --siconos)")
             return
         for name in SICONOS_SCENES[:1] if plan.quick else SICONOS_SCENES:
-            scene = Scene(f"cases/reduced/{name}.toml", plan, 150 if plan.quick else 0, "cases/packings")
+            scene = Scene(f"cases/reduced/{name}.toml", plan, 160 if plan.quick else 0, "cases/packings")
             plan.rows(f"siconos {name}", lambda scene=scene: siconos(scene, plan.quick), needs=[scene.packing], alone=True, cost=1 if plan.quick else 200)
 
     def rows(self, plan):
