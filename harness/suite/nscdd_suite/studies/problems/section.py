@@ -5,16 +5,21 @@ from ...page.style import save
 from ..accuracy.figures import draw_profiles, profile
 from . import LEVELS, OURS, THEIRS, converged
 
+LEAST = 1e-4  # s: shorter times say how warm a process was, so they count as this one
 PROFILES = """
-Performance profiles [DolanMore02] in CPU time: the share of problems that a solver solves in at most so many times the time of the fastest one. {first} \
-Problems that no solver solves are not counted."""
+Performance profiles [DolanMore02] in CPU time: the share of problems that a solver solves in at most so many times the time of the fastest one. Times \
+below {least:g} s count as that. {first} Problems that no solver solves are not counted."""
 PROBLEMS = """
 CPU seconds to the smallest error, {level:g} on the natural map; a dash where the solver does not get there, or is none for such a problem."""
 
 
+def timed(rows):
+    return [row | {"set": "fclib", "cpu": row["cpu"] and max(row["cpu"], LEAST)} for row in rows]
+
+
 def first_on(rows, level):
     """For each solver the share of problems on which it is the fastest [%]."""
-    ratios, count = profile([row for row in rows if row["tolerance"] == level], "cpu")
+    ratios, count = profile([row for row in timed(rows) if row["tolerance"] == level], "cpu")
     return {solver: 100 * sum(ratio == 1 for ratio in ratios.get(solver, ())) / count for solver in (*OURS, *THEIRS) if count}
 
 
@@ -24,8 +29,8 @@ def said(rows, level):
 
 def parts(record, source, out):
     rows = record["rows"]
-    file = save(draw_profiles({"profiles": [{"set": "fclib", **row} for row in rows]}, "cpu", "CPU time"), out, "problems-profile")
-    caption = PROFILES.format(first=" ".join(said(rows, level) for level in LEVELS))
+    file = save(draw_profiles({"profiles": timed(rows)}, "cpu", "CPU time"), out, "problems-profile")
+    caption = PROFILES.format(least=LEAST, first=" ".join(said(rows, level) for level in LEVELS))
     yield figure_block(file, "Performance profiles on problems of other codes", caption, source, ("measured",), wide=True)
     solvers, least = [name for name in (*OURS, *THEIRS) if any(row["solver"] == name for row in rows)], min(LEVELS)
     lines = []
