@@ -354,6 +354,21 @@ class Files(FclibTest):
         beyond, _ = self.solve(path, "--tolerance", "1e-18", "--max-sweeps", 260, code=3)  # Newton's steps end it
         self.assertGreater(beyond["iterations"], 260)
 
+    def test_auto_solves_what_newton_solves(self):
+        """Twelve bodies whose masses span up to eight decades: from swept impulses Newton's method fails on some."""
+        for seed in range(8):
+            random = np.random.default_rng(300 + seed)
+            masses, random = 10.0 ** random.uniform(-4, 4, 12), np.random.default_rng(50 + seed)
+            h = np.zeros((180, 36))
+            for contact in range(60):
+                i, j = (slice(3 * body, 3 * body + 3) for body in random.choice(12, 2, replace=False))
+                axes, rows = np.linalg.qr(random.normal(size=(3, 3)))[0], slice(3 * contact, 3 * contact + 3)
+                h[rows, i], h[rows, j] = axes, -axes
+            q, mu = h @ random.normal(size=36), random.uniform(0, 1, 60)
+            path = write_local(self.folder / "masses.hdf5", h @ np.diag(np.repeat(1 / masses, 3)) @ h.T, q, mu)
+            with self.subTest(seed=seed):
+                self.assertLess(self.solve(path)[0]["iterations"], 20000)
+
     @unittest.skipUnless(load_libfclib(), "libfclib is not installed (scripts/setup --siconos)")
     def test_libfclib_reads_an_export_and_finds_our_error(self):
         path = str(self.export(3, "--tolerance", "1e-6"))
