@@ -67,6 +67,16 @@ class Notes(ProgramTest):
             done = self.succeeds("run", scene, "--steps", 1)
             self.assertEqual("grains overlap by up to 5 % of a radius at the end" in done.stderr, says, done.stderr)
 
+    def test_a_rebound_that_ends_in_an_overlap(self):
+        """The pair was no contact when it was detected."""
+        pair = 'pair = [{materials = ["a", "a"], restitution = 0.5}]'
+        grains = [f'{{position = [{x}, 0, 0], radius = 0.1, velocity = [{v}, 0, 0], material = "a"}}' for x, v in ((0, 0), (0.2046, -1))]
+        text = f'name = "pair"\ndimension = 3\nmaterial = [{{name = "a", density = 1000}}]\n{pair}\n'
+        scene = self.write("pair.toml", text + f"grain = [{', '.join(grains)}]\nstep = {{h = 0.009, count = 1}}\n")
+        done = self.succeeds("run", scene, "--json", self.folder / "pair.json")
+        self.assertAlmostEqual(json.loads((self.folder / "pair.json").read_text())["final"]["max_overlap"], 0.044)
+        self.assertIn("grains overlap by up to 4.4 % of a radius", done.stderr)
+
     def test_subdomains(self):
         for scheme in ("dcs", "ccs"):
             self.assertEqual(self.notes(SCENE, "--scheme", scheme), [f"--scheme {scheme} without -n: one subdomain, so nothing is decomposed"])
