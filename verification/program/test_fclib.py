@@ -289,6 +289,7 @@ class Files(FclibTest):
         refused(["fclib_local/vectors/q", "shape"], put("vectors/q", np.ones(5)))
         refused(["fclib_local/vectors/q", "finite"], spoil("vectors/q", 3, np.nan))
         refused(["fclib_local/vectors/mu", "negative"], spoil("vectors/mu", 0, -0.1))
+        refused(["fclib_local/vectors/mu_r", "fclib_local_rolling"], lambda _, group: group.create_dataset("vectors/mu_r", data=np.ones(1)))
         refused(["fclib_local/vectors/mu", "no contacts"], put("vectors/mu", np.zeros(0)))
         refused(["fclib_local/spacedim", "4"], spoil("spacedim", 0, 4))
         refused(["fclib_local/W/nz", "-3"], spoil("W/nz", 0, -3))

@@ -150,6 +150,7 @@ class PackingWithMore(Refusals):
             ({"velocity": np.zeros((2, 3))}, "packing.h5: dataset 'velocity'", "(2, 3)"),
             ({"velocity": np.zeros(9)}, "packing.h5: dataset 'velocity'"),
             ({"spin": np.zeros((3, 1))}, "packing.h5: dataset 'spin'"),
+            ({"periodic": np.array((0, 2, 0))}, "packing.h5: dataset 'periodic'", "must be 0 or 1, found 2"),
             ({"material": np.zeros(3)}, "packing.h5: dataset 'material'"),
             ({"material": np.zeros(4, dtype=int)}, "packing.h5: dataset 'material'"),
             ({"material": np.array((0, 1, 2))}, "packing.h5: dataset 'material': row 2 must lie in [0, 1], the materials of the file, found 2"),

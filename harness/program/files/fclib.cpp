@@ -105,6 +105,8 @@ Problem read_contacts(const hdf5::Reader& file, const Kind& kind) {
     if (kind.rolls) {
         problem.rolling = vector(file, mu_r, problem.friction.size());
         if (problem.rolling.minCoeff() < 0) throw file.error(mu_r, "must not be negative");
+    } else if (file.has(mu_r)) {
+        throw file.error(mu_r, fmt::format("belongs to a group '{}_rolling'", group));
     }
     return problem;
 }

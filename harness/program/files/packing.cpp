@@ -63,6 +63,8 @@ Packing read_packing(const std::string& path, const Share& share) {
         packing.periodic = file.read<int>("cell/periodic", {dim});
         packing.tilt = file.read<double>("cell/tilt", {dim, dim});
     }
+    for (const int axis : packing.periodic)
+        if (axis != 0 && axis != 1) throw file.error("periodic", fmt::format("must be 0 or 1, found {}", axis));
     if (file.has("fixed")) packing.fixed = file.read<int>("fixed", {n}, rows);
     if (!file.has("material")) return packing;
     packing.material = file.read<int>("material", {n}, rows);
