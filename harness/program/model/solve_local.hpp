@@ -13,7 +13,7 @@ namespace nscdd {
 
 struct SolvedLocal {
     FclibSolution solution;  // without velocities of bodies
-    SolveReport report;      // its residual is the natural map
+    SolveReport report;      // its residual is the larger of both natural maps
     ErrorMeasures measures;
     std::size_t blocks = 0;    // of W that are stored
     double cpu = 0;            // of the solver [s]

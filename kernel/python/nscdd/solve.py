@@ -20,7 +20,7 @@ class Answer:
     spins                (n) in 2D, (n, 3) in 3D of solve_contacts() [rad/s], else None
     errors               of solve(): natural_map as Siconos 4.4 normalises it, eta, cone_excess, complementarity, dissipation,
                          worst_contact; None of solve_contacts(), whose figures are in the report
-    report               nscdd.SolveReport; the eta of solve() is there the natural map
+    report               nscdd.SolveReport; the eta of solve() is there the larger of both natural maps
     cpu                  time of the solver of solve() [s], else None
     """
 
@@ -69,7 +69,7 @@ def solve(
     mu_r     (m) of rolling resistance; a contact has a couple about its tangents then, last, and size is 3 or 5
     solver   "auto" (Gauss-Seidel, then "newton" where it gets nowhere), "nlgs" (Gauss-Seidel), "newton", "spg", "apgd"
              (projected gradients), or "none": start is judged
-    tolerance        on the natural map
+    tolerance        on the natural map, and on that of velocities (METHOD.md, 5.7)
     max_iterations, check_every   sweeps or gradient steps
     start    (m size) impulses to begin with; 0 unless given
 
