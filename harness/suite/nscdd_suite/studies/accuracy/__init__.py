@@ -2,8 +2,8 @@
 
 Work-precision curves: one step of each scene in cases/accuracy from one loaded state, its impulses taken away, by every solver at tolerances from
 1e-1 to 1e-8: CPU time of the solver and sweeps against eta and against the distance of the velocities from a reference answer, eta <= 1e-10.
-Performance profiles: the first step of all hard cases, to 1e-4, 1e-6 and 1e-8. Siconos takes part where it is installed. Short runs are made three times, and the median of their CPU times is taken. Quick: two small scenes, few tolerances, solvers and
-problems.
+Performance profiles: the first step of all hard cases, to 1e-4, 1e-6 and 1e-8. Siconos takes part where it is installed. Short runs are made three
+times, and the median of their CPU times is taken. Quick: two small scenes, few tolerances, solvers and problems.
 """
 import dataclasses
 import re

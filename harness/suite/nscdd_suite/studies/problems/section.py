@@ -13,13 +13,13 @@ PROBLEMS = """
 CPU seconds to the smallest error, {level:g} on the natural map; a dash where the solver does not get there, or is none for such a problem."""
 
 
-def timed(rows):
+def at_least(rows):
     return [row | {"set": "fclib", "cpu": row["cpu"] and max(row["cpu"], LEAST)} for row in rows]
 
 
 def first_on(rows, level):
     """For each solver the share of problems on which it is the fastest [%]."""
-    ratios, count = profile([row for row in timed(rows) if row["tolerance"] == level], "cpu")
+    ratios, count = profile([row for row in at_least(rows) if row["tolerance"] == level], "cpu")
     return {solver: 100 * sum(ratio == 1 for ratio in ratios.get(solver, ())) / count for solver in (*OURS, *THEIRS) if count}
 
 
@@ -29,7 +29,7 @@ def said(rows, level):
 
 def parts(record, source, out):
     rows = record["rows"]
-    file = save(draw_profiles({"profiles": timed(rows)}, "cpu", "CPU time"), out, "problems-profile")
+    file = save(draw_profiles({"profiles": at_least(rows)}, "cpu", "CPU time"), out, "problems-profile")
     caption = PROFILES.format(least=LEAST, first=" ".join(said(rows, level) for level in LEVELS))
     yield figure_block(file, "Performance profiles on problems of other codes", caption, source, ("measured",), wide=True)
     solvers, least = [name for name in (*OURS, *THEIRS) if any(row["solver"] == name for row in rows)], min(LEVELS)
