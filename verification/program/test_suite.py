@@ -79,6 +79,13 @@ class Engine(ProgramTest):
             self.run_study()
         self.assertTrue((self.folder / "letters-before/b").exists() and (self.folder / "letters-before-1/b").exists())
 
+    def test_a_list_of_jobs_writes_nothing(self):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            self.assertEqual(cli.main(["run", "rheology", "--list", "--only", "disks-0.001", "--results", str(self.folder / "none")]), 0)
+        self.assertEqual(said.getvalue().split("\n")[-2:], ["disks-0.001", ""])
+        self.assertFalse((self.folder / "none").exists())
+
     def test_a_quick_job_replaces_no_whole_record(self):
         self.run_study()
         with self.assertRaisesRegex(record.InputError, "letters.json is of a whole job"):

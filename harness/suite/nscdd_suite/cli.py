@@ -19,6 +19,7 @@ import os
 import re
 import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 from . import compare_times, counted, program
@@ -50,7 +51,8 @@ def run(options):
             if not shutil.which(tool):
                 raise InputError(f"suite: {name}: {tool} is not there: scripts/setup installs it")
         if options.list:
-            study.jobs(plan)
+            with tempfile.TemporaryDirectory() as options.results:  # a plan writes the inputs of its jobs
+                study.jobs(plan := plan_of(options, name, options.quick))
             print(*(job.title for job in study.choose(plan)), sep="\n")
         else:
             good = study.run(plan, options.anew, options.keep) and good
