@@ -35,11 +35,11 @@ class Engine(ProgramTest):
         self.programs.start()
         self.addCleanup(unittest.mock.patch.stopall)
 
-    def run_study(self, only="first|second|third", **how):
+    def run_study(self, only="first|second|third", keep=False, **how):
         """(whether all went well, what it says, the order of the jobs that wrote)"""
         said = io.StringIO()
         with contextlib.redirect_stdout(said):
-            good = Letters().run(Plan(self.folder, "letters", only, command="scripts/suite run letters"), **how)
+            good = Letters().run(Plan(self.folder, "letters", only, command="scripts/suite run letters", keep=keep), **how)
         path = self.folder / "letters/said"
         return good, said.getvalue(), path.read_text().split() if path.exists() else []
 
@@ -66,6 +66,28 @@ class Engine(ProgramTest):
         self.assertIn("letters: made by another program, now", said)
         self.assertEqual(order, ["a", "b"])
         self.assertTrue((self.folder / "letters-before/b").exists())
+
+    def test_what_was_made_from_something_else_is_made_again(self):
+        scene = self.write("scene", "a")
+
+        class Scenes(Letters):
+            def jobs(self, plan):
+                copied = plan.add("copy", [plan.folder / "copy"], [["cp", str(scene), str(plan.folder / "copy")]])
+                first = plan.add("first", [plan.folder / "first"], [["sh", "-c", f"head -c 1 {copied} > {plan.folder}/first"]], needs=[copied])
+                plan.rows("third", lambda: [{"letter": first.read_text()}], needs=[first])
+
+        def made(text, **how):
+            scene.write_text(text)
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                self.assertTrue(Scenes().run(Plan(self.folder, "letters", **how)), said.getvalue())
+            return [title for title in ("copy", "first", "third") if f"] {title} ..." in said.getvalue()], record.load(self.folder / "letters.json")["rows"]
+
+        self.assertEqual(made("a"), (["copy", "first", "third"], [{"letter": "a"}]))
+        self.assertEqual(made("a"), ([], [{"letter": "a"}]))
+        self.assertEqual(made("a and more"), (["copy", "first"], [{"letter": "a"}]))  # what the third needs is the same
+        self.assertEqual(made("b", keep=True), ([], [{"letter": "a"}]))
+        self.assertEqual(made("b"), (["copy", "first", "third"], [{"letter": "b"}]))
 
     def test_nothing_of_somebody_else_is_moved_or_deleted(self):
         (self.folder / "letters").mkdir()

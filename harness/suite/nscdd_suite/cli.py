@@ -11,8 +11,8 @@
     scripts/suite times 'A' 'B'                # does the command B take longer than A?
     scripts/suite regression                   # are counts and answers of small scenes those that were accepted? --accept REASON: now they are
 
-Results are in results/: NAME.json is the record of a study, NAME/ has its files. What this very program has made is not made again;
---anew makes it again, --keep takes what another program has made. Exit code 1 if a job failed or a number is out of its bound.
+Results are in results/: NAME.json is the record of a study, NAME/ has its files. What this very program has made from the same inputs
+is not made again; --anew makes it again, --keep takes what is there. Exit code 1 if a job failed or a number is out of its bound.
 """
 import argparse
 import os
@@ -30,11 +30,18 @@ from .studies.regression import Regression
 from .study import Plan, typed
 
 RESULTS = ROOT / "results"
+
+
+def placed(path):
+    """As given: the suite itself works in the root of the project."""
+    return Path(path).resolve()
+
+
 AS_WRITTEN = argparse.RawDescriptionHelpFormatter
 
 
 def plan_of(options, name, quick=False):
-    return Plan(Path(os.path.relpath(options.results, ROOT)), name, options.only, quick, options.typed)
+    return Plan(Path(os.path.relpath(options.results, ROOT)), name, options.only, quick, options.typed, getattr(options, "keep", False))
 
 
 def run(options):
@@ -55,7 +62,7 @@ def run(options):
                 study.jobs(plan := plan_of(options, name, options.quick))
             print(*(job.title for job in study.choose(plan)), sep="\n")
         else:
-            good = study.run(plan, options.anew, options.keep) and good
+            good = study.run(plan, options.anew) and good
     return good
 
 
@@ -71,28 +78,28 @@ def parsed(arguments):
     add("names", nargs="+", metavar="NAME")
     add("--only", default="", metavar="REGEX", help="jobs whose title matches, and what they need")
     add("--quick", action="store_true", help="small and short, to see that it works")
-    add("--results", type=Path, default=RESULTS, help="folder to write to (default: results)")
+    add("--results", type=placed, default=RESULTS, help="folder to write to (default: results)")
     add("--anew", action="store_true", help="make all again")
-    add("--keep", action="store_true", help="take what is there, whatever program made it")
+    add("--keep", action="store_true", help="take what is there, whatever program made it, from whatever inputs")
     add("--list", action="store_true", help="print the jobs, run nothing")
     add = command("report", "the page of a folder of results")
-    add("results", type=Path, help="folder with records of studies, or JSON files of run and compare")
-    add("--out", type=Path, required=True, metavar="DIR", help="folder of the page, made if needed")
+    add("results", type=placed, help="folder with records of studies, or JSON files of run and compare")
+    add("--out", type=placed, required=True, metavar="DIR", help="folder of the page, made if needed")
     add = command("picture", "grains, force chains and walls of a run")
-    add("frames", type=Path, help="what nscdd run --frames has written; of a .pvd ParaView draws")
-    add("out", type=Path, nargs="?", help="a picture (.png, .svg, .pdf) or a film (.gif, .mp4); default: FRAMES.png")
+    add("frames", type=placed, help="what nscdd run --frames has written; of a .pvd ParaView draws")
+    add("out", type=placed, nargs="?", help="a picture (.png, .svg, .pdf) or a film (.gif, .mp4); default: FRAMES.png")
     add("--frame", type=int, metavar="N", help="number of the frame, from 0; -1 is the last (default: the last)")
     add("--colour", choices=("speed", "spin", "radius", "multiplicity", "subdomain"), default="speed", help="of the grains (default: speed)")
     add("--rate", type=float, default=10, metavar="N", help="frames a second of a film (default: 10)")
     add("--size", type=int, default=960, metavar="N", help="pixels of the longer side of a picture of frames in .h5, about (default: 960)")
     add = command("front", "the picture of the README")
-    add("state", nargs="?", type=Path, default=RESULTS / "reduced/biaxial-dcs-16.h5", help="default: results/reduced/biaxial-dcs-16.h5")
+    add("state", nargs="?", type=placed, default=RESULTS / "reduced/biaxial-dcs-16.h5", help="default: results/reduced/biaxial-dcs-16.h5")
     add = command("counted", "counted numbers beside the committed records")
-    add("results", nargs="?", type=Path, default=RESULTS, help="folder of results (default: results)")
+    add("results", nargs="?", type=placed, default=RESULTS, help="folder of results (default: results)")
     add("--record", action="store_true", help="make what is there the committed records")
     add = command("regression", "counts and answers of small scenes beside those that were accepted")
     add("--only", default="", metavar="REGEX", help="only scenes whose name matches")
-    add("--results", type=Path, default=RESULTS, help="folder to write to (default: results)")
+    add("--results", type=placed, default=RESULTS, help="folder to write to (default: results)")
     add("--accept", metavar="REASON", help="accept what is now, and why")
     add("--without-simulator", action="store_true", help="no speed-ups, where smpirun is not installed; without this option that is an error")
     about = {"description": compare_times.__doc__, "formatter_class": AS_WRITTEN}
@@ -133,8 +140,6 @@ def main(arguments=None):
     options = parsed(arguments)
     options.typed = typed(arguments)
     if options.what != "times":  # whose commands are those of the folder where it is called
-        for name in {"results", "out", "state"} & vars(options).keys():
-            setattr(options, name, getattr(options, name).resolve())
         os.chdir(ROOT)
     try:
         return do(options)

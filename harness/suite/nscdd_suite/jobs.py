@@ -1,6 +1,8 @@
 """The one engine: jobs that make files from others, two at a time where nothing is timed, with progress, a log each, and time left."""
 import concurrent.futures
 import dataclasses
+import hashlib
+import json
 import os
 import re
 import shlex
@@ -15,7 +17,7 @@ from . import record
 from .program import ROOT, Failed, environment, words
 from .times import TRIES, busy, cores_of
 
-FAILED = ".failed"  # beside the log of a job
+MADE = ".made"  # folder beside what jobs make: of each, from what it was made, or "failed"
 
 
 def clock(seconds):
@@ -49,9 +51,31 @@ class Job:
     def unmade(self):
         return [output for output in self.outputs if not Path(output).exists()]
 
-    def done(self, logs):
-        """Whether all that it makes is there, and it did not fail: what failed may leave files as well, such as a comparison that disagrees."""
-        return not self.unmade() and not Path(logs, self.log).with_suffix(FAILED).exists()
+    def inputs(self):
+        """Digest of what it makes its outputs from: its commands, or its function and the source of that; the files that it reads."""
+        told, read = self.commands, {*self.needs, *(word for command in self.commands for word in command)}
+        if self.work:
+            told = json.dumps(getattr(self.work, "args", ()), default=lambda value: str(value) if isinstance(value, Path) else type(value).__name__)
+            read.add(getattr(self.work, "func", self.work).__code__.co_filename)
+        whole = hashlib.sha256(repr(told).encode())
+        for path in sorted(read - set(self.outputs)):
+            if os.path.isfile(path) and not os.access(path, os.X_OK):  # of the program the folder has a checksum (study.py)
+                with open(path, "rb") as file:
+                    whole.update(hashlib.file_digest(file, "sha256").digest())
+        return whole.hexdigest()
+
+    def made(self):
+        """The file that says from what its outputs were made; studies share packings, and this file with them."""
+        first = Path(self.outputs[0])
+        return first.parent / MADE / first.name
+
+    def done(self, keep=False):
+        """Whether all that it makes is there, made from what is there now (or from anything, to `keep` it), and it did not fail: what failed may
+        leave files as well, such as a comparison that disagrees."""
+        if self.unmade():
+            return False
+        made_from = self.made().read_text() if self.made().exists() else ""
+        return made_from == self.inputs() or keep and made_from != "failed"
 
     def disturbed(self):
         """Whether a run that it timed did not have its cores."""
@@ -79,6 +103,16 @@ def with_needs(jobs, wanted):
     return sorted(order, key=lambda job: job.alone)
 
 
+def unfinished(jobs, keep):
+    """Jobs that are not done, and those that need what these make; each is after what it needs."""
+    todo, remade = [], set()
+    for job in jobs:
+        if not job.done(keep) or not keep and remade.intersection(job.needs):
+            todo.append(job)
+            remade.update(job.outputs)
+    return todo
+
+
 class Runner:
     """Runs jobs, prints progress, and keeps a record of each."""
 
@@ -101,7 +135,12 @@ class Runner:
                 print(f"[{self.started}/{len(self.jobs)}] {job.title} ... ({about})", flush=True)
 
     def run(self, job):
+        if job.done():
+            return  # what it needs was made again, and is the same
         self.announce(job)
+        made_from = job.inputs()
+        job.made().parent.mkdir(parents=True, exist_ok=True)
+        job.made().write_text("failed")  # until it has ended
         for output in map(Path, job.outputs):
             output.unlink(missing_ok=True)
             output.parent.mkdir(parents=True, exist_ok=True)
@@ -111,8 +150,8 @@ class Runner:
             if not code and job.unmade():
                 code = 1
                 stream.write(f"made no {', '.join(job.unmade())}\n")
-        marker = log.with_suffix(FAILED)
-        marker.touch() if code else marker.unlink(missing_ok=True)
+        if not code:
+            job.made().write_text(made_from)
         with self.lock:
             self.cost_done += job.cost
             if code:

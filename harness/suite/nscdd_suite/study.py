@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from . import program, record
-from .jobs import Job, Runner, chosen, clock
+from .jobs import Job, Runner, chosen, clock, unfinished
 
 MADE_BY = "made-by.json"  # in a study's folder: the program that made what is there
 
@@ -23,6 +23,7 @@ class Plan:
     only: str = ""
     quick: bool = False
     command: str = ""  # as typed, for the record
+    keep: bool = False  # takes what another program has made, or was made from other inputs
 
     def __post_init__(self):
         self.folder = self.results / self.name / ("quick" if self.quick else "")
@@ -62,7 +63,7 @@ class Plan:
     def made(self, title):
         """The rows of a job of Python, or () where it failed or was not asked for."""
         job = next((job for job in self.jobs if job.title == title), None)
-        return record.load(job.outputs[0]) if job and job.done(self.logs) else ()
+        return record.load(job.outputs[0]) if job and job.done(self.keep) else ()
 
 
 class Study:
@@ -128,14 +129,14 @@ class Study:
         last = max(runs, key=lambda run: run["date"])
         return {key: last[key] for key in record.PROVENANCE}
 
-    def run(self, plan, anew=False, keep=False):
+    def run(self, plan, anew=False):
         """Makes what is not there yet, and the record. True if all went well."""
         path = plan.results / f"{self.name}.json"
         if plan.quick and path.exists() and not record.read(path).get("quick"):
             raise record.InputError(f"{self.name}: {path} is of a whole job: give --quick a --results of its own")
         for folder in (plan.folder, plan.packings):
             by = {"program": program.checksum(), "quick": plan.quick and folder == plan.folder}
-            if not keep and not made_by(folder, by):
+            if not plan.keep and not made_by(folder, by):
                 set_aside(folder)
             folder.mkdir(parents=True, exist_ok=True)
             record.write(folder / MADE_BY, by)
@@ -147,7 +148,7 @@ class Study:
             raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
         for output in (output for job in jobs for output in job.outputs) if anew else ():
             Path(output).unlink(missing_ok=True)  # now, or a run that is stopped would leave them to be taken for its own
-        todo = [job for job in jobs if not job.done(plan.logs)]
+        todo = unfinished(jobs, plan.keep)
         if len(todo) < len(jobs):
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
         runner = Runner(todo, plan.logs)

@@ -24,6 +24,7 @@ def hours(study, folder):
     if program.missing():
         return ""
     plan = Plan(Path(folder), study.name)
+    plan.folder.mkdir(parents=True, exist_ok=True)
     with contextlib.redirect_stdout(io.StringIO()):  # what it leaves out is not for this page
         study.jobs(plan)
     return f"{sum(job.cost for job in plan.jobs) / 3600:.2g}"

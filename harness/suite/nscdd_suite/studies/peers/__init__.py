@@ -70,10 +70,10 @@ class Peers(Study):
             "left_out": plan.left_out,
         }
 
-    def run(self, plan, anew=False, keep=False):
+    def run(self, plan, anew=False):
         if anew:
             (plan.folder / SO_FAR).unlink(missing_ok=True)
-        return super().run(plan, anew, keep)
+        return super().run(plan, anew)
 
 
 class Settle:
