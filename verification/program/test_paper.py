@@ -11,7 +11,7 @@ import h5py
 import jsonschema
 
 from harness import NSCDD, ROOT, ProgramTest, run_suite
-from nscdd_suite import jobs, program
+from nscdd_suite import cli, jobs, program
 from nscdd_suite.studies import studies
 from nscdd_suite.studies.paper import Paper, items, rows
 from nscdd_suite.study import Plan
@@ -81,16 +81,19 @@ class Items(unittest.TestCase):
 
 class Reproduce(unittest.TestCase):
     def test_what_it_does_not_know_starts_no_job(self):
-        for arguments in (("--none",), ("--only",), ("--only", "nope"), ("--full", "--list"), ("--only", "peers", "more")):
+        for arguments in (("--none",), ("--only",), ("--full", "--list"), ("--only", "peers", "more")):
             done = subprocess.run([ROOT / "scripts/reproduce", *arguments], capture_output=True, text=True)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertRegex(done.stderr, r"^reproduce: [^\n]*\n$")
+        for arguments in (("--only", "nope"), ("--only", "peers, nope")):
+            done = subprocess.run([ROOT / "scripts/reproduce", *arguments], capture_output=True, text=True)
+            self.assertEqual((done.returncode, "suite: no study 'nope'" in done.stderr), (1, True), done.stderr)
 
-    def test_full_makes_every_study(self):
-        text = (ROOT / "scripts/reproduce").read_text()
-        full, paper = (next(line for line in text.splitlines() if line.startswith(f"{name}=")).split('"')[1].split() for name in ("full", "paper"))
-        self.assertEqual(set(full), set(studies()) - {"bits", "million", "step_cost"})
-        self.assertEqual(set(paper), {*items.ITEMS, "fig2"} - {"table1-windows"})  # a part of table1
+    def test_studies_and_parts_by_name(self):
+        self.assertEqual(set(studies()) - set(cli.asked(["all"])), {"bits", "million", "step_cost"})
+        self.assertEqual(list(cli.asked(["hard", "all"]))[0], "hard")
+        self.assertEqual(cli.asked(["table1", "hard", "fig2"]), {"paper": ("table1", "fig2"), "hard": ()})
+        self.assertEqual(cli.asked(["table1", "paper", "fig3"]), {"paper": ()})
 
 
 class Order(ProgramTest):

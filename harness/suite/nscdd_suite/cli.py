@@ -40,26 +40,39 @@ def placed(path):
 AS_WRITTEN = argparse.RawDescriptionHelpFormatter
 
 
-def plan_of(options, name, quick=False):
-    return Plan(Path(os.path.relpath(options.results, ROOT)), name, options.only, quick, options.typed, getattr(options, "keep", False))
+def plan_of(options, name, only, quick=False):
+    return Plan(Path(os.path.relpath(options.results, ROOT)), name, only, quick, options.typed, getattr(options, "keep", False))
+
+
+def asked(names):
+    """{name of a study: its items}, () for all of it, in the order of the names. Raises InputError."""
+    found, known = {}, studies()
+    for name in names:
+        for study in known.values():
+            if name == study.name or name == "all" and study.in_all:
+                found[study.name] = ()
+            elif name in study.items and found.get(study.name) != ():
+                found[study.name] = (*found.get(study.name, ()), name)
+        if not any(name in ("all", study.name, *study.items) for study in known.values()):
+            items = (item for study in known.values() for item in study.items)
+            raise InputError(f"suite: no study '{name}' (known: all, {', '.join(known)}; parts: {', '.join(items)})")
+    return found
 
 
 def run(options):
-    known = studies()
-    unknown = [name for name in options.names if name not in known]
-    if unknown:
-        raise InputError(f"suite: no study '{unknown[0]}' (known: {', '.join(known)})")
+    wanted = asked(options.names)
     if why := program.missing():
         raise InputError(f"suite: {why}")
     good = True
-    for name in options.names:
-        study, plan = known[name], plan_of(options, name, options.quick)
+    for name, items in wanted.items():
+        study, only = studies()[name], ",".join(items) or options.only
+        plan = plan_of(options, name, only, options.quick)
         for tool in getattr(study, "tools", ()):
             if not shutil.which(tool):
                 raise InputError(f"suite: {name}: {tool} is not there: scripts/setup installs it")
         if options.list:
             with tempfile.TemporaryDirectory() as options.results:  # a plan writes the inputs of its jobs
-                study.jobs(plan := plan_of(options, name, options.quick))
+                study.jobs(plan := plan_of(options, name, only, options.quick))
             print(*(job.title for job in study.choose(plan)), sep="\n")
         else:
             good = study.run(plan, options.anew) and good
@@ -73,9 +86,9 @@ def parsed(arguments):
     def command(name, about, **how):
         return commands.add_parser(name, help=about, **how).add_argument
 
-    command("list", "the studies, a line each")
+    command("list", "the studies, a line each")("names", nargs="*", metavar="NAME", help="of these alone")
     add = command("run", "make the records of some studies")
-    add("names", nargs="+", metavar="NAME")
+    add("names", nargs="+", metavar="NAME", help="a study, a part of the paper such as table1, or all: those that take hours, not days")
     add("--only", default="", metavar="REGEX", help="jobs whose title matches, and what they need")
     add("--quick", action="store_true", help="small and short, to see that it works")
     add("--results", type=placed, default=RESULTS, help="folder to write to (default: results)")
@@ -110,8 +123,9 @@ def parsed(arguments):
 def do(options):
     good = True
     if options.what == "list":
-        width = max(map(len, studies()))
-        print(*(f"{name:<{width}}  {study.about}" for name, study in studies().items()), sep="\n")
+        names = asked(options.names or studies())
+        width = max(map(len, names))
+        print(*(f"{name:<{width}}  {studies()[name].about}" for name in names), sep="\n")
     elif options.what == "run":
         good = run(options)
     elif options.what == "report":
@@ -129,7 +143,7 @@ def do(options):
     elif options.what == "counted":
         print(*counted.compare(Path(os.path.relpath(options.results, ROOT)), options.record), sep="\n")
     elif options.what == "regression":
-        good = Regression(options.accept, not options.without_simulator).run(plan_of(options, "regression"), anew=True)
+        good = Regression(options.accept, not options.without_simulator).run(plan_of(options, "regression", options.only), anew=True)
     else:
         return compare_times.compare(options)
     return 0 if good else 1

@@ -72,6 +72,8 @@ class Study:
     name = ""  # on the command line; NAME.json is the record, nscdd.NAME/1 its schema, reports/NAME.schema.json describes it
     title = ""  # of the section
     about = ""  # one line of `scripts/suite list`
+    in_all = True  # `scripts/suite run all` makes it
+    items = ()  # parts that may be asked for in the place of the study
     kinds = ()  # measured, counted, computed or SIMULATED are the numbers of a section without section.py
 
     def jobs(self, plan):

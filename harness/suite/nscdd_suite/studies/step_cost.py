@@ -22,6 +22,7 @@ SCENES = {
 
 class StepCost(Study):
     name, title, about = "step_cost", "What a step costs beside its sweeps", "ns a contact of the phases of a step, on five scenes"
+    in_all = False
     kinds = ("measured", "counted")
 
     def jobs(self, plan):

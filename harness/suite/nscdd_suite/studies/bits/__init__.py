@@ -27,6 +27,7 @@ WIDE = ("avx512f", "avx512vl", "avx512bw", "avx512dq", "avx512cd")
 
 class Bits(Study):
     name, title, about = "bits", "The same bits everywhere", "do other compilers and processors give the same bits?"
+    in_all = False
 
     def jobs(self, plan):
         for name, (compiler, _) in BUILDS.items():

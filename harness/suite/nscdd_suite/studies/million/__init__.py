@@ -17,6 +17,7 @@ RUNS = {"first": 2, "rest": 1}  # steps
 
 class Million(Study):
     name, title, about = "million", "A million spheres on two ranks", "memory and seconds of a million spheres on two ranks"
+    in_all = False
     kinds, tools = ("counted", "measured"), ("mpirun",)
 
     def jobs(self, plan):

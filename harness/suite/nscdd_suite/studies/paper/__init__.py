@@ -28,6 +28,7 @@ from .rows import agreement_row, commits_of, measured_row, merge, other_packings
 
 class Paper(Study):
     name, title, about = "paper", "The paper, table by table", "the paper's tables and figures at its full size, and beyond it"
+    items = (*ITEMS, "fig2")
     tools = ("mpirun", "smpirun")
 
     def jobs(self, plan):
