@@ -118,6 +118,7 @@ class Matrices(ProgramTest):
             (dict(W=w, q=q, mu=mu, M=w, H=w, f=q, w=q), "give W, q and mu, or M, H"),
             (dict(W=np.eye(4), q=q, mu=mu), r"W must have shape \(3, 3\), found \(4, 4\)"),
             (dict(W=w * np.nan, q=q, mu=mu), "W is not finite"),
+            (dict(W=w + 0j, q=q, mu=mu), "W is complex"),
             (dict(W=w, q=[1, 2, 3, 4], mu=mu), "4 components for 1 contacts"),
             (dict(W=-w, q=q, mu=mu), "W_NN is -1"),
             (dict(W=np.eye(4), q=[1, 2, 3, 4], mu=mu, mu_r=mu), "4 components for 1 contacts, each needs 3 or 5"),

@@ -228,7 +228,9 @@ class Simulation:
         run too, between two steps, and so does Ctrl-C: all can go on from there. [stop] of a scene ends it as in the program.
         """
         report = None
-        for _ in range(self._live.count() if n is None else n):
+        if n is None and (n := self._live.count()) < 1:
+            raise ValueError("step: count is missing in the scene: give run() a number of steps")
+        for _ in range(n):
             report = self._live.step()
             if (callback is not None and callback(self, report)) or self._live.stopped_by():
                 break

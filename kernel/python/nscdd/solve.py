@@ -18,9 +18,9 @@ class Answer:
     relative_velocities  (m, size) u of solve(), normal first, spins last [m/s]; None of solve_contacts()
     velocities           (dof) v of the global form; (n, dim) of solve_contacts(); None of the local form
     spins                (n) in 2D, (n, 3) in 3D of solve_contacts() [rad/s], else None
-    errors               of solve(): natural_map as Siconos 4.4 normalises it, eta, cone_excess, complementarity, dissipation,
-                         worst_contact; None of solve_contacts(), whose figures are in the report
-    report               nscdd.SolveReport; the eta of solve() is there the larger of both natural maps
+    errors               of solve(): natural_map as Siconos 4.4 normalises it, natural_map_velocity, unilateral, eta, cone_excess,
+                         complementarity, dissipation, worst_contact; None of solve_contacts(), whose figures are in the report
+    report               nscdd.SolveReport; the eta of solve() is there the largest of the first three errors
     cpu                  time of the solver of solve() [s], else None
     """
 
@@ -199,7 +199,13 @@ def solve_contacts(
     return Answer(**_core.solve_grains(dim, grains, contacts, h, solver, options))
 
 
+def _refuse_complex(name: str, values: Any) -> None:
+    if np.iscomplexobj(values):
+        raise ValueError(f"solve: {name} is complex")
+
+
 def _vector(name: str, values: Any) -> np.ndarray:
+    _refuse_complex(name, values)
     array = np.ascontiguousarray(values, dtype=np.float64).ravel()
     if not np.all(np.isfinite(array)):
         raise ValueError(f"solve: {name} is not finite")
@@ -233,6 +239,7 @@ def _csc(name: str, matrix: Any, shape: tuple) -> dict:
         from siconos import numerics
 
         matrix = numerics.NM_csc(matrix)
+    _refuse_complex(name, matrix)
     csc = scipy.sparse.csc_matrix(matrix, dtype=np.float64)
     csc.sum_duplicates()
     if csc.shape != shape:

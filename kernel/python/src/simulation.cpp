@@ -83,7 +83,7 @@ RunArguments to_arguments(const py::dict& options) {
     arguments.partition.kind = find<std::string>(options, "partition");
     if (arguments.partition.kind) one_of("partition", *arguments.partition.kind, names_of(offered_partitions(), any));
     arguments.partition.grid = find<std::vector<int>>(options, "grid").value_or(std::vector<int>());
-    arguments.partition.imbalance = find<double>(options, "imbalance");
+    arguments.partition.given_imbalance = find<double>(options, "imbalance");
     if (const auto solver = find<py::dict>(options, "solver")) {
         const toml::table given = to_table(*solver);
         TomlTable table(given, "nscdd", "");

@@ -152,6 +152,8 @@ py::dict answer_of(const SolvedLocal& solved, const Eigen::VectorXd& v, int size
     const ErrorMeasures& e = solved.measures;
     py::dict errors, answer;
     errors["natural_map"] = e.natural_map;
+    errors["natural_map_velocity"] = e.natural_map_velocity;
+    errors["unilateral"] = e.unilateral;
     errors["eta"] = e.eta;
     errors["cone_excess"] = e.cone_excess;
     errors["complementarity"] = e.complementarity;

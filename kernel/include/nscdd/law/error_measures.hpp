@@ -26,6 +26,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 struct ErrorMeasures {
     double natural_map = 0;            ///< |F| over the largest of |q|, |r|, |u|, F with rho = 1 [Acary18]
     double natural_map_velocity = 0;   ///< F with rho_c = 1/mean(diag W_cc): |F_c/rho_c| over the larger of |q| and |u|
+    double unilateral = 0;             ///< |min(r_n/rho_c, u_n)| over the same: F hides it where mu is large
     double natural_map_impulse = 0;    ///< F with that rho_c, over |r|
     double eta = 0;                    ///< energy residual (METHOD.md, section 5.1)
     double least_normal_impulse = 0;   ///< least r_n over the largest impulse: negative where a contact pulls
@@ -131,31 +132,35 @@ struct InOneUnit {
         const double k = stiffness(w);
         return k * natural_map(impulse(r), velocity(u), limits, 1 / k);
     }
+    /// min(r_n/rho, u_n) [m/s].
+    double unilateral_miss(const typename Problem::Block& w, const typename Problem::Vec& r,
+                           const typename Problem::Vec& u) const {
+        return (std::min)(stiffness(w) * r[0], u[0]);
+    }
 };
 
-/// The larger of natural_map and natural_map_velocity, on which solvers stop. The first alone is small for any impulses
-/// where W is. It costs one product with W.
+/// The largest of natural_map, natural_map_velocity and unilateral, on which solvers stop. The first alone is small for
+/// any impulses where W is. It costs one product with W.
 template <int dim, bool rolls>
 double stopping_error(const DelassusProblem<dim, rolls>& problem,
                       const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     using Problem = DelassusProblem<dim, rolls>;
-    constexpr double few_digits = 1e-13;  // a light contact under a heavy load misses no less
     Squares given, alike;
-    double map = 0, map_velocity = 0;
+    double map = 0, map_velocity = 0, unilateral = 0;
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
         const typename Problem::Vec u = problem.velocity(c, r);
         given.add(problem.q[c], r[c], u);
         map += natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
         const InOneUnit<Problem> one(w, problem.limits(c));
-        const double miss = one.velocity_miss(w, r[c], u).norm(),
-                     round_off = one.stiffness(w) * one.impulse(r[c]).norm();
-        if (miss > few_digits * round_off) map_velocity += miss * miss;
+        map_velocity += one.velocity_miss(w, r[c], u).squaredNorm();
+        unilateral += std::pow(one.unilateral_miss(w, r[c], u), 2);
         alike.add(one.velocity(problem.q[c]), one.impulse(r[c]), one.velocity(u));
     }
-    const double velocity = std::sqrt((std::max)(alike.q, alike.u));
+    const double velocity = std::sqrt((std::max)(alike.q, alike.u)),
+                 miss = std::sqrt((std::max)(map_velocity, unilateral));
     return (std::max)(relative(std::sqrt(map), std::sqrt((std::max)({given.q, given.r, given.u}))),
-                      velocity > 0 ? std::sqrt(map_velocity) / velocity : std::sqrt(map_velocity));
+                      velocity > 0 ? miss / velocity : miss);
 }
 
 }  // namespace detail
@@ -169,7 +174,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
     ErrorMeasures e;
     e.least_normal_impulse = e.least_normal_velocity = problem.contact_count() > 0 ? HUGE_VAL : 0;
     detail::Squares given, alike;  // in the units of the problem, and in one unit each
-    double map = 0, map_velocity = 0, map_impulse = 0;
+    double map = 0, map_velocity = 0, map_impulse = 0, unilateral = 0;
     double change = 0, energy = 0, next_energy = 0, round_off = 0, largest_r = 0, largest_u = 0;
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
@@ -188,6 +193,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
         const Vec velocity = one.velocity(u), impulse = one.impulse(r[c]), free = one.velocity(problem.q[c]);
         alike.add(free, impulse, velocity);
         const double stiffness = one.stiffness(w), g = one.velocity_miss(w, r[c], u).squaredNorm();
+        unilateral += std::pow(one.unilateral_miss(w, r[c], u), 2);
         map_velocity += g;
         map_impulse += g / (stiffness * stiffness);
         round_off += free.squaredNorm() / w(0, 0);
@@ -210,6 +216,7 @@ ErrorMeasures error_measures(const DelassusProblem<dim, rolls>& problem,
     e.natural_map = detail::relative(std::sqrt(map), scale);
     e.worst = detail::relative(e.worst, scale);
     e.natural_map_velocity = detail::relative(std::sqrt(map_velocity), std::sqrt((std::max)(alike.q, alike.u)));
+    e.unilateral = detail::relative(std::sqrt(unilateral), std::sqrt((std::max)(alike.q, alike.u)));
     e.natural_map_impulse = detail::relative(std::sqrt(map_impulse), std::sqrt(alike.r));
     e.eta = detail::energy_residual(change, energy, next_energy, round_off);
     const auto over = [](double& value, double largest) {

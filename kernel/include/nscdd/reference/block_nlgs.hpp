@@ -15,7 +15,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Options of block_nlgs(): when it stops.
 struct BlockOptions {
-    double tolerance = 1e-8;      ///< on ErrorMeasures::natural_map and natural_map_velocity
+    double tolerance = 1e-8;      ///< on the largest of ErrorMeasures::natural_map, natural_map_velocity, unilateral
     int check_every = 10;         ///< sweeps between two tests; a test costs about one sweep
     int max_iterations = 200000;  ///< sweeps; the report says so when they end the solve
 };

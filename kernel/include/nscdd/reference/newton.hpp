@@ -155,7 +155,7 @@ NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typen
     return report;
 }
 
-/// Does the same by eta (METHOD.md, section 5.1), with the mean of the diagonal of W_cc for W_cc.
+/// Solves to a tolerance of eta (METHOD.md, section 5.1). The mean of the diagonal of W_cc stands for W_cc.
 template <class Factorisation = detail::SparseLU, int dim>
 NewtonReport newton_solve(const DelassusProblem<dim>& problem, std::vector<typename DelassusProblem<dim>::Vec>& r,
                           const NewtonOptions& options = {}) {
