@@ -183,6 +183,12 @@ class Writing(ProgramTest):
         self.assertNotEqual((self.folder / "far" / "there.h5").read_bytes(), before)
         self.assertEqual(self.parts(), [])
 
+    def test_peak_memory_is_the_programs_own(self):
+        """Not that of who started it."""
+        ballast = bytearray(300_000_000)
+        self.assertEqual(self.run_pair().returncode, 0)
+        self.assertLess(json.loads(self.json.read_text())["peak_memory"]["largest"], len(ballast) / 2)
+
     def test_the_part_of_another_is_left_alone(self):
         others = [self.write(f"{name}.part", "theirs") for name in ("out.json", "out.h5", "out.xdmf")]
         self.assertEqual(self.run_pair().returncode, 0)

@@ -4,6 +4,8 @@
 #include <sys/resource.h>
 
 #include <array>
+#include <fstream>
+#include <string>
 
 #include "files/load.hpp"
 #include "model/run_result.hpp"
@@ -54,11 +56,19 @@ struct Memory {  // of processes [bytes]
     auto largest() { return std::tie(most); }
 };
 
-// Largest memory that the processes have taken so far: in total, and of one process.
-inline Memory peak_memory(Communicator& comm) {
+// Most memory of this process so far [bytes]. ru_maxrss is also that of whoever started it, which may have had more.
+inline double own_peak_memory() {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;)
+        if (double kilobytes = 0; word == "VmHWM:" && status >> kilobytes) return 1024 * kilobytes;
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    const double own = 1024.0 * static_cast<double>(usage.ru_maxrss);
+    return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+// Largest memory that the processes have taken so far: in total, and of one process.
+inline Memory peak_memory(Communicator& comm) {
+    const double own = own_peak_memory();
     return reduce<Memory>(comm, [own](std::size_t k) { return k > 0 ? Memory{} : Memory{own, own}; });
 }
 
