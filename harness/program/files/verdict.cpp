@@ -31,14 +31,16 @@ Verdict verdict(const RunReport& reference, const RunReport& candidate, std::spa
         return std::ranges::any_of(rows, [of](const AgreementRow& row) { return row.of == of && !row.ok(); });
     };
     using enum AgreementRow::Tells;
-    if (!fails(distance)) {
-        if (!fails(eta) && !fails(convergence)) return {"agrees", "", 0};
-        return {"not converged", candidate.file, 2};
-    }
     const bool told = !reference.problem.empty() && !candidate.problem.empty();
     const bool one_start = reference.start_step == candidate.start_step;  // else the problems are those of other times
-    if (told && one_start && reference.problem != candidate.problem)
-        return {"different problems", "grains, walls, coefficients, h or theta differ at the start of the two runs", 2};
+    const std::string difference = told && one_start && reference.problem != candidate.problem
+                                       ? "grains, walls, coefficients, h or theta differ at the start of the two runs"
+                                       : "";
+    if (!fails(distance)) {
+        if (fails(eta) || fails(convergence)) return {"not converged", candidate.file, 2};
+        return {"agrees", difference.empty() ? "" : "within the bounds, but " + difference, 0};
+    }
+    if (!difference.empty()) return {"different problems", difference, 2};
     if (fails(eta))
         return {"wrong answer", fmt::format("eta of {} is beyond its bound, so it is none", candidate.file), 2};
 
