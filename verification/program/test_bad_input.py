@@ -111,8 +111,12 @@ class BadOptions(Refusals):
             self.assertIn("--tolerance: must be a", self.run_program(*command, "--tolerance", "nan").stderr)
 
     def test_an_unknown_command_and_a_packing_that_is_not_there_are_named(self):
+        hdf5 = self.folder / "scene.h5"
+        hdf5.write_bytes(b"\x89HDF\r\n")
         for words, said in (
-            (("rnu",), "unknown command 'rnu'"),
+            (("run", self.scene(), "--tolerence", 1), "--tolerence was not expected (did you mean '--tolerance'?); see run --help"),
+            (("run", hdf5), "scene.h5: is an HDF5 file, and no text (TOML)"),
+            (("rnu",), "unknown command 'rnu' (did you mean 'run'?)"),
             (("run", self.scene(), "--packing", self.folder / "none.h5"), "--packing asks for this packing"),
         ):
             done = self.run_program(*words)
@@ -276,13 +280,13 @@ class OnAllRanks(Refusals):
         self.refused(["nlgs is sequential"], "run", scene, "--scheme", "nlgs", ranks=2)
 
     def test_options_that_are_wrong_before_mpi_is_used(self):
-        self.refused(["not expected: --wrong"], "run", self.scene(), "--wrong", ranks=3)
+        self.refused(["--wrong was not expected"], "run", self.scene(), "--wrong", ranks=3)
         self.refused(["--scheme: foo not in"], "run", self.scene(), "--scheme", "foo", ranks=3)
         self.refused(["A subcommand is required"], ranks=3)
         right = [NSCDD, "run", self.scene(), "--scheme", "dcs"]  # and one rank alone has a wrong one
         done = subprocess.run([str(word) for word in (MPIRUN, "-np", 2, *right, ":", "-np", 1, *right, "--wrong")], capture_output=True, text=True, timeout=60)
         said = [line for line in done.stderr.splitlines() if line.startswith("nscdd: ")]
-        self.assertEqual((done.returncode, said), (1, ["nscdd: The following argument was not expected: --wrong; see --help"]))
+        self.assertEqual((done.returncode, said), (1, ["nscdd: --wrong was not expected; see run --help"]))
 
     def test_help_is_printed_once(self):
         for asked in (("--help",), ("run", "--help"), ("--version",)):

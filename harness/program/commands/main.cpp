@@ -16,6 +16,7 @@
 #include "commands/scale.hpp"
 #include "commands/solve_fclib.hpp"
 #include "commands/window.hpp"
+#include "files/closest.hpp"
 #include "files/say.hpp"
 
 namespace {
@@ -84,14 +85,30 @@ std::string version() {
                        me.machine.fused ? "" : ", no fused products: its counts are not those of other machines");
 }
 
+// What is wrong with the command line, in a line that helps.
+std::string mistake(const CLI::App& app, const CLI::ParseError& error, std::span<char*> words) {
+    std::vector<std::string> commands, options;
+    std::string command;  // that was asked for
+    for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; })) {
+        commands.push_back(one->get_name());
+        if (!one->parsed()) continue;
+        command = one->get_name() + " ";
+        for (const CLI::Option* option : one->get_options())
+            for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    }
+    if (dynamic_cast<const CLI::RequiredError*>(&error) && command.empty() && words.size() > 1 && *words[1] != '-')
+        return fmt::format("unknown command '{}'{}; see --help", words[1], did_you_mean(words[1], commands));
+    if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
+        const std::string first = app.remaining(true).front(), name = first.substr(0, first.find('='));
+        return fmt::format("{} was not expected{}; see {}--help", name, did_you_mean(name, options), command);
+    }
+    return fmt::format("{}; see --help", error.what());
+}
+
 // Prints the help or the version, or says on all ranks together what is wrong with the command line.
 int end_of_parsing(const CLI::App& app, const CLI::ParseError& error, std::span<char*> words) {
     const auto check = [&](int) {
-        const auto named = [&](const CLI::App* one) { return one->get_name() == words[1]; };
-        if (dynamic_cast<const CLI::RequiredError*>(&error) && words.size() > 1 && *words[1] != '-' &&
-            app.get_subcommands(named).empty())
-            throw InputError(fmt::format("unknown command '{}'; see --help", words[1]));
-        if (error.get_exit_code() != 0) throw InputError(fmt::format("{}; see --help", error.what()));
+        if (error.get_exit_code() != 0) throw InputError(mistake(app, error, words));
     };
     return begin_together(words, false, check,
                           [&](const Session&, int rank) { return rank == 0 ? app.exit(error) : 0; });

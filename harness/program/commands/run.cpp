@@ -70,9 +70,10 @@ std::string unconverged(const RunResult& result) {
         worst(result, [](const auto& s) { return s.iterations; }), result.options.tolerance,
         worst(result, [](const auto& s) { return s.residual; }));
     for (const detail::BoundOption& bound : detail::bound_options) {
+        const double figure = worst(result, [&](const SolveReport& s) { return result.figure(bound, s); });
         told += fmt::format(", {} <= {:g}{}{} ({:.2g})", spoken(bound.figure_name), result.options.bounds.*bound.limit,
                             *bound.info.unit ? " of the " : "", bound.info.unit,
-                            worst(result, [&](const SolveReport& s) { return result.figure(bound, s); }));
+                            std::isnan(figure) ? std::abs(figure) : figure);  // without its sign
     }
     return told;
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "files/closest.hpp"
 #include "files/replace_file.hpp"
 
 namespace nscdd {
@@ -81,6 +82,7 @@ bool has_control_characters(std::string_view text) {
 
 toml::table parse_toml(const std::string& path) {
     const std::string content = read_file(path);
+    if (content.starts_with("\x89HDF")) throw InputError(path + ": is an HDF5 file, and no text (TOML)");
     if (const int line = line_of_long_key(content))
         throw InputError(fmt::format("{}:{}: a key has more than {} dots", path, line, most_dots));
     try {
@@ -304,10 +306,14 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key) {
     return tables;
 }
 
-void TomlTable::finish() const {
+void TomlTable::finish(const std::function<std::string(std::string_view)>& place_of) const {
     for (const auto& [key, node] : table_) {
         if (std::find(asked_.begin(), asked_.end(), key.str()) != asked_.end()) continue;
-        fail_at(key.source(), "", fmt::format("unknown key '{}' (known here: {})", key.str(), fmt::join(asked_, ", ")));
+        const std::string place = place_of ? place_of(key.str()) : "";
+        fail_at(key.source(), "",
+                place.empty() ? fmt::format("unknown key '{}' (known here: {}){}", key.str(), fmt::join(asked_, ", "),
+                                            did_you_mean(key.str(), asked_))
+                              : fmt::format("unknown key '{}': it is of {}", key.str(), place));
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <toml++/toml.h>
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -53,7 +54,7 @@ class TomlTable {
     std::vector<TomlTable> tables(std::string_view key);
 
     // To be called after the last read: names a key that nothing asked for.
-    void finish() const;
+    void finish(const std::function<std::string(std::string_view)>& place_of = {}) const;
 
     // Problem at the line of `key`, or of the table's head where the key is absent.
     [[noreturn]] void fail(std::string_view key, const std::string& problem) const;

@@ -66,8 +66,8 @@ double turning_speed(const Obstacle<M>& obstacle) {
 
 }  // namespace automatic_detail
 
-// The step in which the smallest grain moves by `automatic_way` of its radius at the speed that is to be expected, or
-// by a fifth of that where a pair rebounds. That speed is the largest of grains, walls, obstacles and grains to come at
+// The step in which the smallest grain moves by automatic_way() of its radius at the speed that is to be expected.
+// That speed is the largest of grains, walls, obstacles and grains to come at
 // the start; what a fall through the scene adds to it; what a pressure or stress gives a grain, sqrt(pressure /
 // density); and what a wall gains that a force drives, over a radius. Rounded down to two digits [s]. Collective;
 // `mine`: grains of this process.
@@ -125,8 +125,7 @@ double automatic_step(const Scene& scene, std::span<const Grain<M>> mine, const 
     speed += 2 * least * settings.cell.gradient.cwiseAbs().maxCoeff();
     if (!(speed > 0) || !std::isfinite(speed))
         throw InputError(scene.file + ": step: h = \"auto\" finds nothing that moves: give h as a number");
-    const bool rebounds = std::ranges::any_of(scene.pairs, [](const ScenePair& pair) { return pair.restitution > 0; });
-    const double h = StepSettings::automatic_way * (rebounds ? 0.2 : 1) * least / speed;
+    const double h = scene.automatic_way() * least / speed;
     const double unit = std::pow(10, std::floor(std::log10(h)) - 1);
     return std::floor(h / unit * (1 + 1e-12)) * unit;
 }

@@ -57,8 +57,8 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
     if (const std::string line = unpaired(scene, grains_of); !line.empty()) lines.push_back(line);
     if (scene.step.automatic)
         lines.push_back(fmt::format(
-            "{}: h = {:g} s by \"auto\": the smallest grain moves by {:g} % of its radius in a step, or less",
-            scene.file, scene.step.h, 100 * StepSettings::automatic_way));
+            "{}: h = {:g} s by \"auto\": the smallest grain moves by {:g} % of its radius in a step{}, or less",
+            scene.file, scene.step.h, 100 * scene.automatic_way(), scene.rebounds() ? " where grains rebound" : ""));
     if (!scene.gravity.isZero(0) && scene.exchange.removals.empty() && scene.obstacles.empty() &&
         std::ranges::none_of(scene.walls, [&](const SceneWall& wall) { return wall.normal.dot(scene.gravity) < 0; }))
         lines.push_back(

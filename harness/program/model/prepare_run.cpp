@@ -73,7 +73,7 @@ void check_partition(const RunRequest& request) {
     const bool grid = partition.chosen() == "grid";
     if (!partition.grid.empty() && !grid)
         throw InputError(fmt::format("--grid is not of --partition {}", partition.chosen()));
-    if (partition.imbalance && grid) throw InputError("--imbalance is not of --partition grid");
+    if (partition.given_imbalance && grid) throw InputError("--imbalance is not of --partition grid");
     if (partition.grid.empty()) return;
     double product = 1;  // never overflows, and is exact where it could be the number of subdomains
     for (int cells : partition.grid) product *= cells;
@@ -144,6 +144,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     RunRequest request = begin_request(arguments, provenance, share, over_mpi);
     set_scene(request, read_scene(arguments.start.scene));
     read_start(request);
+    if (request.scene.step.count < 1)
+        throw InputError(request.scene.file + ": step: count is missing: give it, or --steps");
     const std::int64_t last_step = request.start_step + request.scene.step.count;
     const int every = request.frame_every();
     if (!request.outputs.frames.empty() && last_step / every == request.start_step / every)

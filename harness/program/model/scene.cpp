@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <set>
 
 #include "model/scene_table.hpp"
@@ -76,11 +77,18 @@ class SceneReader {
             scene_.exchange.insertions.back().material = of;
             require_open(table);
         }
-        for (TomlTable& table : top_.tables("obstacle")) read_obstacle_of(table);
+        std::vector<TomlTable> obstacles = top_.tables("obstacle");
+        for (TomlTable& table : obstacles) read_obstacle_of(table);
 
         auto step = top_.table("step");
         if (!step) top_.fail("", "no [step]");
         read_step(*step);
+        for (std::size_t w = 0; w < walls.size(); ++w)
+            require_resolved(walls[w], "frequency", scene_.walls[w].path.frequency);
+        for (std::size_t o = 0; o < obstacles.size(); ++o) {
+            require_resolved(obstacles[o], "frequency", scene_.obstacles[o].path.frequency);
+            require_resolved(obstacles[o], "rate", scene_.obstacles[o].turn.rate / (2 * std::numbers::pi));
+        }
         if (auto table = top_.table("stop")) {
             scene_.stop = read_stop(*table);
             if (scene_.stop.strain && !has_edges())
@@ -143,7 +151,12 @@ class SceneReader {
             for (const auto& key : law.keys) pair.coefficients[key.name] = table.number(key.name, non_negative, 0.0);
         });
         if (const char* fault = pairing_fault(scene_.law, pair.restitution, pair.coefficients)) table.fail("", fault);
-        table.finish();
+        table.finish([this](std::string_view key) {
+            const std::vector<std::string> laws = laws_with_key(key);
+            return laws.empty()
+                       ? ""
+                       : fmt::format("law = \"{}\", and the law is \"{}\"", fmt::join(laws, "\" or \""), scene_.law);
+        });
     }
 
     void read_packing_source(TomlTable& table) {
@@ -234,10 +247,10 @@ class SceneReader {
             if (!gradient.empty() && gradient[static_cast<std::size_t>(axis)][axis] != 0)
                 table.fail(name, "is driven by a stress and by the gradient");
         }
+        table.finish();
         if (scene_.cell.stress.empty()) table.fail("", "names no axis");
         if (static_cast<int>(scene_.cell.axes.size()) < dim_)
             table.fail("", "needs a cell that is periodic along all axes");
-        table.finish();
     }
 
     void read_wall(TomlTable& table) {
@@ -336,10 +349,19 @@ class SceneReader {
         return false;
     }
 
+    // Steps of half a period and more would see a slower motion, or none.
+    void require_resolved(const TomlTable& table, const char* key, double frequency) const {
+        if (2 * std::abs(frequency) * scene_.step.h >= 1)
+            table.fail(key, fmt::format("is of a period of {:.3g} s, and a step of {:g} s does not see it: choose h "
+                                        "well below {:.2g} s",
+                                        1 / std::abs(frequency), scene_.step.h, 0.5 / std::abs(frequency)));
+    }
+
     void read_step(TomlTable& table) {
         visit_step(scene_.step, [this, &table](const detail::OptionInfo& info, auto& value) {
             using Value = std::remove_reference_t<decltype(value)>;
-            const auto otherwise = info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
+            const bool left_out = info.name == std::string_view("count");  // --steps may be given in its place
+            const auto otherwise = left_out || info.range.holds(value) ? std::optional<Value>(value) : std::nullopt;
             const std::string_view key = table.key_of(info.name, earlier_name(info.name));
             if (key == "h" && table.is_text(key)) {
                 if (table.text(key) != "auto") table.fail(std::string(key), "must be a number [s] or \"auto\"");

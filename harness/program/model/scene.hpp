@@ -72,15 +72,16 @@ struct SceneWall {
 };
 
 struct StepSettings {
-    static constexpr double automatic_way = 0.05;  // of the least radius, in a step (automatic_step.hpp)
-    bool automatic = false;                        // h is chosen
+    static constexpr double way = 0.05, way_of_rebounds = 0.01;  // of the least radius, in an automatic step
+    bool automatic = false;                                      // h is chosen
     double h = 0;
     int count = 0;
     double theta = 0.5;
     int broad_phase_every = 10;
 };
 
-// Calls each(info, value) for every key of [step]. A value that is out of its range has no default: it must be given.
+// Calls each(info, value) for every key of [step]. A value that is out of its range has no default: it must be given,
+// `count` here or as --steps.
 void visit_step(auto& step, auto&& each) {
     each(detail::OptionInfo{"h", "s", "Time step", positive}, step.h);
     each(detail::OptionInfo{"count", "steps", "Steps to make", {1}}, step.count);
@@ -111,6 +112,11 @@ struct Scene {
     StepSettings step;
     StopSettings stop;
     SolveSettings solver;
+
+    bool rebounds() const {
+        return std::ranges::any_of(pairs, [](const ScenePair& pair) { return pair.restitution > 0; });
+    }
+    double automatic_way() const { return rebounds() ? StepSettings::way_of_rebounds : StepSettings::way; }
 };
 
 // Throws InputError with one line, "file:line: thing: problem", for whatever cannot be meant: an unknown or missing

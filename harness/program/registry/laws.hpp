@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <vector>
 
@@ -66,6 +67,17 @@ void visit_law(const std::string& name, auto&& visit) {
 
 inline std::vector<std::string> law_names() {
     return std::apply([](const auto&... law) { return std::vector<std::string>{law.name...}; }, laws);
+}
+
+// Names of the laws that have this key of [[pair]].
+inline std::vector<std::string> laws_with_key(std::string_view key) {
+    std::vector<std::string> names;
+    const auto look = [&](const auto& law) {
+        for (const auto& one : law.keys)
+            if (one.name == key) names.emplace_back(law.name);
+    };
+    std::apply([&](const auto&... law) { (look(law), ...); }, laws);
+    return names;
 }
 
 inline bool law_has_friction(const std::string& name) {

@@ -44,7 +44,7 @@ def read_frames(path, colour):
     except (OSError, KeyError) as error:
         raise InputError(f"{path}: no frames of nscdd in HDF5: {str(error).splitlines()[0][:120]}") from None
     if not frames:
-        raise InputError(f"{path}: there is no frame")
+        raise InputError(f"{path}: there is no frame: is it what nscdd run --frames has written?")
     return frames, not any(frame.x[:, 2].any() for frame in frames)
 
 
