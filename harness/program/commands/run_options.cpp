@@ -64,9 +64,10 @@ void add_subdomain_options(CLI::App& command, RunArguments& run) {
         [&run](const std::string& text) { run.threads = read_threads(text); });
     add_grid_option(command, run);
     command
-        .add_option("--imbalance", run.partition.imbalance,
-                    "Contacts of the busiest subdomain over the mean, beyond which bisection and metis divide anew "
-                    "(default: 1.1)")
+        .add_option("--imbalance", run.partition.given_imbalance,
+                    fmt::format("Contacts of the busiest subdomain over the mean, beyond which bisection and metis "
+                                "divide anew (default: {:g})",
+                                detail::default_imbalance))
         ->check(number_in({1, 1e6}));
     add_within_node_option(command, run);
     add_choice(command, "--transport", transport_names, "auto: mpi when started by mpirun (default: auto)",

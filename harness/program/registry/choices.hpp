@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "nscdd/partition/partition.hpp"
 #include "nscdd/subdomain/halo.hpp"
 
 namespace nscdd {
@@ -23,10 +24,11 @@ inline constexpr std::array multiplicity_names{std::pair{"minimal", Multiplicity
 
 // How space is dealt to subdomains.
 struct PartitionChoice {
-    std::optional<std::string> kind;  // of offered_partitions()
-    std::vector<int> grid;            // cells per axis; empty: chosen
-    std::optional<double> imbalance;  // of a partition that is kept (Partitioner)
+    std::optional<std::string> kind;        // of offered_partitions()
+    std::vector<int> grid;                  // cells per axis; empty: chosen
+    std::optional<double> given_imbalance;  // of a partition that is kept (Partitioner)
     // The kernel's own default is the paper's, a grid; bisection needs fewer iterations on packings of any shape.
+    double imbalance() const { return given_imbalance.value_or(detail::default_imbalance); }
     std::string chosen() const { return kind.value_or(grid.empty() ? "bisection" : "grid"); }
 };
 

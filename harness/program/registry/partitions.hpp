@@ -27,11 +27,9 @@ inline constexpr std::tuple partitions{
     Offered{PartitionInfo{"grid", "equal cells, as in the paper"},
             []<class M>(const PartitionChoice& r) { return by_grid<M>(registry_detail::grid_cells<M>(r)); }},
     Offered{PartitionInfo{"bisection", "cut by cut, equal numbers of contacts"},
-            []<class M>(const PartitionChoice& r) {
-                return r.imbalance ? by_bisection<M>(*r.imbalance) : by_bisection<M>();
-            }},
+            []<class M>(const PartitionChoice& r) { return by_bisection<M>(r.imbalance()); }},
     Offered{PartitionInfo{"metis", "the same with few grains shared"},
-            []<class M>(const PartitionChoice& r) { return r.imbalance ? by_metis<M>(*r.imbalance) : by_metis<M>(); }},
+            []<class M>(const PartitionChoice& r) { return by_metis<M>(r.imbalance()); }},
 };
 
 template <class M>

@@ -1,5 +1,5 @@
 /// @file
-/// Options of an iteration, when it stops and how it iterates. Each has all that a user is told of it.
+/// Options of an iteration, when it stops and how it iterates. Each has all that a user reads about it.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct OptionRange {
     bool holds(double value) const { return open ? value > low && value < high : value >= low && value <= high; }
 };
 
-/// All that a user is told of an option. Keys of files, the command line, its help and the checks are made of it.
+/// All that a user reads about an option. Keys of files, the command line, its help and the checks are made of it.
 struct OptionInfo {
     const char* name;        ///< name of the member and key in files; on the command line with dashes
     const char* unit;        ///< unit; "" for a pure number
@@ -85,35 +85,33 @@ struct SolveOption {
 
 /// All bounds.
 inline constexpr std::array bound_options{
-    BoundOption{{"max_velocity_error", "",
-                 "Largest velocity error of a step: eta does not see wrong velocities where "
-                 "masses differ or columns are long"},
-                &SolveOptions::Bounds::max_velocity_error,
-                &SolveReport::velocity_error,
-                "velocity_error",
-                false},
+    BoundOption{
+        {"max_velocity_error", "",
+         "Bound on the velocity error: eta does not see wrong velocities where masses differ or columns are long"},
+        &SolveOptions::Bounds::max_velocity_error,
+        &SolveReport::velocity_error,
+        "velocity_error",
+        false},
     BoundOption{{"max_energy_gain", "",
-                 "Largest share of energy that contacts may make in a step, of the scene and of "
-                 "each component"},
+                 "Bound on the share of energy that contacts may make in a step, of the scene and of each component"},
                 &SolveOptions::Bounds::max_energy_gain,
                 &SolveReport::energy_gain,
                 "energy_gain",
                 false},
-    BoundOption{{"max_penetration", "least radius", "Deepest that a step may close a contact"},
+    BoundOption{{"max_penetration", "least radius", "Bound on how deep a step may close a contact"},
                 &SolveOptions::Bounds::max_penetration,
                 &SolveReport::penetration,
                 "penetration",
                 false},
     BoundOption{{"max_gap_error", "contact's radius",
-                 "Proven: a step is exact for gaps that differ by at most "
-                 "this"},
+                 "Bound on the gap error: a step is proven exact for gaps that differ by at most this"},
                 &SolveOptions::Bounds::max_gap_error,
                 &SolveReport::gap_error,
                 "gap_error",
                 true},
     BoundOption{{"max_distance", "",
-                 "Estimated: distance of the velocities from an answer over what contacts change, "
-                 "of the worst component"},
+                 "Bound on the estimated distance of velocities from an answer, over what contacts change, of the "
+                 "worst component"},
                 &SolveOptions::Bounds::max_distance,
                 &SolveReport::distance,
                 "distance",
@@ -124,34 +122,37 @@ inline constexpr double largest_int = (std::numeric_limits<int>::max)();
 
 /// All options but tolerance and bounds.
 inline constexpr std::tuple other_options{
-    SolveOption<int>{{"check_every", "iterations", "Between two tests; 1 for studies of counts", {1, largest_int}},
+    SolveOption<int>{{"check_every",
+                      "iterations",
+                      "Interval of the tests of convergence; 1 for studies of counts",
+                      {1, largest_int}},
                      &SolveOptions::check_every},
     SolveOption<int>{{"max_iterations",
                       "iterations",
-                      "Cap of each attempt at a step, also where fewer than "
-                      "check_every are left",
+                      "Cap of one solve; a step in which detection finds more contacts is solved again",
                       {1, detail::largest_int}},
                      &SolveOptions::max_iterations},
-    SolveOption<int>{{"max_newton_contacts",
-                      "contacts",
-                      "Largest component that Newton's method solves where "
-                      "sweeps get nowhere; none by the paper's method",
-                      {0, detail::largest_int},
-                      true},
-                     &SolveOptions::max_newton_contacts},
-    SolveOption<int>{{"sweeps", "sweeps", "Of an iteration, n_GS", {1, largest_int}, true}, &SolveOptions::sweeps},
+    SolveOption<int>{
+        {"max_newton_contacts",
+         "contacts",
+         "Largest component that Newton's method solves where sweeps get nowhere; 0: none, as by the paper's method",
+         {0, detail::largest_int},
+         true},
+        &SolveOptions::max_newton_contacts},
+    SolveOption<int>{{"sweeps", "sweeps", "Number n_GS in each subdomain between two gluings", {1, largest_int}, true},
+                     &SolveOptions::sweeps},
     SolveOption<int>{{"window",
                       "iterates",
-                      "Earlier iterates that Anderson acceleration combines",
+                      "Earlier iterates that Anderson acceleration combines; 0: no acceleration",
                       {0, Anderson::largest_window},
                       true},
                      &SolveOptions::window},
-    SolveOption<double>{{"relaxation", "", "Of every contact's step, omega", {0, 2, true}, true},
+    SolveOption<double>{{"relaxation", "", "Factor omega on the step of every contact", {0, 2, true}, true},
                         &SolveOptions::relaxation}};
 
 /// Calls each(info, value) for every option of `options`, which may be const.
 constexpr void visit_options(auto&& options, auto&& each) {
-    each(OptionInfo{"tolerance", "", "On eta, the distance from the contact law"}, options.tolerance);
+    each(OptionInfo{"tolerance", "", "Bound on eta, the distance from the contact law"}, options.tolerance);
     for (const BoundOption& bound : bound_options) each(bound.info, options.bounds.*bound.limit);
     std::apply([&](const auto&... option) { (each(option.info, options.*option.member), ...); }, other_options);
 }

@@ -244,7 +244,7 @@ class Bisector {
 /// Deals out the candidates of the last broad phase, or the grains before the first one. For `imbalance` see
 /// Partitioner.
 template <class M>
-Partitioner<M> by_bisection(double imbalance = 1.1) {
+Partitioner<M> by_bisection(double imbalance = detail::default_imbalance) {
     const auto make = [](const PartitionInput<M>& scene) { return detail::Bisector<M>(scene).bisect(); };
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
         std::vector<typename detail::Bisection<M>::Cut> cuts;

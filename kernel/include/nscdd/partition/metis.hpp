@@ -356,7 +356,7 @@ CellTable<M> part_by_metis(const PartitionInput<M>& scene) {
 /// Deals out the candidates of the last broad phase, or the grains before the first one. The graph has a few hundred
 /// cells a rank, because METIS would begin by putting grains together as well. For `imbalance` see Partitioner.
 template <class M>
-Partitioner<M> by_metis(double imbalance = 1.1) {
+Partitioner<M> by_metis(double imbalance = detail::default_imbalance) {
     const auto restore = [](std::span<const double> numbers, int ranks) -> std::optional<Partition<M>> {
         constexpr std::size_t head = 1 + 3 * M::dim;
         const auto whole = [](double x) { return x >= 0 && x <= 1e9 ? static_cast<int>(x) : -1; };

@@ -122,6 +122,10 @@ struct PartitionInput {
     Buffer numbers;      ///< numbers of the partition until now; empty if there is none
 };
 
+namespace detail {
+inline constexpr double default_imbalance = 1.1;  ///< of Partitioner, where it is worth what a new partition costs
+}
+
 /// Makes the partition of a simulation.
 template <class M>
 struct Partitioner {
