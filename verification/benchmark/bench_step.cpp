@@ -41,7 +41,7 @@ struct Stepped {
 };
 
 template <class M>
-void rough_detection(benchmark::State& state) {
+void broad_phase(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
     const Partition<M> grid = detail::Grid<M>(detail::choose_cells<M>(1, s.high - s.low), s.low, s.high);
     double largest = 0;
@@ -50,7 +50,7 @@ void rough_detection(benchmark::State& state) {
                 [&] { detail::repartition<M>(s.parts, s.comm, grid, s.settings.walls, 0.05 * largest, largest); });
 }
 template <class M>
-void fine_detection(benchmark::State& state) {
+void narrow_phase(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
     const ContactProblem<M>& problem = s.parts[0].problem;
     per_contact(state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
@@ -80,8 +80,8 @@ template <class M>
 void ccs(benchmark::State& state) {
     gluing<M, Ccs<M>>(state);
 }
-NSCDD_BENCH_ALL(rough_detection, "detection/rough")
-NSCDD_BENCH_ALL(fine_detection, "detection/fine")
+NSCDD_BENCH_ALL(broad_phase, "broad phase")
+NSCDD_BENCH_ALL(narrow_phase, "narrow phase")
 NSCDD_BENCH_ALL(dcs, "gluing/dcs")
 NSCDD_BENCH_ALL(ccs, "gluing/ccs")
 

@@ -32,7 +32,7 @@ void use(nscdd::Communicator& comm) {
     simulation.step(by_gradient<M>({}, Descent::spectral));
     simulation.step(by_nscdd<Ccs<M>>({}));
     simulation.step(by_nscdd<Dcs<M, ClosedForm>>({}));
-    gather_rough(simulation);
+    gather_broad_phase(simulation);
     gather_contacts(simulation);
     observe(simulation);
     ContactProblem<M> problem;

@@ -28,13 +28,13 @@ inline State made_up_state(int dim, int grains) {
                    .velocity = ramp(2 * d, 8),
                    .normal_speed = ramp(2, 12)};
     state.materials = {.name = {"glass", ""}, .density = ramp(2, 13)};
-    state.rough = {.kind = "grid",
-                   .partition = ramp(5, 17),
-                   .imbalance = 1.2,
-                   .x = ramp(n * d, 14),
-                   .offset = ramp(2, 15),
-                   .skin = 0.3,
-                   .steps_since = 7};
+    state.broad_phase = {.kind = "grid",
+                         .partition = ramp(5, 17),
+                         .imbalance = 1.2,
+                         .x = ramp(n * d, 14),
+                         .offset = ramp(2, 15),
+                         .skin = 0.3,
+                         .steps_since = 7};
     state.contacts = {.i = {0, 1, 1},
                       .j = {1, -1, -2},
                       .impulse = ramp(3 * d, 9),
@@ -66,13 +66,13 @@ inline void check_equal(const State& a, const State& b) {
     CHECK(a.walls.normal_speed == b.walls.normal_speed);
     CHECK(a.materials.name == b.materials.name);
     CHECK(a.materials.density == b.materials.density);
-    CHECK(a.rough.kind == b.rough.kind);
-    CHECK(a.rough.partition == b.rough.partition);
-    CHECK(a.rough.imbalance == b.rough.imbalance);
-    CHECK(a.rough.x == b.rough.x);
-    CHECK(a.rough.offset == b.rough.offset);
-    CHECK(a.rough.skin == b.rough.skin);
-    CHECK(a.rough.steps_since == b.rough.steps_since);
+    CHECK(a.broad_phase.kind == b.broad_phase.kind);
+    CHECK(a.broad_phase.partition == b.broad_phase.partition);
+    CHECK(a.broad_phase.imbalance == b.broad_phase.imbalance);
+    CHECK(a.broad_phase.x == b.broad_phase.x);
+    CHECK(a.broad_phase.offset == b.broad_phase.offset);
+    CHECK(a.broad_phase.skin == b.broad_phase.skin);
+    CHECK(a.broad_phase.steps_since == b.broad_phase.steps_since);
     CHECK(a.contacts.normal_impulse == b.contacts.normal_impulse);
     CHECK(a.contacts.i == b.contacts.i);
     CHECK(a.contacts.j == b.contacts.j);

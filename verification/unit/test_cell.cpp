@@ -232,7 +232,7 @@ TEMPLATE_TEST_CASE("a cell goes on from where it stopped, bit for bit", "", EVER
         for (const auto& g : gather_grains(whole)) grains.push_back(g.grain);
         std::vector<PairImpulse<M>> impulses;
         for (const auto& c : gather_contacts(whole)) impulses.push_back(c.pair());
-        const BroadPhaseState<M> last = gather_rough(whole);
+        const BroadPhaseState<M> last = gather_broad_phase(whole);
         Simulation<M> second(other, whole.settings(), grains, impulses, &last);
         for (int k = 0; k < 8; ++k) {
             const StepReport a = whole.step(solve), b = second.step(solve);

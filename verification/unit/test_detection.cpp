@@ -118,7 +118,7 @@ TEMPLATE_TEST_CASE("in a fast gas no two of all pairs overlap", "[detection][lon
 }
 
 // Two heavy disks close in on a small one and shoot it out much faster than anything moved before. What it then meets
-// was left out by the narrow phase, or even by the rough one, and a grain lies in the other subdomain, where the copy
+// was left out by the narrow phase, or even by the broad phase, and a grain lies in the other subdomain, where the copy
 // of the small one has no contact and so no part in the iteration.
 TEST_CASE("a grain thrown across subdomains within a step is not missed", "[detection][long]") {
     using M = SmoothDisks;

@@ -341,13 +341,16 @@ TEST_CASE("what is no scene is refused by name", "[misuse]") {
                 "step 1, subdomain 1: the solver has made wall contact 0 another one") == "");
     CHECK(lacks(solved_by([](Problem& p) { p.wall_contacts[0].j = -1; }), "made wall contact 0 another one") == "");
     const Simulation<M> moved = std::move(simulation);
-    const std::function<void()> uses[]{[&] { simulation.step(solve); },     [&] { measure(simulation); },
-                                       [&] { observe(simulation); },        [&] { gather_grains(simulation); },
-                                       [&] { gather_rough(simulation); },   [&] { detail::last_rough(simulation); },
+    const std::function<void()> uses[]{[&] { simulation.step(solve); },
+                                       [&] { measure(simulation); },
+                                       [&] { observe(simulation); },
+                                       [&] { gather_grains(simulation); },
+                                       [&] { gather_broad_phase(simulation); },
+                                       [&] { detail::last_broad_phase(simulation); },
                                        [&] { gather_contacts(simulation); }};
     for (const auto& use : uses)
         CHECK(complaint<std::logic_error>(use) == "Simulation: nothing is left of one that was moved");
-    CHECK_NOTHROW(gather_rough(moved));
+    CHECK_NOTHROW(gather_broad_phase(moved));
 
     settings.h = 0;
     CHECK(refusal([&] { Simulation<M>(two, settings, grains); }) == "the step h of the settings has not been set");

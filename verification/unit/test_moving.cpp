@@ -82,10 +82,10 @@ TEST_CASE("a path goes on from any step", "[moving]") {
     for (int step = 0; step < 37; ++step) whole.step(by_nlgs<M>({}));
     auto rest = whole.settings();
     rest.steps_before = 37;
-    const auto rough = gather_rough(whole);
+    const auto broad_phase = gather_broad_phase(whole);
     std::vector<PairImpulse<M>> impulses;
     for (const auto& c : gather_contacts(whole)) impulses.push_back(c.pair());
-    Simulation<M> second(comm, rest, std::vector{gather_grains(whole)[0].grain}, impulses, &rough);
+    Simulation<M> second(comm, rest, std::vector{gather_grains(whole)[0].grain}, impulses, &broad_phase);
     for (int step = 0; step < 40; ++step) {
         whole.step(by_nlgs<M>({}));
         second.step(by_nlgs<M>({}));

@@ -86,7 +86,7 @@ TEST_CASE("a state may have no walls and no contacts", "[packing][state]") {
     State state = made_up_state(2, 2);
     state.walls = {};
     state.contacts = {};
-    state.rough.offset = {};
+    state.broad_phase.offset = {};
     write_state(scratch.path("free.h5"), state);
     check_equal(read_state(scratch.path("free.h5")), state);
 }

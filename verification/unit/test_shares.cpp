@@ -23,7 +23,8 @@ void append(auto& to, const auto& from) { to.insert(to.end(), from.begin(), from
 void append_rows(State& to, const State& rows) {
     append(to.packing.x, rows.packing.x), append(to.packing.radius, rows.packing.radius);
     append(to.velocity, rows.velocity), append(to.spin, rows.spin), append(to.material, rows.material);
-    append(to.subdomain, rows.subdomain), append(to.multiplicity, rows.multiplicity), append(to.rough.x, rows.rough.x);
+    append(to.subdomain, rows.subdomain), append(to.multiplicity, rows.multiplicity),
+        append(to.broad_phase.x, rows.broad_phase.x);
     append(to.contacts.i, rows.contacts.i), append(to.contacts.j, rows.contacts.j);
     append(to.contacts.impulse, rows.contacts.impulse), append(to.contacts.normal, rows.contacts.normal);
     append(to.contacts.gap, rows.contacts.gap), append(to.contacts.subdomain, rows.contacts.subdomain);
@@ -85,7 +86,8 @@ TEST_CASE("shares of a file are all of its rows, each once", "[state][shares]") 
         read = rows;  // all that is not rows
         read.packing.x = before.packing.x, read.packing.radius = before.packing.radius;
         read.velocity = before.velocity, read.spin = before.spin, read.material = before.material;
-        read.subdomain = before.subdomain, read.multiplicity = before.multiplicity, read.rough.x = before.rough.x;
+        read.subdomain = before.subdomain, read.multiplicity = before.multiplicity,
+        read.broad_phase.x = before.broad_phase.x;
         read.contacts = before.contacts;
         append_rows(read, rows);
         append(packing.radius, read_packing(path, {part, processes}).radius);

@@ -14,12 +14,12 @@ namespace {
 template <class M>
 struct Stored {
     Scene<M> scene;
-    BroadPhaseState<M> rough;
+    BroadPhaseState<M> broad_phase;
 };
 
 template <class M>
 Stored<M> store(const Simulation<M>& simulation) {
-    Stored<M> stored{{"stored", simulation.settings(), {}, {}}, gather_rough(simulation)};
+    Stored<M> stored{{"stored", simulation.settings(), {}, {}}, gather_broad_phase(simulation)};
     for (const auto& g : gather_grains(simulation)) stored.scene.grains.push_back(g.grain);
     for (const auto& c : gather_contacts(simulation)) stored.scene.impulses.push_back(c.pair());
     return stored;
@@ -52,13 +52,14 @@ void goes_on_exactly(const Scene<M>& scene, const AnyStepSolver<M>& solve, int r
 
     // from the first to the second place, from there to the end; and from the first one to the end
     InProcess again(ranks);
-    Simulation<M> first(again, at[0].scene.settings, at[0].scene.grains, at[0].scene.impulses, &at[0].rough);
+    Simulation<M> first(again, at[0].scene.settings, at[0].scene.grains, at[0].scene.impulses, &at[0].broad_phase);
     for (int step = 5; step <= 11; ++step) first.step(solve);
     const Stored<M> then = store(first);
-    CHECK(then.rough.positions == at[1].rough.positions);
-    CHECK(then.rough.offsets == at[1].rough.offsets);
-    CHECK((then.rough.skin == at[1].rough.skin && then.rough.steps_since == at[1].rough.steps_since));
-    Simulation<M> second(again, then.scene.settings, then.scene.grains, then.scene.impulses, &then.rough);
+    CHECK(then.broad_phase.positions == at[1].broad_phase.positions);
+    CHECK(then.broad_phase.offsets == at[1].broad_phase.offsets);
+    CHECK((then.broad_phase.skin == at[1].broad_phase.skin &&
+           then.broad_phase.steps_since == at[1].broad_phase.steps_since));
+    Simulation<M> second(again, then.scene.settings, then.scene.grains, then.scene.impulses, &then.broad_phase);
     for (int step = 12; step <= 41; ++step) {
         first.step(solve);
         second.step(solve);
@@ -101,7 +102,7 @@ TEST_CASE("a stored simulation goes on with other subdomains, and with the phase
     for (int step = 0; step < 7; ++step) whole.step(solve);
     Stored<M> stored = store(whole);
     REQUIRE(stored.scene.settings.partition.kind == "grid");
-    Simulation<M> rest(four, stored.scene.settings, stored.scene.grains, stored.scene.impulses, &stored.rough);
+    Simulation<M> rest(four, stored.scene.settings, stored.scene.grains, stored.scene.impulses, &stored.broad_phase);
     CHECK(rest.broad_phase().steps_since() == whole.broad_phase().steps_since());
     for (int step = 0; step < 3; ++step) {
         whole.step(solve);
@@ -117,10 +118,10 @@ TEST_CASE("a broad phase that cannot have been is refused", "[stepping]") {
     InProcess comm(1);
     Simulation<M> simulation(comm, scene.settings, scene.grains);
     const auto refused = [&](auto&& spoil) {
-        BroadPhaseState<M> rough = gather_rough(simulation);
-        spoil(rough);
+        BroadPhaseState<M> broad_phase = gather_broad_phase(simulation);
+        spoil(broad_phase);
         return complaint<std::invalid_argument>(
-            [&] { Simulation<M>(comm, scene.settings, scene.grains, scene.impulses, &rough); });
+            [&] { Simulation<M>(comm, scene.settings, scene.grains, scene.impulses, &broad_phase); });
     };
     CHECK(refused([](auto&) {}) == "");
     CHECK(refused([](auto& r) { r.partition[0] = -3; }) == "");  // of another number of ranks

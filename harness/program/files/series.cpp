@@ -71,7 +71,8 @@ void SeriesWriter::add(const SeriesRow& row) {
     std::vector<std::string> headers, fields;
     for (const auto& value : row) {
         headers.push_back(header(value));
-        for (const double number : value.values) fields.push_back(std::isnan(number) ? "nan" : fmt::format("{}", number));
+        for (const double number : value.values)
+            fields.push_back(std::isnan(number) ? "nan" : fmt::format("{}", number));
     }
     if (rows_ == 1) write_line(fmt::format("{}", fmt::join(headers, ",")));
     write_line(fmt::format("{}", fmt::join(fields, ",")));

@@ -80,8 +80,8 @@ State read_state(const std::string& path, const Share& share) {
                       .gradient = file.read<double>("cell/gradient", {dim, dim}),
                       .size = file.read<double>("cell/size", {dim}),
                       .tilt = file.read<double>("cell/tilt", {dim, dim}),
-                      .rough_size = file.read<double>("rough/cell_size", {dim}),
-                      .rough_tilt = file.read<double>("rough/cell_tilt", {dim, dim}),
+                      .broad_phase_size = file.read<double>("rough/cell_size", {dim}),
+                      .broad_phase_tilt = file.read<double>("rough/cell_tilt", {dim, dim}),
                       .stretch = file.read<double>("rough/stretch", {dim, dim})};
 
     if (file.has("so_far/edges"))
@@ -130,17 +130,17 @@ State read_state(const std::string& path, const Share& share) {
     require_range(file, "contacts/j", state.contacts.j, rows.begin, -static_cast<int>(w) - facets, last);
 
     const hdf5::Shape numbers = file.shape("rough/partition");
-    state.rough = {.kind = file.texts("rough/kind", 1)[0],
-                   .partition = file.read<double>("rough/partition", {numbers.empty() ? 0 : numbers[0]}),
-                   .imbalance = file.read<double>("rough/imbalance", {1})[0],
-                   .x = file.read<double>("rough/x", {n, dim}, grains),
-                   .offset = file.read<double>("rough/offset", {w}),
-                   .skin = file.read<double>("rough/skin", {1})[0],
-                   .steps_since = file.read<int>("rough/steps_since", {1})[0],
-                   .time = file.has("rough/time") ? file.read<double>("rough/time", {1})[0] : 0.0};
-    if (!(state.rough.imbalance >= 1)) throw file.error("rough/imbalance", "must be >= 1");
-    if (!(state.rough.skin > 0)) throw file.error("rough/skin", "must be > 0");
-    if (state.rough.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
+    state.broad_phase = {.kind = file.texts("rough/kind", 1)[0],
+                         .partition = file.read<double>("rough/partition", {numbers.empty() ? 0 : numbers[0]}),
+                         .imbalance = file.read<double>("rough/imbalance", {1})[0],
+                         .x = file.read<double>("rough/x", {n, dim}, grains),
+                         .offset = file.read<double>("rough/offset", {w}),
+                         .skin = file.read<double>("rough/skin", {1})[0],
+                         .steps_since = file.read<int>("rough/steps_since", {1})[0],
+                         .time = file.has("rough/time") ? file.read<double>("rough/time", {1})[0] : 0.0};
+    if (!(state.broad_phase.imbalance >= 1)) throw file.error("rough/imbalance", "must be >= 1");
+    if (!(state.broad_phase.skin > 0)) throw file.error("rough/skin", "must be > 0");
+    if (state.broad_phase.steps_since < 0) throw file.error("rough/steps_since", "must be >= 0");
 
     state.time = file.attribute<double>("time");
     const auto count = [&](const char* name, std::int64_t most) {
@@ -188,15 +188,15 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     if (!head.obstacles.name.empty()) {
         file_.texts("obstacles/name", head.obstacles.name);
         file_.write("obstacles/facets", head.obstacles.facets, {head.obstacles.facets.size()});
-        file_.write("rough/time", std::vector{head.rough.time}, {1});
+        file_.write("rough/time", std::vector{head.broad_phase.time}, {1});
     }
     if (!head.cell.periodic.empty()) {
         file_.write("cell/periodic", head.cell.periodic, {dim});
         file_.write("cell/size", head.cell.size, {dim});
         file_.write("cell/tilt", head.cell.tilt, {dim, dim});
         file_.write("cell/gradient", head.cell.gradient, {dim, dim});
-        file_.write("rough/cell_size", head.cell.rough_size, {dim});
-        file_.write("rough/cell_tilt", head.cell.rough_tilt, {dim, dim});
+        file_.write("rough/cell_size", head.cell.broad_phase_size, {dim});
+        file_.write("rough/cell_tilt", head.cell.broad_phase_tilt, {dim, dim});
         file_.write("rough/stretch", head.cell.stretch, {dim, dim});
     }
 
@@ -219,13 +219,13 @@ StateWriter::StateWriter(FileSet& files, const std::string& path, const State& h
     for (const char* dataset : {"contacts/gap", "contacts/normal_impulse"}) file_.declare<double>(dataset, {c});
     if (couples_) file_.declare<double>("contacts/couple", {c, static_cast<hsize_t>(head.spins())});
 
-    file_.texts("rough/kind", {head.rough.kind});
-    file_.write("rough/partition", head.rough.partition, {head.rough.partition.size()});
-    file_.write("rough/imbalance", std::vector{head.rough.imbalance}, {1});
+    file_.texts("rough/kind", {head.broad_phase.kind});
+    file_.write("rough/partition", head.broad_phase.partition, {head.broad_phase.partition.size()});
+    file_.write("rough/imbalance", std::vector{head.broad_phase.imbalance}, {1});
     file_.declare<double>("rough/x", {n, dim});
-    file_.write("rough/offset", head.rough.offset, {w});
-    file_.write("rough/skin", std::vector{head.rough.skin}, {1});
-    file_.write("rough/steps_since", std::vector{head.rough.steps_since}, {1});
+    file_.write("rough/offset", head.broad_phase.offset, {w});
+    file_.write("rough/skin", std::vector{head.broad_phase.skin}, {1});
+    file_.write("rough/steps_since", std::vector{head.broad_phase.steps_since}, {1});
 
     file_.attribute("time", head.time);
     file_.attribute("step", head.step);
@@ -253,7 +253,7 @@ void StateWriter::append(const State& rows) {
     if (fixed_) file_.append("fixed", rows.packing.fixed);
     file_.append("subdomain", rows.subdomain);
     file_.append("multiplicity", rows.multiplicity);
-    file_.append("rough/x", rows.rough.x);
+    file_.append("rough/x", rows.broad_phase.x);
     file_.append("contacts/i", rows.contacts.i);
     file_.append("contacts/j", rows.contacts.j);
     file_.append("contacts/impulse", rows.contacts.impulse);

@@ -51,15 +51,15 @@ struct State {
 
     // Where the scene repeats; all empty where it does not.
     struct Cell {
-        std::vector<int> periodic;                   // (dim) 1 of axes along which it repeats
-        std::vector<double> gradient;                // (dim, dim) of the flow [1/s]
-        std::vector<double> size, tilt;              // (dim) [m], (dim, dim) [m]: nscdd::Cell
-        std::vector<double> rough_size, rough_tilt;  // as they were at the last broad phase
-        std::vector<double> stretch;                 // (dim, dim) of places since then
+        std::vector<int> periodic;                               // (dim) 1 of axes along which it repeats
+        std::vector<double> gradient;                            // (dim, dim) of the flow [1/s]
+        std::vector<double> size, tilt;                          // (dim) [m], (dim, dim) [m]: nscdd::Cell
+        std::vector<double> broad_phase_size, broad_phase_tilt;  // as they were at the last broad phase
+        std::vector<double> stretch;                             // (dim, dim) of places since then
     } cell;
 
     // The last broad phase, nscdd::BroadPhaseState: with it a run goes on exactly.
-    struct Rough {
+    struct BroadPhase {
         std::string kind;               // of the partition: grid, bisection, metis
         std::vector<double> partition;  // its numbers
         double imbalance = 1;           // that it had when it was made, >= 1
@@ -68,7 +68,7 @@ struct State {
         double skin = 0;                // [m], > 0
         int steps_since = 0;            // >= 0
         double time = 0;                // of the scene then, where it has obstacles [s]
-    } rough;
+    } broad_phase;
 
     // What has happened since the start of the scene, of scenes that ask for it; all empty in others.
     struct SoFar {

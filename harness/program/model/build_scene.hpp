@@ -17,8 +17,8 @@ struct BuiltScene {  // of grains, impulses and positions the share of one proce
     std::vector<Grain<M>> grains;
     SimulationSettings<M> settings;
     std::vector<PairImpulse<M>> impulses;
-    std::optional<BroadPhaseState<M>> rough;  // of a state to go on from
-    std::vector<std::string> notes;           // on what only shows once scene and packing meet
+    std::optional<BroadPhaseState<M>> broad_phase;  // of a state to go on from
+    std::vector<std::string> notes;                 // on what only shows once scene and packing meet
 };
 
 namespace build_detail {
@@ -260,21 +260,22 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
                 {from.contacts.i[c], from.contacts.j[c], typename M::Impulse{from.contacts.normal_impulse[c]}});
     }
     if (request.goes_on()) {
-        BroadPhaseState<M>& rough = built.rough.emplace();
-        rough.kind = from.rough.kind;
-        rough.partition = from.rough.partition;
-        rough.imbalance = from.rough.imbalance;
-        rough.skin = from.rough.skin;
-        rough.steps_since = from.rough.steps_since;
+        BroadPhaseState<M>& broad_phase = built.broad_phase.emplace();
+        broad_phase.kind = from.broad_phase.kind;
+        broad_phase.partition = from.broad_phase.partition;
+        broad_phase.imbalance = from.broad_phase.imbalance;
+        broad_phase.skin = from.broad_phase.skin;
+        broad_phase.steps_since = from.broad_phase.steps_since;
         for (std::size_t g = 0; g < from.packing.size(); ++g)
-            rough.positions.emplace_back(Eigen::Map<const typename M::Vec>(from.rough.x.data() + g * M::dim));
-        rough.offsets = from.rough.offset;
-        rough.time = from.rough.time;
-        rough.cell = settings.cell;
+            broad_phase.positions.emplace_back(
+                Eigen::Map<const typename M::Vec>(from.broad_phase.x.data() + g * M::dim));
+        broad_phase.offsets = from.broad_phase.offset;
+        broad_phase.time = from.broad_phase.time;
+        broad_phase.cell = settings.cell;
         if (!from.cell.size.empty()) {
-            rough.cell.size = vector(from.cell.rough_size);
-            rough.cell.tilt = matrix(from.cell.rough_tilt);
-            rough.stretch = matrix(from.cell.stretch);
+            broad_phase.cell.size = vector(from.cell.broad_phase_size);
+            broad_phase.cell.tilt = matrix(from.cell.broad_phase_tilt);
+            broad_phase.stretch = matrix(from.cell.stretch);
         }
     }
     return built;

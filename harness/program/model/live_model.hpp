@@ -27,7 +27,7 @@ class LiveModel final : public Live {
         const SolveOptions options = request_.scene.solver.options(sweeps(request_.scheme));
         solve_ = choose_solver<M>(request_.scheme, request_.interface, options).solve;
         simulation_.emplace(*comm_, std::move(built.settings), built.grains, built.impulses,
-                            built.rough ? &*built.rough : nullptr);
+                            built.broad_phase ? &*built.broad_phase : nullptr);
         stop_.emplace(*simulation_, request_.scene, request_.so_far);
     }
     ~LiveModel() override { detach(false); }

@@ -207,6 +207,34 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, RunRequest&
     recorder.save();
 }
 
+// A line for each obstacle that goes farther in a step than the smallest grain's radius. Collective.
+template <class M>
+std::vector<std::string> fast_obstacles(const BuiltScene<M>& built, const Scene& scene, Communicator& comm) {
+    std::vector<std::string> lines;
+    if (scene.obstacles.empty()) return lines;
+    struct Least {
+        double minus_radius = -std::numeric_limits<double>::infinity();
+        auto summed() { return std::tie(); }
+        auto largest() { return std::tie(minus_radius); }
+    };
+    const double least = -reduce<Least>(comm, [&built](std::size_t k) {
+                              Least own;
+                              for (const Grain<M>& grain : built.grains)
+                                  if (k == 0) own.minus_radius = std::max(own.minus_radius, -grain.radius);
+                              return own;
+                          }).minus_radius;
+    for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+        const double speed = automatic_detail::speed_of(scene.obstacles[o].path) +
+                             automatic_detail::turning_speed(built.settings.obstacles[o]);
+        if (speed * built.settings.h > least)
+            lines.push_back(
+                fmt::format("{}: obstacle '{}' moves by {:.2g} radii of the smallest grain in a step: its "
+                            "edges may throw grains; with an h of {:.2g} s it moves by one",
+                            scene.file, scene.obstacles[o].name, speed * built.settings.h / least, least / speed));
+    }
+    return lines;
+}
+
 // Says the notes of a run at its start, and keeps them. Collective.
 template <class M>
 void begin_run(const BuiltScene<M>& built, const RunRequest& request, Communicator& comm, RunResult& result) {
@@ -214,6 +242,7 @@ void begin_run(const BuiltScene<M>& built, const RunRequest& request, Communicat
     result.problem = problem.checksum;
     result.notes = notes(request, problem.grains_of);
     result.notes.insert(result.notes.end(), built.notes.begin(), built.notes.end());
+    std::ranges::copy(fast_obstacles(built, request.scene, comm), std::back_inserter(result.notes));
     for (const auto& material : request.scene.materials) result.densities.push_back(material.density);
     for (const auto& wall : built.settings.walls) result.wall_masses.push_back(wall.mass);
     if (!request.says_notes || comm.ranks()[0] != 0) return;
@@ -242,7 +271,7 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     const double began = comm.now();
     const LoadMeter load;
     Simulation<M> simulation(comm, std::move(built.settings), built.grains, built.impulses,
-                             built.rough ? &*built.rough : nullptr);
+                             built.broad_phase ? &*built.broad_phase : nullptr);
     built = {};
     result.model = steps ? model_name<M>(simulation.walls()) : model_name<M>();
     result.interface = chosen.interface;

@@ -46,26 +46,26 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
         head.materials.name.push_back(material.name);
         head.materials.density.push_back(material.density);
     }
-    const BroadPhaseState<M> rough = detail::last_rough(simulation);
+    const BroadPhaseState<M> broad_phase = detail::last_broad_phase(simulation);
     if (const Cell<M>& cell = simulation.settings().cell; cell.repeats()) {
         append(head.cell.periodic, cell.periodic);
         append(head.cell.size, cell.size);
         append(head.cell.tilt, rows_of(cell.tilt));
         append(head.cell.gradient, rows_of(cell.gradient));
-        append(head.cell.rough_size, rough.cell.size);
-        append(head.cell.rough_tilt, rows_of(rough.cell.tilt));
-        append(head.cell.stretch, rows_of(rough.stretch));
+        append(head.cell.broad_phase_size, broad_phase.cell.size);
+        append(head.cell.broad_phase_tilt, rows_of(broad_phase.cell.tilt));
+        append(head.cell.stretch, rows_of(broad_phase.stretch));
     }
     head.contacts.have_couples = M::rolling;
-    head.rough.kind = rough.kind;
-    head.rough.partition = rough.partition;
-    head.rough.imbalance = rough.imbalance;
-    head.rough.offset = rough.offsets;
-    head.rough.skin = rough.skin;
-    head.rough.steps_since = rough.steps_since;
+    head.broad_phase.kind = broad_phase.kind;
+    head.broad_phase.partition = broad_phase.partition;
+    head.broad_phase.imbalance = broad_phase.imbalance;
+    head.broad_phase.offset = broad_phase.offsets;
+    head.broad_phase.skin = broad_phase.skin;
+    head.broad_phase.steps_since = broad_phase.steps_since;
     head.so_far = request.so_far;
     head.has_fixed = request.has_fixed;
-    head.rough.time = rough.time;
+    head.broad_phase.time = broad_phase.time;
     head.step = request.start_step + simulation.steps();
     head.time = time_now(simulation, request);
     head.scene = request.scene.name;
@@ -91,7 +91,7 @@ State gather_grain_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
         rows.packing.fixed.push_back(g.grain.fixed());
         rows.subdomain.push_back(g.subdomain);
         rows.multiplicity.push_back(g.multiplicity);
-        append(rows.rough.x, g.broad_phase_position);
+        append(rows.broad_phase.x, g.broad_phase_position);
     }
     return rows;
 }

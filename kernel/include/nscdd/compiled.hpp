@@ -63,8 +63,8 @@ using Spheres = Model<3, Coulomb>;             ///< spheres
 
 // Of problems with a stored W.
 #define NSCDD_COMPILED_DIMENSION(prefix, dim)                                                                    \
-    prefix template double detail::stopping_error(const DelassusProblem<dim>&,                                \
-                                                     const std::vector<DelassusProblem<dim>::Vec>&);             \
+    prefix template double detail::stopping_error(const DelassusProblem<dim>&,                                   \
+                                                  const std::vector<DelassusProblem<dim>::Vec>&);                \
     prefix template ErrorMeasures error_measures(const DelassusProblem<dim>&,                                    \
                                                  const std::vector<DelassusProblem<dim>::Vec>&);                 \
     prefix template SolveReport block_nlgs(const DelassusProblem<dim>&, std::vector<DelassusProblem<dim>::Vec>&, \

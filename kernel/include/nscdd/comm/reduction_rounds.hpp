@@ -13,9 +13,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-/// Two levels of the tree a round: four ranks tell each other their rows, and each combines all of them. A rank beyond
-/// the tree, r >= p = tree_size(ranks), counts as r - p does: in the first round both send their rows, and from then on
-/// r, its double, is sent what r - p is sent. 48 ranks: 3 rounds instead of the 7 of messages to one partner at a time.
+/// Rounds of a reduction, each over two levels of the tree: four ranks send each other their rows, and each combines
+/// all. A rank r >= p = tree_size(ranks) is the double of rank r - p. In the first round both send their rows.
+/// Afterwards whoever sends to r - p sends to r as well. 48 ranks need 3 rounds; with one partner a round they would
+/// need 7.
 class ReductionRounds {
   public:
     static constexpr int group = 4;  ///< ranks that tell each other their rows in one round

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <exception>
 #include <functional>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -13,15 +15,20 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-/// The threads live as long as the team and wait between loops. The caller is one of them.
+/// The threads live as long as the pool and wait between loops. The caller is one of them.
 class ThreadPool {
   public:
-    /// Starts threads - 1 others; `threads`: at least 1.
+    /// Starts threads - 1 others; `threads`: at least 1. Throws std::system_error where they cannot be started.
     explicit ThreadPool(int threads)
         : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
           thrown_(static_cast<std::size_t>(threads)) {
         try {
             for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
+        } catch (const std::system_error& error) {
+            const std::size_t started = others_.size() + 1;
+            end();
+            throw std::system_error(error.code(), "only " + std::to_string(started) + " of " + std::to_string(threads) +
+                                                      " threads can be started");
         } catch (...) {
             end();
             throw;

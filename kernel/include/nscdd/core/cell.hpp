@@ -68,7 +68,7 @@ struct Cell {
     Vec with_flow(const Vec& velocity, const Vec& apart) const {
         return flows() ? Vec(velocity + detail::flow_over<M>(gradient, apart)) : velocity;
     }
-    /// The flow as places have it that have moved with it for `since` [s] from where it is `gradient` [1/s].
+    /// Gradient of the flow in coordinates that have moved with it for `since` [s] [1/s].
     typename M::Gradient gradient_after(double since) const {
         typename M::Gradient after = gradient;  // X with X (1 + since gradient) = gradient
         for (int d = 0; d < M::dim; ++d)

@@ -12,7 +12,8 @@
 namespace nscdd { inline namespace NSCDD_ABI {
 
 /// Coulomb's law with cohesion: r_n >= -c h and |r_t| <= mu (r_n + c h), where the gap is at most the range (METHOD.md,
-/// section 3.1). Beyond the range it is Coulomb's. To part two grains costs c times the range, and what they slide.
+/// section 3.1). Beyond the range it is Coulomb's. Two grains that part lose the energy c times the range, besides that
+/// of sliding.
 struct Cohesive {
     static constexpr const char* name = "cohesive Coulomb";  ///< in messages
     static constexpr bool friction = true;                   ///< impulses have `dim` components, grains have spins

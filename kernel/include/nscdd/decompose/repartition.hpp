@@ -1,6 +1,6 @@
 /// @file
 /// Broad phase and the new decomposition of the domain. Grains migrate. Candidates are found where their midpoint lies.
-/// Impulses follow their pair. All holders of a grain agree on who they are.
+/// Impulses follow their pair. All subdomains with a copy of a grain agree on who they are.
 ///
 /// No rank sees the whole scene: a grain is sent to the subdomains that its contacts could fall into. Contacts are
 /// dealt by the very point that impulses are forwarded by, so none is lost (warm start).

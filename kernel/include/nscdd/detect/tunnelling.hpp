@@ -19,7 +19,7 @@
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Of all pairs whose overlap exceeds the allowed one at some time of the step, the one that needs the smallest step.
-struct Passage {
+struct Tunnelling {
     /// Step that would do [s]: the pair is then detected while its overlap is allowed. 0: it overlaps more at the
     /// start.
     double h = std::numeric_limits<double>::infinity();
@@ -28,7 +28,7 @@ struct Passage {
 
     bool found() const { return std::isfinite(h); }  ///< whether there is such a pair
     /// Keeps the one that needs the smaller step; of equal ones that of lower ids.
-    void note(const Passage& other) {
+    void note(const Tunnelling& other) {
         if (std::tie(other.h, other.i, other.j) < std::tie(h, i, j)) *this = other;
     }
 };
@@ -58,12 +58,12 @@ Approach<M> approach_of(const PlacedObstacles<M>& obstacles, const typename Plac
     return found;
 }
 
-/// The passage before the first detection: grains and walls move by their own velocities for (1 - theta) h [s].
+/// The tunnelling before the first detection: grains and walls move by their own velocities for (1 - theta) h [s].
 /// Overlaps are allowed up to `largest_overlap` times the smaller radius.
 template <class M>
-Passage find_early_passage(const Subdomain<M>& part, std::span<const Wall<M>> walls, const Materials<M>& materials,
-                           double h, double theta, double largest_overlap) {
-    Passage worst;
+Tunnelling find_early_tunnelling(const Subdomain<M>& part, std::span<const Wall<M>> walls,
+                                 const Materials<M>& materials, double h, double theta, double largest_overlap) {
+    Tunnelling worst;
     const double time = (1 - theta) * h;
     typename PlacedObstacles<M>::Frames then;
     if (part.obstacles) then = part.obstacles->at(part.obstacles->time() + time);
@@ -141,8 +141,8 @@ double step_that_sees_all(const Subdomain<M>& part, std::span<const Wall<M>> wal
 
 /// What find_tunnelled() finds in a subdomain.
 struct Tunnelled {
-    bool closes = false;  ///< candidates without restitution are to be contacts, see mark_missed(): solved again
-    Passage passage;      ///< of pairs with restitution, which act once they touch
+    bool closes = false;    ///< candidates without restitution are to be contacts, see mark_missed(): solved again
+    Tunnelling tunnelling;  ///< of pairs with restitution, which act once they touch
 };
 
 /// The cell with the flow that the step has found: a stress may drive its sides.
@@ -204,7 +204,7 @@ Tunnelled find_tunnelled(Subdomain<M>& part, std::span<const Wall<M>> walls, con
         unseen.closes |= closes;
     };
     const auto note = [&](double when, double allowed, double closing, int i, int j) {
-        if (when < h) unseen.passage.note({when > 0 ? (std::min)(when, allowed / closing) : 0, i, j});
+        if (when < h) unseen.tunnelling.note({when > 0 ? (std::min)(when, allowed / closing) : 0, i, j});
     };
     for (auto& c : part.pairs) {
         c.closes = false;

@@ -42,7 +42,7 @@ concept Iterated = Tested<S> && requires(S& system, const Anderson* anderson, co
     { system.hand_over(residual) } -> std::same_as<HandedOver>;
 };
 
-/// The times when the iterate becomes the mark that later ones are held against: after the tests at 10, 20, 40 ...
+/// The times when the iterate becomes the mark that later ones are compared with: after the tests at 10, 20, 40 ...
 /// iterations. So the line from mark to iterate spans half of all iterations and more.
 class Marks {
   public:

@@ -201,7 +201,7 @@ class DistanceSums {
         add_contacts(problem, last);
         add_bodies(problem);
     }
-    /// The first part of add_up(). After it copies of a body add up what is asked of it.
+    /// The first part of add_up(). After it the copies of a body add up their parts.
     void add_contacts(const ContactProblem<M>& problem, const Iterate<M>* last) {
         last_ = last ? last : &mark_;
         const Components<M>& labels = this->labels(problem);

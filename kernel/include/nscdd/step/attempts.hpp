@@ -58,14 +58,14 @@ template <class M>
 void Simulation<M>::check_first_drift() {
     const double time = (1 - settings_.theta) * settings_.h;
     const detail::Motion start = motion(Velocities::known, time);
-    if (2 * start.moved > broad_.spare_skin(settings_)) detect_roughly(2.2 * time * start.speed);
-    std::vector<detail::Passage> passages(parts_.size());
+    if (2 * start.moved > broad_.spare_skin(settings_)) renew_broad_phase(2.2 * time * start.speed);
+    std::vector<detail::Tunnelling> tunnelling(parts_.size());
     const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
-        passages[k] = detail::find_early_passage<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
-                                                    settings_.theta, settings_.largest_overlap);
-        return Unsettled{.passages = double(passages[k].found())};
+        tunnelling[k] = detail::find_early_tunnelling<M>(parts_[k], settings_.walls, settings_.materials, settings_.h,
+                                                         settings_.theta, settings_.largest_overlap);
+        return Unsettled{.tunnelling = double(tunnelling[k].found())};
     });
-    if (any.passages > 0) refuse_passages(passages, Velocities::known);
+    if (any.tunnelling > 0) refuse_tunnelling(tunnelling, Velocities::known);
 }
 
 template <class M>
@@ -76,23 +76,23 @@ bool Simulation<M>::complete(Attempt& attempt) {
     const detail::Motion after = motion(Velocities::solved, settings_.h);
     attempt.speed = (std::max)(attempt.speed, after.speed);
     if (2 * after.moved > broad_.spare_skin(settings_)) {
-        detect_roughly(2.2 * settings_.h * after.speed);
+        renew_broad_phase(2.2 * settings_.h * after.speed);
         attempt.seeks = true;  // candidates are new
         return false;
     }
-    std::vector<detail::Passage> passages(parts_.size());
+    std::vector<detail::Tunnelling> tunnelling(parts_.size());
     const Unsettled any = reduce<Unsettled>(comm_, [&](std::size_t k) {
         const bool passes = attempt.seeks && detail::mark_passing(parts_[k], settings_.h);
         const detail::Tunnelled unseen = detail::find_tunnelled<M>(parts_[k], settings_.walls, settings_.materials,
                                                                    settings_.h, after.speed, settings_.largest_overlap);
-        passages[k] = unseen.passage;
-        return Unsettled{double(passes), double(unseen.closes), double(unseen.passage.found())};
+        tunnelling[k] = unseen.tunnelling;
+        return Unsettled{double(passes), double(unseen.closes), double(unseen.tunnelling.found())};
     });
     if (any.closes > 0) detail::mark_missed(parts_, comm_, any.passes > 0);
     // Not each time, as of many grains some pass in each attempt: 55,000 did not settle in 50.
     attempt.seeks = !attempt.wide() && Attempt{attempt.number + 1}.wide();
     if (any.passes > 0 || any.closes > 0) return false;
-    if (any.passages > 0) refuse_passages(passages, Velocities::solved);
+    if (any.tunnelling > 0) refuse_tunnelling(tunnelling, Velocities::solved);
     return true;
 }
 
@@ -102,7 +102,7 @@ void Simulation<M>::refuse(std::string reason) const {
 }
 
 template <class M>
-void Simulation<M>::refuse_passages(const std::vector<detail::Passage>& passages, Velocities which) const {
+void Simulation<M>::refuse_tunnelling(const std::vector<detail::Tunnelling>& tunnelling, Velocities which) const {
     std::vector<double> within;
     for (const Subdomain<M>& part : parts_) {
         const auto velocity = [&](int grain) -> typename M::Vec {
@@ -119,7 +119,7 @@ void Simulation<M>::refuse_passages(const std::vector<detail::Passage>& passages
         within.push_back(detail::step_that_sees_all<M>(part, settings_.walls, settings_.materials,
                                                        settings_.largest_overlap, velocity, speed));
     }
-    detail::refuse(comm_, steps_ + 1, passages, within, settings_.largest_overlap);
+    detail::refuse(comm_, steps_ + 1, tunnelling, within, settings_.largest_overlap);
 }
 
 template <class M>
@@ -163,7 +163,7 @@ StepReport Simulation<M>::step(const AnyStepSolver<M>& solve) {
     check_sides();
     watch.lap(seconds_.advance);
     const detail::Motion before = motion(Velocities::known, settings_.h);
-    if (broad_.due(settings_) || 2 * before.moved > broad_.spare_skin(settings_)) detect_roughly(0);
+    if (broad_.due(settings_) || 2 * before.moved > broad_.spare_skin(settings_)) renew_broad_phase(0);
     int iterations = 0;
     Attempt attempt{.speed = before.speed};
     for (;; ++attempt.number) {

@@ -69,7 +69,7 @@ void Simulation<M>::take_stock() {
     momentum_changes_.clear();
     Stopwatch watch(comm_);
     count_grains();
-    detect_roughly(0);
+    renew_broad_phase(0);
     watch.lap(seconds_.detect);
 }
 

@@ -82,7 +82,7 @@ namespace detail {
 
 /// The last broad phase but for the positions. Not collective.
 template <class M>
-BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
+BroadPhaseState<M> last_broad_phase(const Simulation<M>& simulation) {
     const BroadPhase<M>& broad = simulation.broad_phase();
     return {.kind = simulation.settings().partition.kind,
             .partition = broad.partition().numbers(),
@@ -100,10 +100,10 @@ BroadPhaseState<M> last_rough(const Simulation<M>& simulation) {
 
 /// The last broad phase. Positions come by ascending id on the process that hosts rank 0, none elsewhere.
 template <class M>
-BroadPhaseState<M> gather_rough(const Simulation<M>& simulation) {
-    BroadPhaseState<M> rough = detail::last_rough(simulation);
-    for (const auto& grain : gather_grains(simulation)) rough.positions.push_back(grain.broad_phase_position);
-    return rough;
+BroadPhaseState<M> gather_broad_phase(const Simulation<M>& simulation) {
+    BroadPhaseState<M> broad_phase = detail::last_broad_phase(simulation);
+    for (const auto& grain : gather_grains(simulation)) broad_phase.positions.push_back(grain.broad_phase_position);
+    return broad_phase;
 }
 
 /// Contacts of the last step, by ascending ids on the process that hosts rank 0, empty elsewhere.

@@ -39,7 +39,7 @@ struct ObservedSums {
     auto largest() { return std::tie(); }
 };
 
-/// Grains with a contact that carries, in whichever of their copies: the owner of a grain is told by the others.
+/// Grains with a contact that carries, in any of their copies: the other subdomains tell the owner of a grain.
 template <class M>
 std::vector<double> carrying_grains(const Simulation<M>& simulation) {
     const auto& parts = simulation.parts();

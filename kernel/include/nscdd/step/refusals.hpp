@@ -62,7 +62,7 @@ class StepRefused : public std::runtime_error {
 
 namespace detail {
 
-/// The worst that the ranks have found, Overlap or Passage; found[k]: by the k-th hosted rank. Collective.
+/// The worst that the ranks have found, Overlap or Tunnelling; found[k]: by the k-th hosted rank. Collective.
 template <class Found>
 Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     std::vector<Buffer> mine;
@@ -80,11 +80,11 @@ Found worst_of_all(Communicator& comm, const std::vector<Found>& found) {
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .overlap = worst.ratio, .allowed = allowed});
 }
 
-/// Throws StepRefused with the worst passage. within[k] is the step that would do for all pairs of the k-th hosted rank
-/// [s]. Collective.
-[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Passage>& found,
+/// Throws StepRefused with the worst tunnelling. within[k] is the step that would do for all pairs of the k-th hosted
+/// rank [s]. Collective.
+[[noreturn]] inline void refuse(Communicator& comm, int step, const std::vector<Tunnelling>& found,
                                 const std::vector<double>& within, double allowed) {
-    const Passage worst = worst_of_all(comm, found);
+    const Tunnelling worst = worst_of_all(comm, found);
     const double others = -reduce(comm, 0, [&within](std::size_t k) { return Buffer{-within[k]}; })[0];
     throw StepRefused({.step = step, .i = worst.i, .j = worst.j, .allowed = allowed, .h = (std::min)(worst.h, others)});
 }

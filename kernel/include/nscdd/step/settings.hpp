@@ -149,15 +149,15 @@ void check_impulses(std::span<const PairImpulse<M>> impulses) {
 
 /// Throws std::invalid_argument for data that are no broad phase of so many grains and walls.
 template <class M>
-void check_rough(const BroadPhaseState<M>& rough, std::size_t grains, std::size_t walls) {
-    if (rough.positions.size() != grains || rough.offsets.size() != walls)
+void check_broad_phase(const BroadPhaseState<M>& broad_phase, std::size_t grains, std::size_t walls) {
+    if (broad_phase.positions.size() != grains || broad_phase.offsets.size() != walls)
         throw std::invalid_argument("the last broad phase is of other grains or walls");
-    if (!std::all_of(rough.positions.begin(), rough.positions.end(),
+    if (!std::all_of(broad_phase.positions.begin(), broad_phase.positions.end(),
                      [](const auto& x) { return std::isfinite(x.squaredNorm()); }) ||
-        !std::all_of(rough.offsets.begin(), rough.offsets.end(), [](double x) { return std::isfinite(x); }))
+        !std::all_of(broad_phase.offsets.begin(), broad_phase.offsets.end(), [](double x) { return std::isfinite(x); }))
         throw std::invalid_argument("a position or offset of the last broad phase is not finite");
-    if (!(rough.imbalance >= 1)) throw std::invalid_argument("the imbalance of a partition is 1 or more");
-    if (!(rough.skin > 0 && std::isfinite(rough.skin)) || rough.steps_since < 0)
+    if (!(broad_phase.imbalance >= 1)) throw std::invalid_argument("the imbalance of a partition is 1 or more");
+    if (!(broad_phase.skin > 0 && std::isfinite(broad_phase.skin)) || broad_phase.steps_since < 0)
         throw std::invalid_argument("the last broad phase needs a positive skin and a number of steps since");
 }
 

@@ -40,7 +40,7 @@ class Simulation {
     /// A simulation can go on where another one stopped. It needs:
     ///
     /// - the grains of that one;
-    /// - as `last` its gather_rough(), whose positions are in the order of the grains passed;
+    /// - as `last` its gather_broad_phase(), whose positions are in the order of the grains passed;
     /// - pair() of its gather_contacts();
     /// - its settings() with its walls.
     ///
@@ -142,11 +142,11 @@ class Simulation {
     };
 
     /// Changes that a further attempt needs, above 0 on any rank. A contact is to be none, a candidate is to be one, or
-    /// there is a passage.
+    /// there is tunnelling.
     struct Unsettled {
-        double passes = 0, closes = 0, passages = 0;
+        double passes = 0, closes = 0, tunnelling = 0;
         auto summed() { return std::tie(); }
-        auto largest() { return std::tie(passes, closes, passages); }
+        auto largest() { return std::tie(passes, closes, tunnelling); }
     };
 
     void check_there() const {
@@ -157,7 +157,7 @@ class Simulation {
         return settings_.start_time + (double(settings_.steps_before + steps_) + share) * settings_.h;
     }
     void count_grains();
-    void detect_roughly(double needed) { broad_.renew(parts_, comm_, settings_, radii_, needed); }
+    void renew_broad_phase(double needed) { broad_.renew(parts_, comm_, settings_, radii_, needed); }
     /// Counts grains and finds candidates after some have come or gone.
     void take_stock();
 
@@ -191,7 +191,7 @@ class Simulation {
     /// Throws StepRefused for a reason that is the same on every rank.
     [[noreturn]] void refuse(std::string reason) const;
     /// Throws StepRefused. Collective.
-    [[noreturn]] void refuse_passages(const std::vector<detail::Passage>& passages, Velocities which) const;
+    [[noreturn]] void refuse_tunnelling(const std::vector<detail::Tunnelling>& tunnelling, Velocities which) const;
     /// Writes velocities of the step into grains and walls.
     void commit();
 

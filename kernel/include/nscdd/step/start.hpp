@@ -20,7 +20,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
         if (k > 0) return;
         detail::check_grains<M>(grains, settings_.materials.count());
         detail::check_impulses<M>(impulses);
-        if (last) detail::check_rough(*last, grains.size(), settings_.walls.size());
+        if (last) detail::check_broad_phase(*last, grains.size(), settings_.walls.size());
     });
     for (int rank : comm_.ranks()) {
         Subdomain<M>& part = parts_.emplace_back();
@@ -42,7 +42,7 @@ Simulation<M>::Simulation(Communicator& comm, SimulationSettings<M> settings, st
     if (last) place_obstacles(last->time);
     if (last) broad_.repeat(parts_, comm_, settings_, radii_, *last);
     place_obstacles(time(0));
-    if (!last) detect_roughly(0);
+    if (!last) renew_broad_phase(0);
     std::vector<std::vector<PairImpulse<M>>> handed(parts_.size());
     handed[0].assign(impulses.begin(), impulses.end());
     detail::hand_out_impulses(parts_, comm_, handed);
