@@ -59,6 +59,7 @@ class Motions(ProgramTest):
         for floor, line in (
             (OSCILLATING.replace("frequency = 5", ""), f"scene.toml:{first + 1}: wall 'floor': frequency is missing"),
             (OSCILLATING.replace("= 5", "= 0"), f"scene.toml:{first + 8}: wall 'floor': frequency must be > 0, found 0"),
+            (OSCILLATING.replace("= 5", "= 500"), f"scene.toml:{first + 8}: wall 'floor': frequency is of a period of 0.002 s, and a step of 0.001 s does not"),
             (OSCILLATING + "direction = [0, 0, 0]\n", f"scene.toml:{first + 11}: wall 'floor': direction must not be 0"),
             (OSCILLATING + "force = 1\n", f"scene.toml:{first + 11}: wall 'floor': unknown key 'force'"),
             (TABLE.replace("table.txt", "none.txt"), f"scene.toml:{first + 7}: wall 'floor': file cannot read 'none.txt'"),

@@ -191,6 +191,13 @@ class Obstacles(ProgramTest):
         self.run_to("state", flow, 3)
         self.assertIn("3 obstacles", self.refused(HEAD + disks() + DRUM + STEP, "--from", self.folder / "state.h5"))
 
+    def test_a_fast_obstacle_is_noted(self):
+        flow = HEAD + disks() + FUNNEL + STEP
+        for speed, noted in ((3, False), (30000, True)):
+            scene = self.write("scene.toml", flow.replace("velocity = [3, 0]", f"velocity = [{speed}, 0]"))
+            said = self.run_program("run", scene, "--steps", 1, "--quiet").stderr
+            self.assertEqual("obstacle 'gate' moves by " in said, noted, said)
+
     def test_no_output_is_an_input(self):
         (self.folder / "plate.stl").write_bytes(stl(SHEET))
         (self.folder / "way.txt").write_text("0 0 0 0\n1 0 0 0\n")
