@@ -35,6 +35,9 @@ target_compile_definitions(nscdd_flags INTERFACE NSCDD_ABI=by_level)
 if(others)
     include(ExternalProject)
     add_custom_target(nscdd_levels)
+    if(CMAKE_BUILD_TYPE STREQUAL "Release")  # they are installed as they lie there
+        set(strip -s)
+    endif()
     foreach(level IN LISTS others)
         # one after the other: each uses all cores
         ExternalProject_Add(nscdd_${level} SOURCE_DIR ${PROJECT_SOURCE_DIR} BINARY_DIR ${PROJECT_BINARY_DIR}/${level}
@@ -42,7 +45,7 @@ if(others)
             CMAKE_ARGS -DNSCDD_LEVELS=${level} -DNSCDD_LIBRARY_DIR=${NSCDD_LIBRARY_DIR}/glibc-hwcaps/${level}
                        -DNSCDD_HARNESS=${NSCDD_HARNESS} -DNSCDD_PROGRAM=${NSCDD_PROGRAM} -DNSCDD_COMPILED=ON -DNSCDD_PYTHON=OFF -DNSCDD_TESTS=OFF
                        -DNSCDD_WERROR=${NSCDD_WERROR} -DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE} -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}
-                       -DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS}
+                       -DCMAKE_CXX_FLAGS=${CMAKE_CXX_FLAGS} -DCMAKE_SHARED_LINKER_FLAGS=${strip} -DCMAKE_SKIP_RPATH=ON
             BUILD_COMMAND ${CMAKE_COMMAND} --build <BINARY_DIR> --target nscdd_libraries)
         add_dependencies(nscdd_levels nscdd_${level})
         set(previous nscdd_${level})

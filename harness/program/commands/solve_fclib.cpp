@@ -114,13 +114,12 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         write_json(files, arguments.json, json);
     }
     files.commit();
-    say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, of velocities {:.3g}, unilateral {:.3g}, eta {:.3g}, "
-        "cone {:.3g}, "
-        "complementarity {:.3g}, dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
+    say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, of velocities {:.3g}, of impulses {:.3g}, unilateral "
+        "{:.3g}, eta {:.3g}, cone {:.3g}, complementarity {:.3g}, dissipation {:.3g}, worst contact {} ({:.3g}){}\n",
         arguments.file, local.friction.size(), local.dim, local.rolls() ? " that resist rolling" : "",
         solved.report.iterations, offered_solver(arguments.solver).iterations, e.natural_map, e.natural_map_velocity,
-        e.unilateral, e.eta, e.cone_excess, e.complementarity, e.dissipation, e.worst_contact, e.worst,
-        solved.report.converged ? "" : ": NOT CONVERGED");
+        e.natural_map_impulse, e.unilateral, e.eta, e.cone_excess, e.complementarity, e.dissipation, e.worst_contact,
+        e.worst, solved.report.converged ? "" : ": NOT CONVERGED");
     return solved.report.converged ? 0 : 3;
 }
 

@@ -25,7 +25,7 @@ line, a step that cannot be made is StepRefused (a RuntimeError), a file that ca
 from typing import TYPE_CHECKING, Any
 
 try:
-    from ._core import SolveReport, StepEnergy, StepRefused, StepReport
+    from ._core import SolveReport, StepEnergy, StepRefused, StepReport, __version__
 except ModuleNotFoundError as missing:
     raise ModuleNotFoundError("nscdd: the module is not built: run cmake --build build, or pip install .", name=missing.name) from missing
 from .files import Packing, State, load, read_packing, read_problem, read_series, write_packing

@@ -1,6 +1,8 @@
 """Types of the compiled part that users meet; the rest is for the Python sources alone."""
 from typing import Any
 
+__version__: str
+
 class StepEnergy:
     before: float
     kinetic: float

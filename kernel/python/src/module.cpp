@@ -109,6 +109,7 @@ void add_exceptions(py::module_& module) {
 
 PYBIND11_MODULE(_core, module) {
     module.doc() = "The compiled part of nscdd.";
+    module.attr("__version__") = NSCDD_VERSION;
     nscdd::python::add_exceptions(module);
     nscdd::python::add_reports(module);
     nscdd::python::add_files(module);
