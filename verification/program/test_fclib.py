@@ -355,6 +355,20 @@ class Files(FclibTest):
         beyond, _ = self.solve(path, "--tolerance", "1e-18", "--max-sweeps", 260, code=3)  # Newton's steps end it
         self.assertGreater(beyond["iterations"], 260)
 
+    def test_what_has_no_answer_is_not_solved(self):
+        """Two contacts on one body close from both sides: impulses grow without end, and beside them any velocity is round-off."""
+        path = write_local(self.folder / "squeezed.hdf5", np.kron([[1, -1], [-1, 1]], np.eye(3)), [-1, 0, 0, -1, 0, 0], [0, 0])
+        for solver in ("auto", "newton", "nlgs"):
+            report, _ = self.solve(path, "--solver", solver, code=3)
+            self.assertGreater(report["measures"]["unilateral"], 0.1)
+
+    def test_large_friction_hides_no_penetration(self):
+        """Of impulses zero the natural map is 1/mu."""
+        path = write_local(self.folder / "rough.hdf5", np.eye(3), [-1, 1, 0], [1e10])
+        for solver in ("auto", "newton"):
+            report, _ = self.solve(path, "--solver", solver)
+            np.testing.assert_allclose(report["measures"]["unilateral"], 0, atol=1e-8)
+
     def test_auto_solves_what_newton_solves(self):
         """Twelve bodies whose masses span up to eight decades: from swept impulses Newton's method fails on some."""
         for seed in range(8):

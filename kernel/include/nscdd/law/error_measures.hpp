@@ -146,7 +146,7 @@ template <int dim, bool rolls>
 double stopping_error(const DelassusProblem<dim, rolls>& problem,
                       const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     using Problem = DelassusProblem<dim, rolls>;
-    constexpr double few_digits = 32 * std::numeric_limits<double>::epsilon(), most = 1e-5;
+    constexpr double few_digits = 256 * std::numeric_limits<double>::epsilon(), most = 1e-5;
     Squares given, alike;
     double map = 0, round_off = 0;
     std::array<double, 2> missed{}, excused{};  // by natural_map_velocity and by unilateral
