@@ -244,7 +244,8 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"dimension = 3", "dimension = 3\nlaw = \"glue\"",
          "bad.toml:3: law must be one of frictionless, coulomb, cohesive, rolling, found 'glue'"},
         {"dimension = 3", "dimension = 3\nlaw = \"frictionless\"",
-         "bad.toml:20: pair 'plate'-'glass': unknown key 'friction' (known here: materials, restitution)"},
+         "bad.toml:20: pair 'plate'-'glass': unknown key 'friction': it is of law = \"coulomb\" or \"cohesive\" or "
+         "\"rolling\", and the law is \"frictionless\""},
         {"restitution = 0.1", "restitution = 1.1",
          "bad.toml:20: pair 'plate'-'glass': restitution must be in [0, 1], found 1.1"},
         {"[\"plate\", \"glass\"]", "[\"plate\"]", "bad.toml:18: [[pair]] 0: materials must be 2 strings"},

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <span>
@@ -94,13 +95,14 @@ std::string mistake(const CLI::App& app, const CLI::ParseError& error, std::span
         if (!one->parsed()) continue;
         command = one->get_name() + " ";
         for (const CLI::Option* option : one->get_options())
-            for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+            for (const std::string& name : option->get_lnames()) options.push_back(name);
     }
     if (dynamic_cast<const CLI::RequiredError*>(&error) && command.empty() && words.size() > 1 && *words[1] != '-')
         return fmt::format("unknown command '{}'{}; see --help", words[1], did_you_mean(words[1], commands));
     if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
         const std::string first = app.remaining(true).front(), name = first.substr(0, first.find('='));
-        return fmt::format("{} was not expected{}; see {}--help", name, did_you_mean(name, options), command);
+        const std::string bare = name.substr(std::min(name.find_first_not_of('-'), name.size()));
+        return fmt::format("{} was not expected{}; see {}--help", name, did_you_mean(bare, options, "--"), command);
     }
     return fmt::format("{}; see --help", error.what());
 }

@@ -24,12 +24,14 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-// " (did you mean 'gravity'?)" by the word that is nearest, if at most about half of its letters differ; else "".
-inline std::string did_you_mean(std::string_view word, const std::vector<std::string>& known) {
+// " (did you mean 'gravity'?)" by the word that is nearest, if at most about half of its letters differ; else "". It is
+// shown after `before`.
+inline std::string did_you_mean(std::string_view word, const std::vector<std::string>& known,
+                                const std::string& before = "") {
     const auto distance = [&](const std::string& other) { return edit_distance(word, other); };
     const auto nearest = std::ranges::min_element(known, {}, distance);
     if (nearest == known.end() || 2 * distance(*nearest) > nearest->size() + 1) return "";
-    return " (did you mean '" + *nearest + "'?)";
+    return " (did you mean '" + before + *nearest + "'?)";
 }
 
 }  // namespace nscdd
