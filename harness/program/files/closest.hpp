@@ -30,7 +30,7 @@ inline std::string did_you_mean(std::string_view word, const std::vector<std::st
                                 const std::string& before = "") {
     const auto distance = [&](const std::string& other) { return edit_distance(word, other); };
     const auto nearest = std::ranges::min_element(known, {}, distance);
-    if (nearest == known.end() || 2 * distance(*nearest) > nearest->size() + 1) return "";
+    if (nearest == known.end() || nearest->size() < 3 || 2 * distance(*nearest) > nearest->size() + 1) return "";
     return " (did you mean '" + before + *nearest + "'?)";
 }
 

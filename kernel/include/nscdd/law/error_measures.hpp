@@ -146,18 +146,25 @@ template <int dim, bool rolls>
 double stopping_error(const DelassusProblem<dim, rolls>& problem,
                       const std::vector<typename DelassusProblem<dim, rolls>::Vec>& r) {
     using Problem = DelassusProblem<dim, rolls>;
-    constexpr double few_digits = 256 * std::numeric_limits<double>::epsilon(), most = 1e-5;
+    using Vec = typename Problem::Vec;
+    constexpr double few_digits = 16 * std::numeric_limits<double>::epsilon(), most = 1e-5;
     Squares given, alike;
     double map = 0, round_off = 0;
     std::array<double, 2> missed{}, excused{};  // by natural_map_velocity and by unilateral
     for (std::size_t c = 0; c < problem.contact_count(); ++c) {
         const auto& w = problem.blocks[static_cast<std::size_t>(problem.diagonal[c])];
-        const typename Problem::Vec u = problem.velocity(c, r);
+        const InOneUnit<Problem> one(w, problem.limits(c));
+        Vec u = problem.q[c];
+        double digits = 0;  // of the sum
+        for (auto k = static_cast<std::size_t>(problem.row_begin[c]);
+             k < static_cast<std::size_t>(problem.row_begin[c + 1]); ++k) {
+            const Vec part = problem.blocks[k] * r[static_cast<std::size_t>(problem.columns[k])];
+            u += part;
+            digits += few_digits * one.velocity(part).norm();
+        }
         given.add(problem.q[c], r[c], u);
         map += natural_map(r[c], u, problem.limits(c), 1.0).squaredNorm();
-        const InOneUnit<Problem> one(w, problem.limits(c));
         const std::array miss{one.velocity_miss(w, r[c], u).norm(), std::abs(one.unilateral_miss(w, r[c], u))};
-        const double digits = few_digits * one.stiffness(w) * one.impulse(r[c]).norm();
         for (std::size_t k = 0; k < miss.size(); ++k) (miss[k] > digits ? missed : excused)[k] += miss[k] * miss[k];
         round_off = (std::max)(round_off, digits);
         alike.add(one.velocity(problem.q[c]), one.impulse(r[c]), one.velocity(u));
