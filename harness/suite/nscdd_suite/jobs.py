@@ -138,7 +138,6 @@ class Runner:
         if job.done():
             return  # what it needs was made again, and is the same
         self.announce(job)
-        made_from = job.inputs()
         job.made().parent.mkdir(parents=True, exist_ok=True)
         job.made().write_text("failed")  # until it has ended
         for output in map(Path, job.outputs):
@@ -151,7 +150,7 @@ class Runner:
                 code = 1
                 stream.write(f"made no {', '.join(job.unmade())}\n")
         if not code:
-            job.made().write_text(made_from)
+            job.made().write_text(job.inputs())  # now, as a command may read what one before it has made
         with self.lock:
             self.cost_done += job.cost
             if code:
