@@ -24,7 +24,7 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-// " (did you mean 'gravity'?)" by the word that is nearest, if at most about half of its letters differ; else "". It is
+// The nearest word as " (did you mean 'gravity'?)", if at most about half of its letters differ; else "". It is
 // shown after `before`.
 inline std::string did_you_mean(std::string_view word, const std::vector<std::string>& known,
                                 const std::string& before = "") {
