@@ -136,6 +136,9 @@ class Wedge(Judged):
             code, line, verdict = self.judged(*pair)
             self.assertEqual((code, verdict), (2, "different problems"))
             self.assertIn("coefficients, h or theta differ at the start", line)
+        code, line, verdict = self.judged(self.holds, self.told(self.step("again", self.scene, "--from", self.folder / "wedged.h5"), problem="0" * 16))
+        self.assertEqual((code, verdict), (0, "agrees"))
+        self.assertIn("within the bounds, but grains, walls, coefficients, h or theta differ", line)
         earlier = self.told(self.falls)  # as by a program that did not tell it
         run = json.loads(earlier.read_text())
         del run["problem"]

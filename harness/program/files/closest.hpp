@@ -24,8 +24,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
     return row.back();
 }
 
-// The nearest word as " (did you mean 'gravity'?)", if at most about half of its letters differ; else "". It is
-// shown after `before`.
+// A suggestion in brackets with the nearest word after `before`, or "" where more than about half of its letters
+// differ.
 inline std::string did_you_mean(std::string_view word, const std::vector<std::string>& known,
                                 const std::string& before = "") {
     const auto distance = [&](const std::string& other) { return edit_distance(word, other); };

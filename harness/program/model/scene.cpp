@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <set>
 
+#include "model/resolved.hpp"
 #include "model/scene_table.hpp"
 #include "registry/laws.hpp"
 
@@ -83,12 +83,7 @@ class SceneReader {
         auto step = top_.table("step");
         if (!step) top_.fail("", "no [step]");
         read_step(*step);
-        for (std::size_t w = 0; w < walls.size(); ++w)
-            require_resolved(walls[w], "frequency", scene_.walls[w].path.frequency);
-        for (std::size_t o = 0; o < obstacles.size(); ++o) {
-            require_resolved(obstacles[o], "frequency", scene_.obstacles[o].path.frequency);
-            require_resolved(obstacles[o], "rate", scene_.obstacles[o].turn.rate / (2 * std::numbers::pi));
-        }
+        require_resolved(scene_, walls, obstacles);
         if (auto table = top_.table("stop")) {
             scene_.stop = read_stop(*table);
             if (scene_.stop.strain && !has_edges())
@@ -347,14 +342,6 @@ class SceneReader {
         for (int axis = 0; axis < dim_; ++axis)
             if (faces(axis, 1) && faces(axis, -1)) return true;
         return false;
-    }
-
-    // Steps of half a period and more would see a slower motion, or none.
-    void require_resolved(const TomlTable& table, const char* key, double frequency) const {
-        if (2 * std::abs(frequency) * scene_.step.h >= 1)
-            table.fail(key, fmt::format("is of a period of {:.3g} s, and a step of {:g} s does not see it: choose h "
-                                        "well below {:.2g} s",
-                                        1 / std::abs(frequency), scene_.step.h, 0.5 / std::abs(frequency)));
     }
 
     void read_step(TomlTable& table) {
