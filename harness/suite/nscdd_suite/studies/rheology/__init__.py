@@ -1,7 +1,8 @@
 """How grains flow: stress ratio and solid fraction against the inertial number, in a cell that is sheared under a stress.
 
 Disks and spheres start from packings that repeat (cases/packings/rheology-*.toml), and are sheared at rates that span three decades, each to a
-strain of SHEARED, or of SLOWLY below an inertial number of SLOW; means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
+strain of SHEARED, or of SLOWLY below an inertial number of SLOW. The slowest goes on from the end of the next, by a strain of SLOWEST.
+Means and their errors are over the second half, by blocks. Beside them are published laws (cases/rheology/published.toml).
 One rate is also run by NSCDD (DCS) on 8 subdomains. LAMMPS, where there is one, shears the grains on from the end of some runs. Nothing is timed.
 """
 import csv
@@ -21,7 +22,7 @@ from ..physics.granular import lade_duncan
 from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
-SHEARED, SLOWLY, SLOW, BLOCKS = 4.0, 2.0, 1e-3, 8  # strains in all, least inertial number of the first, blocks of the second half
+SHEARED, SLOWLY, SLOWEST, SLOW, BLOCKS = 4.0, 2.0, 1.0, 1e-3, 8  # strains, least inertial number of the first, blocks of the second half
 TOLERANCE, A_SHARE = 1e-4, 1 / 30  # in all, and at most this share of the inertial number: else slow grains sink into each other
 A_STEP, LONGEST = 1e-3, 0.3  # largest strain of a step, and its longest time: longer ones need iterations by the square
 SCENES = {"disks": (2, "yy", "xy", 10), "spheres": (3, "zz", "xz", 40)}  # dimension, normal and shear stress, seconds of the fastest run
@@ -63,12 +64,14 @@ class Rheology(Study):
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(text)
             how = ["--scheme", "dcs", "-n", 8] if solver == "dcs" else ["--scheme", "nlgs"]
-            steps = QUICK_STEPS if plan.quick else round((SLOWLY if inertial < SLOW else SHEARED) / (strain * h))
+            sheared = SLOWEST if inertial == INERTIAL[0] else SLOWLY if inertial < SLOW else SHEARED
+            steps = QUICK_STEPS if plan.quick else round(sheared / (strain * h))
             made = {"--json": f"{stem}.json", "--series": f"{stem}.csv", "--state": f"{stem}.h5"}
             how += ["--steps", steps, "--tolerance", min(TOLERANCE, A_SHARE * inertial), "--quiet"]
-            command = [NSCDD, "run", file, "--packing", packing, *how, *itertools.chain(*made.items())]
+            start = ["--from", f"{self.stem(plan, scene, INERTIAL[1], solver)}.h5"] if inertial == INERTIAL[0] else ["--packing", packing]
+            command = [NSCDD, "run", file, *start, *how, *itertools.chain(*made.items())]
             plan.add(
-                stem.name, [*made.values()], [command], needs=[packing], cost=cost * steps * A_STEP / SHEARED * (INERTIAL[-1] / inertial) ** 0.6
+                stem.name, [*made.values()], [command], needs=[start[1]], cost=cost * steps * A_STEP / SHEARED * (INERTIAL[-1] / inertial) ** 0.6
             )  # slow flow needs more iterations
         if not shutil.which("lmp"):
             plan.leave_out("LAMMPS: lmp is not installed")
