@@ -14,7 +14,7 @@ function(nscdd_library target name)
         return()
     endif()
     set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} LIBRARY_OUTPUT_DIRECTORY ${NSCDD_LIBRARY_DIR} DEFINE_SYMBOL ""
-                          VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+                          SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     target_link_options(${target} PRIVATE -Wl,-Bsymbolic -Wl,--no-undefined)
     if(TARGET nscdd_levels)
         add_dependencies(${target} nscdd_levels)
