@@ -185,7 +185,7 @@ motion = "velocity"
 velocity = [0, -1]
 )";
     const Scene scene = read_scene(scratch.write("disk.toml", text));
-    CHECK(scene.packing_file.empty());
+    CHECK(!scene.packing_file);
     CHECK(scene.grains[0].spin == Eigen::VectorXd::Constant(1, 3));
     CHECK(scene.grains[0].torque == Eigen::VectorXd::Constant(1, 4));
     CHECK(scene.walls[0].normal == Eigen::Vector2d(0, -1));

@@ -76,7 +76,7 @@ int compare(const CompareArguments& arguments, const Provenance& provenance) {
                    {"rows", rows},
                    {"verdict", judged.name},
                    {"ok", judged.exit_code == 0}});
-    if (!json_file.empty()) write_json(json_file, result);
+    if (json_file) write_json(*json_file, result);
     return judged.exit_code;
 }
 

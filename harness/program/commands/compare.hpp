@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "files/report_json.hpp"
@@ -9,7 +10,8 @@
 namespace nscdd {
 
 struct CompareArguments {
-    std::string reference, candidate, json;  // files; the last is written, unless empty
+    std::string reference, candidate;  // files
+    std::optional<std::string> json;   // file to write
 };
 
 CLI::App* add_compare(CLI::App& app, CompareArguments& arguments);

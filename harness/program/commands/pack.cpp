@@ -20,7 +20,7 @@ namespace {
 const std::vector<std::string> generators{"auto", "lammps", "own"};
 
 // Sets `generator` to that of the file where the command line names none.
-PackSpecification read_specification(const std::string& path, std::string& generator) {
+PackSpecification read_specification(const std::string& path, std::optional<std::string>& generator) {
     const toml::table root = parse_toml(path);
     TomlTable table(root, path, "");
     PackSpecification spec;
@@ -52,7 +52,7 @@ PackSpecification read_specification(const std::string& path, std::string& gener
                                spec.solid_fraction));
     if (table.has("generator")) {
         const std::string& named = generators[static_cast<std::size_t>(table.choice("generator", generators))];
-        if (generator.empty()) generator = named;
+        if (!generator) generator = named;
     }
     table.finish();
     return spec;
@@ -89,11 +89,11 @@ CLI::App* add_pack(CLI::App& app, PackArguments& arguments) {
 }
 
 int pack(const PackArguments& arguments, const Provenance& provenance) {
-    std::string generator = arguments.generator;
+    std::optional<std::string> generator = arguments.generator;
     const PackSpecification spec = read_specification(arguments.specification, generator);
     check_outputs({{"--output", arguments.output, 40 * static_cast<std::uint64_t>(spec.grains)}},
                   {{"the specification", arguments.specification}});
-    const bool lammps = choose_lammps(generator);
+    const bool lammps = choose_lammps(generator.value_or("auto"));
     auto [packing, by] = lammps ? pack_by_lammps(spec, arguments.output) : pack_by_walls(spec, arguments.quiet);
     const PackingMeasures measures = remove_overlaps(packing);
     check_packing(arguments.specification, measures, {spec.dimension, spec.spread, spec.solid_fraction});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "files/report_json.hpp"
@@ -10,7 +11,7 @@ namespace nscdd {
 
 struct PackArguments {
     std::string specification, output;
-    std::string generator;  // auto, lammps or own; empty: as the specification says
+    std::optional<std::string> generator;  // auto, lammps or own; else as the specification says
     bool quiet = false;
 };
 

@@ -29,12 +29,14 @@ void check_run_outputs(const RunRequest& request) {
     const std::uint64_t grains = packed + scene.grains.size(), steps = static_cast<std::uint64_t>(scene.step.count);
     std::vector<NamedFile> inputs = inputs_of(request, scene);
     // a run may go on from its own checkpoint, which is read before it is replaced
-    if (!asked.checkpoint.empty() && request.goes_on() && same_file(asked.checkpoint, request.start.from))
+    if (asked.checkpoint && request.goes_on() && same_file(*asked.checkpoint, *request.start.from))
         std::erase_if(inputs, [](const NamedFile& input) { return input.name == "--from"; });
-    std::vector<NamedFile> outputs = {{"--json", asked.json, 100 * steps},
-                                      {"--checkpoint", asked.checkpoint, 600 * grains},
-                                      {"--state", asked.state, 600 * grains},
-                                      {"the .xdmf beside --state", xdmf_beside(asked.state)}};
+    std::vector<NamedFile> outputs = {
+        {"--json", asked.json, 100 * steps},
+        {"--checkpoint", asked.checkpoint, 600 * grains},
+        {"--state", asked.state, 600 * grains},
+    };
+    if (asked.state) outputs.push_back({"the .xdmf beside --state", xdmf_beside(*asked.state)});
     for (const auto& path : asked.series) outputs.push_back({"--series", path, 1000 * steps});
     outputs.push_back({"--log", asked.log});
     const std::uint64_t frames = steps / static_cast<std::uint64_t>(request.frame_every());
@@ -130,14 +132,14 @@ RunResult run_and_repeat(RunRequest& request, FileSet& files) {
 // On rank 0.
 void write_results(const RunRequest& request, const RunResult& result, FileSet& files) {
     const RunArguments::Outputs& outputs = request.outputs;
-    if (!outputs.json.empty()) {
+    if (outputs.json) {
         nlohmann::json json = run_json(request, result);
-        if (!outputs.state.empty()) {
-            const auto folder = std::filesystem::absolute(std::filesystem::path(".") / outputs.json).parent_path();
-            json["state"] = std::filesystem::proximate(std::filesystem::absolute(outputs.state), folder).string();
-            json["state_checksum"] = files.checksum(outputs.state);
+        if (outputs.state) {
+            const auto folder = std::filesystem::absolute(std::filesystem::path(".") / *outputs.json).parent_path();
+            json["state"] = std::filesystem::proximate(std::filesystem::absolute(*outputs.state), folder).string();
+            json["state_checksum"] = files.checksum(*outputs.state);
         }
-        write_json(files, outputs.json, json);
+        write_json(files, *outputs.json, json);
     }
     files.commit();
 }
@@ -145,7 +147,7 @@ void write_results(const RunRequest& request, const RunResult& result, FileSet& 
 void say_results(const RunRequest& request, const RunResult& result) {
     if (!request.quiet)
         say("{}: {} grains{}, {} steps, {} on {} subdomain{}{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
-            result.grains, result.so_far.came.empty() ? "" : " at the start", result.steps.size(), request.scheme,
+            result.grains, result.so_far.came.empty() ? "" : " at the start", result.steps.size(), *request.scheme,
             result.ranks, result.ranks == 1 ? "" : "s",
             *request.threads > 1 ? fmt::format(", {} threads", *request.threads) : "", result.iterations(),
             result.seconds());
@@ -166,7 +168,7 @@ void say_results(const RunRequest& request, const RunResult& result) {
 int run(const RunArguments& arguments, const Provenance& provenance, const Session& session) {
     const bool over_mpi =
         arguments.transport == Transport::mpi || (arguments.transport == Transport::automatic && launched());
-    if (!arguments.outputs.checkpoint.empty()) listen_for_checkpoint_signal();
+    if (arguments.outputs.checkpoint) listen_for_checkpoint_signal();
     RunRequest request;
     std::vector<NamedFile> inputs;
     std::vector<std::string> sums;
@@ -175,7 +177,7 @@ int run(const RunArguments& arguments, const Provenance& provenance, const Sessi
     if (!session.together([&] {
             request = prepare_run(arguments, provenance, {session.rank(), session.size()}, over_mpi);
             request.undivided = request.undivided && !launched();
-            if (simulated && !request.outputs.json.empty())
+            if (simulated && request.outputs.json)
                 throw InputError(
                     "--json: no times are simulated of whole runs, but of windows: see nscdd scale --help");
             if (session.rank() == 0) check_run_outputs(request);
@@ -189,7 +191,7 @@ int run(const RunArguments& arguments, const Provenance& provenance, const Sessi
         if (!session.together([&] { files.commit(); })) return 1;
         if (session.rank() == 0)
             say(stderr, "nscdd: stopped by SIGUSR1 after step {}, before the end: go on with --from {}\n",
-                result.last_step, one_line(request.outputs.checkpoint));
+                result.last_step, one_line(*request.outputs.checkpoint));
         return 4;
     }
     const bool written = session.together([&] {

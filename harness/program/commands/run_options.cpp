@@ -5,14 +5,15 @@
 namespace nscdd {
 namespace {
 
-int read_threads(const std::string& text) {
-    if (text == "auto") return RunArguments::one_a_core;
+void read_threads(const std::string& text, RunArguments& run) {
+    run.thread_a_core = text == "auto";
+    if (run.thread_a_core) return;
     int threads = 0;
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), threads);
     if (fault != std::errc() || end != text.data() + text.size() || threads < 1 || threads > largest_subdomains)
         throw InputError(
             fmt::format("--threads {}: expected auto or a whole number from 1 to {}", text, largest_subdomains));
-    return threads;
+    run.threads = threads;
 }
 
 std::vector<int> read_grid(const std::string& text) {
@@ -61,7 +62,7 @@ void add_subdomain_options(CLI::App& command, RunArguments& run) {
     add_text(
         command, "--threads",
         "That share the subdomains of one process, a subdomain each unless -n says more; auto: one a core (default: 1)",
-        [&run](const std::string& text) { run.threads = read_threads(text); });
+        [&run](const std::string& text) { read_threads(text, run); });
     add_grid_option(command, run);
     command
         .add_option("--imbalance", run.partition.given_imbalance,
@@ -123,10 +124,10 @@ void add_source_options(CLI::App& command, RunArguments& run, const std::string&
 
 void add_scheme_options(CLI::App& command, RunArguments& run, bool (*wanted)(const SchemeInfo&)) {
     const auto every = [](const PartitionInfo&) { return true; };
-    const char* by_number = run.scheme.empty() ? " (default: nlgs, and dcs of several subdomains)" : "";
+    const char* by_number = run.scheme ? "" : " (default: nlgs, and dcs of several subdomains)";
     command.add_option("--scheme", run.scheme, help_of(offered_schemes(), wanted) + by_number)
         ->check(CLI::IsMember(names_of(offered_schemes(), wanted)))
-        ->capture_default_str();
+        ->default_str(run.scheme.value_or(""));
     add_choice(command, "--interface", interface_names,
                "How the interface problem is solved (default: ccs factorised, dcs closed-form)",
                [&run](Interface value) { run.interface = value; });

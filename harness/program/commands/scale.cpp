@@ -32,11 +32,12 @@ class Job {
   public:
     Job(const ScaleArguments& arguments, const Provenance& provenance)
         : arguments_(arguments), provenance_(provenance), hosts_(beside(arguments.platform)) {
-        for (const std::string* path :
-             {&arguments.run.start.scene, &arguments.run.start.packing, &arguments.run.start.from, &arguments.costs,
-              &arguments.platform, &arguments.output})
-            if (path->find_first_of(" \t\n*?[]'\"\\") !=
-                std::string::npos)  // smpirun lets a shell split and expand them
+        const RunArguments::Start& start = arguments.run.start;
+        for (const std::optional<std::string>& path :
+             {std::optional(start.scene), start.packing, start.from, std::optional(arguments.costs),
+              std::optional(arguments.platform), std::optional(arguments.output)})
+            if (path && path->find_first_of(" \t\n*?[]'\"\\") !=
+                            std::string::npos)  // smpirun lets a shell split and expand them
                 throw InputError(fmt::format("{}: smpirun takes no paths with blanks, quotes or wildcards", *path));
         for (const std::string& path : {arguments.platform, hosts_, arguments.costs}) require_regular_file(path);
         if (!std::filesystem::exists(arguments.simulator))
@@ -77,12 +78,14 @@ class Job {
 
     // Settings that all results of one file have in common.
     Json settings() const {
-        const auto content = [](const std::string& path) { return path.empty() ? "" : checksum(read_file(path)); };
+        const auto content = [](const std::optional<std::string>& path) {
+            return path ? checksum(read_file(*path)) : "";
+        };
         const RunArguments& run = arguments_.run;
         return {{"scene", run.start.scene},
-                {"packing", run.start.packing},
-                {"from", run.start.from},
-                {"scheme", run.scheme},
+                {"packing", run.start.packing.value_or("")},
+                {"from", run.start.from.value_or("")},
+                {"scheme", *run.scheme},
                 {"interface", name_of(interface_names, run.interface)},
                 {"multiplicity", name_of(multiplicity_names, run.multiplicity)},
                 {"partition", run.partition.chosen()},
@@ -119,7 +122,7 @@ class Job {
         for (Json& p : json_["points"])
             if (p["ranks"] == ranks) return p;
         json_["points"].push_back(
-            {{"ranks", ranks}, {"scheme", ranks == 1 ? "nlgs" : arguments_.run.scheme}, {"windows", Json::array()}});
+            {{"ranks", ranks}, {"scheme", ranks == 1 ? "nlgs" : *arguments_.run.scheme}, {"windows", Json::array()}});
         return json_["points"].back();
     }
 
@@ -159,8 +162,8 @@ class Job {
         const auto add = [&words](const char* option, const std::string& value) {
             if (!value.empty()) words.insert(words.end(), {option, value});
         };
-        add("--packing", run.start.packing);
-        add("--from", run.start.from);
+        add("--packing", run.start.packing.value_or(""));
+        add("--from", run.start.from.value_or(""));
         if (scheme != "nlgs") add("--interface", name_of(interface_names, run.interface));
         add("--multiplicity", name_of(multiplicity_names, run.multiplicity));
         add("--partition", scheme == "nlgs" ? "" : run.partition.chosen());

@@ -91,10 +91,10 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
         throw InputError(fmt::format("{}: {}", arguments.file, error.what()));
     }
     FileSet files;
-    if (!arguments.output.empty()) write_fclib_solution(files, arguments.output, arguments.file, solved.solution);
+    if (arguments.output) write_fclib_solution(files, *arguments.output, arguments.file, solved.solution);
 
     const ErrorMeasures& e = solved.measures;
-    if (!arguments.json.empty()) {
+    if (arguments.json) {
         nlohmann::json json = provenance;
         if (offered_solver(arguments.solver).capped) json["check_every"] = arguments.check_every;
         json.update({{"schema", "nscdd.fclib/1"},
@@ -111,7 +111,7 @@ int solve_fclib(const SolveFclibArguments& arguments, const Provenance& provenan
                      {"load", load_json(solved.load, 1)},
                      {"converged", solved.report.converged},
                      {"measures", to_json(e)}});
-        write_json(files, arguments.json, json);
+        write_json(files, *arguments.json, json);
     }
     files.commit();
     say("{}: {} contacts in {}D{}, {} {}: natural map {:.3g}, of velocities {:.3g}, of impulses {:.3g}, unilateral "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "files/report_json.hpp"
@@ -9,7 +10,8 @@
 namespace nscdd {
 
 struct SolveFclibArguments {
-    std::string file, solver = "auto", output, json;
+    std::string file, solver = "auto";
+    std::optional<std::string> output, json;  // files to write
     double tolerance = 1e-8;
     int max_sweeps = 200000, check_every = 10;
 };

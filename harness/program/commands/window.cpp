@@ -179,10 +179,9 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
             json["injected"] = {{"costs", arguments.costs},         {"slower", arguments.slower},
                                 {"noise", arguments.noise},         {"latency", arguments.latency},
                                 {"bandwidth", arguments.bandwidth}, {"seed", arguments.seed}};
-        const std::string& file = request.outputs.json;
-        if (!file.empty()) write_json(file, json);
+        if (request.outputs.json) write_json(*request.outputs.json, json);
         if (!arguments.run.quiet)
-            say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, request.scheme, session.size(),
+            say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, *request.scheme, session.size(),
                 session.size() == 1 ? "" : "s", simulated ? ", simulated" : "", 1e6 * result.window->median());
     })
                ? 0

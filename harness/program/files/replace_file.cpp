@@ -178,7 +178,7 @@ void visit_blocks(const std::string& path, const auto& visit) {
 }
 
 void check_output(const NamedFile& output) {
-    const std::string target = target_of(output.path);
+    const std::string target = target_of(*output.path);
     if (status(target) && ::access(target.c_str(), W_OK) != 0) refuse(errno);
     std::string part;
     Descriptor made = open_part(target, part);  // fails where a folder or disk does not allow the file
@@ -186,7 +186,7 @@ void check_output(const NamedFile& output) {
     struct statvfs disk {};
     if (::fstatvfs(made, &disk) != 0) return;
     if (const std::uint64_t free = std::uint64_t{disk.f_bavail} * disk.f_frsize; free < output.bytes)
-        say(stderr, "nscdd: warning: {}: {:.3g} MB are free, the file may take {:.3g} MB\n", one_line(output.path),
+        say(stderr, "nscdd: warning: {}: {:.3g} MB are free, the file may take {:.3g} MB\n", one_line(*output.path),
             1e-6 * static_cast<double>(free), 1e-6 * static_cast<double>(output.bytes));
 }
 
@@ -312,19 +312,19 @@ bool same_file(const std::string& a, const std::string& b) {
 
 void check_outputs(const std::vector<NamedFile>& outputs, const std::vector<NamedFile>& inputs) {
     for (auto output = outputs.begin(); output != outputs.end(); ++output) {
-        if (output->path.empty()) continue;
+        if (!output->path) continue;
         const auto must_differ = [&](const NamedFile& other) {
-            if (!other.path.empty() && same_file(output->path, other.path))
-                throw InputError(fmt::format("{}: {} is the same file as {}", output->path, output->name, other.name));
+            if (other.path && same_file(*output->path, *other.path))
+                throw InputError(fmt::format("{}: {} is the same file as {}", *output->path, output->name, other.name));
         };
         for (const NamedFile& input : inputs) must_differ(input);
         for (auto other = outputs.begin(); other != output; ++other) must_differ(*other);
         try {
             check_output(*output);
         } catch (const Refused& refused) {
-            throw InputError(fmt::format("{}: cannot write: {}", output->path, refused.why));
+            throw InputError(fmt::format("{}: cannot write: {}", *output->path, refused.why));
         } catch (const fs::filesystem_error& error) {
-            throw InputError(fmt::format("{}: cannot write: {}", output->path, error.code().message()));
+            throw InputError(fmt::format("{}: cannot write: {}", *output->path, error.code().message()));
         }
     }
 }

@@ -61,9 +61,10 @@ std::string checksum_of_file(const std::string& path);  // throws InputError
 // Whether two names are of one file, which need not exist yet.
 bool same_file(const std::string& a, const std::string& b);
 
-// A file of a command and how it is named on the command line; path "" is no file. `bytes`: about what it will take.
+// A file that a command may have, and how the command line names it. `bytes`: about what it will take.
 struct NamedFile {
-    std::string name, path;
+    std::string name;
+    std::optional<std::string> path;
     std::uint64_t bytes = 0;
 };
 

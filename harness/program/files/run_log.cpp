@@ -13,10 +13,10 @@
 
 namespace nscdd {
 
-RunLog::RunLog(const std::string& path, bool console) : path_(path), console_(console) {
-    if (path_.empty()) return;
-    file_.open(path_, std::ios::app);
-    if (!file_) throw OutputError(fmt::format("{}: cannot write: {}", path_, std::strerror(errno)));
+RunLog::RunLog(const std::optional<std::string>& path, bool console) : path_(path), console_(console) {
+    if (!path_) return;
+    file_.open(*path_, std::ios::app);
+    if (!file_) throw OutputError(fmt::format("{}: cannot write: {}", *path_, std::strerror(errno)));
 }
 
 void RunLog::add(const LogLine& line) {
@@ -33,9 +33,9 @@ void RunLog::add(const LogLine& line) {
 
 void RunLog::write(const std::string& text) {
     if (console_) say(stderr, "{}{}", isatty(STDERR_FILENO) ? "\r\033[K" : "", text);
-    if (path_.empty()) return;
+    if (!path_) return;
     file_ << text << std::flush;
-    if (!file_) throw OutputError(fmt::format("{}: cannot write: {}", path_, std::strerror(errno)));
+    if (!file_) throw OutputError(fmt::format("{}: cannot write: {}", *path_, std::strerror(errno)));
 }
 
 }  // namespace nscdd

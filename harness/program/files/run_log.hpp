@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <fstream>
+#include <optional>
 #include <string>
 
 namespace nscdd {
@@ -21,15 +22,15 @@ struct LogLine {
 
 class RunLog {
   public:
-    // Appends to the file, behind what earlier runs have left; no file if `path` is empty. Throws OutputError.
-    RunLog(const std::string& path, bool console);
+    // Appends to the file, behind what earlier runs have left; if there is one. Throws OutputError.
+    RunLog(const std::optional<std::string>& path, bool console);
     void add(const LogLine& line);
 
   private:
     void write(const std::string& text);
 
     using Clock = std::chrono::steady_clock;
-    std::string path_;
+    std::optional<std::string> path_;
     bool console_, begun_ = false;
     std::ofstream file_;
     Clock::time_point began_ = Clock::now();

@@ -24,8 +24,8 @@ class LiveModel final : public Live {
         keep_automatic_step(request_, built);
         request_.packing = {};
         request_.from = {};
-        const SolveOptions options = request_.scene.solver.options(sweeps(request_.scheme));
-        solve_ = choose_solver<M>(request_.scheme, request_.interface, options).solve;
+        const SolveOptions options = request_.scene.solver.options(sweeps(*request_.scheme));
+        solve_ = choose_solver<M>(*request_.scheme, request_.interface, options).solve;
         simulation_.emplace(*comm_, std::move(built.settings), built.grains, built.impulses,
                             built.broad_phase ? &*built.broad_phase : nullptr);
         stop_.emplace(*simulation_, request_.scene, request_.so_far);

@@ -71,7 +71,8 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
                 fmt::format("{}: the packing repeats along {}, and no [cell] does: its sides are free there",
                             scene.file, "xyz"[axis]));
     if (request.undivided)
-        lines.push_back(fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", request.scheme));
+        lines.push_back(
+            fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", *request.scheme));
     if (const int cores = int(std::thread::hardware_concurrency()); cores > 0 && request.threads.value_or(1) > cores)
         lines.push_back(fmt::format("--threads {}: this machine has {} cores, and more threads than cores are slower",
                                     *request.threads, cores));

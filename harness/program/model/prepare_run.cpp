@@ -21,35 +21,33 @@ void check_outputs_asked(const RunArguments& arguments) {
     for (const auto& path : outputs.series) SeriesWriter::check_name(path);
     for (const auto& path : outputs.frames) check_frames_name(path);
     if (outputs.frame_every && outputs.frames.empty()) throw InputError("--frame-every is of frames: give --frames");
-    if (outputs.every && outputs.checkpoint.empty()) throw InputError("--every is of checkpoints: give --checkpoint");
-    if (!outputs.checkpoint.empty() && arguments.repeat > 1)
-        throw InputError("--checkpoint is of one run, not of --repeat");
-    if (arguments.start.adopt && arguments.start.from.empty())
+    if (outputs.every && !outputs.checkpoint) throw InputError("--every is of checkpoints: give --checkpoint");
+    if (outputs.checkpoint && arguments.repeat > 1) throw InputError("--checkpoint is of one run, not of --repeat");
+    if (arguments.start.adopt && !arguments.start.from)
         throw InputError("--adopt is of a state to go on from: give --from");
 }
 
 void check_scheme(const RunRequest& request) {
-    if (sweeps(request.scheme)) return;
+    if (sweeps(*request.scheme)) return;
     std::string option = request.solver.method ? "--method" : "";
     detail::visit_options(SolveOptions{}, [&](const detail::OptionInfo& info, auto) {
         if (info.of_sweeps && option.empty() && request.solver.given.contains(info.name)) option = dashed(info.name);
     });
     if (!option.empty())
-        throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, request.scheme));
+        throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, *request.scheme));
 }
 
 // Sets subdomains, threads and, unless it is given, the scheme. Threads alone have a subdomain each.
 void deal_subdomains(RunRequest& request) {
     const int processes = request.share.parts;
     int threads = request.threads.value_or(1);
-    if (threads == RunArguments::one_a_core) {
+    if (request.thread_a_core) {
         const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
         threads = request.over_mpi ? 1 : std::min(cores, request.subdomains.value_or(cores));
     }
     const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : threads);
-    request.undivided =
-        !request.scheme.empty() && !sequential(request.scheme) && !request.subdomains && subdomains == 1;
-    if (request.scheme.empty()) request.scheme = subdomains > 1 ? "dcs" : "nlgs";
+    request.undivided = request.scheme && !sequential(*request.scheme) && !request.subdomains && subdomains == 1;
+    if (!request.scheme) request.scheme = subdomains > 1 ? "dcs" : "nlgs";
     request.subdomains = subdomains;
     request.threads = threads;
     if (request.over_mpi && subdomains < processes)
@@ -57,9 +55,9 @@ void deal_subdomains(RunRequest& request) {
                                      subdomains, processes));
     if (!request.over_mpi && processes > 1)
         throw InputError("--transport in-process runs in one process, not under mpirun");
-    if (sequential(request.scheme) && subdomains > 1)
+    if (sequential(*request.scheme) && subdomains > 1)
         throw InputError(
-            fmt::format("--scheme {} is sequential: give {} for more than one subdomain", request.scheme,
+            fmt::format("--scheme {} is sequential: give {} for more than one subdomain", *request.scheme,
                         fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or ")));
     if (threads > 1 && request.over_mpi)
         throw InputError("--threads is of one process: under mpirun each has one thread");
@@ -88,27 +86,27 @@ void read_start(RunRequest& request) {
     Scene& scene = request.scene;
     Share share = request.share;
     if (request.goes_on()) {
-        request.from = read_state(start.from, share);
-        require_fitting_state(request.from, start.from, scene);
+        request.from = read_state(*start.from, share);
+        require_fitting_state(request.from, *start.from, scene);
         if (!request.steps && request.from.steps_left > 0) scene.step.count = static_cast<int>(request.from.steps_left);
         share.dealt =
             request.from.packing.total();  // the same rows of the packing, which are compared with those of the state
     }
     // a run that goes on from a state needs no packing: that of the scene is compared if its file is still there
-    const std::string& packing = start.packing.empty() ? scene.packing_file : start.packing;
-    if (!packing.empty() && (!request.goes_on() || !start.packing.empty() || std::filesystem::exists(packing))) {
-        if (!std::filesystem::exists(packing))
+    const std::optional<std::string>& packing = start.packing ? start.packing : scene.packing_file;
+    if (packing && (!request.goes_on() || start.packing || std::filesystem::exists(*packing))) {
+        if (!std::filesystem::exists(*packing))
             throw InputError(fmt::format(
-                "{}: {} asks for this packing: cannot open: No such file or directory; nscdd pack makes one", packing,
-                start.packing.empty() ? scene.file : "--packing"));
-        request.packing = read_packing(packing, share);
-        fit_packing(request.packing, packing, scene);
+                "{}: {} asks for this packing: cannot open: No such file or directory; nscdd pack makes one", *packing,
+                start.packing ? "--packing" : scene.file));
+        request.packing = read_packing(*packing, share);
+        fit_packing(request.packing, *packing, scene);
     }
     request.has_fixed = !scene.fixed.empty() || request.from.has_fixed || !request.packing.fixed.empty() ||
                         std::ranges::any_of(scene.grains, &SceneGrain::fixed);
     request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     if (!request.goes_on()) return;
-    if (!start.adopt) require_same_scene(request.from, start.from, scene, request.packing);
+    if (!start.adopt) require_same_scene(request.from, *start.from, scene, request.packing);
     request.packing = {};
     request.so_far = request.from.so_far;
     request.start_step = request.from.step;
@@ -170,7 +168,7 @@ RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packi
 std::vector<NamedFile> inputs_of(const RunArguments& arguments, const Scene& scene) {
     const RunArguments::Start& start = arguments.start;
     std::vector<NamedFile> inputs = {{"the scene", start.scene},
-                                     {"the packing", start.packing.empty() ? scene.packing_file : start.packing},
+                                     {"the packing", start.packing ? start.packing : scene.packing_file},
                                      {"--from", start.from}};
     for (const SceneWall& wall : scene.walls)
         if (!wall.path.file.empty()) inputs.push_back({fmt::format("the motion of '{}'", wall.name), wall.path.file});

@@ -61,7 +61,7 @@ class Recorder {
     // Steps between lines of the log, 0: no log.
     int log_every() const {
         if (request_.outputs.log_every) return *request_.outputs.log_every;
-        return request_.outputs.log.empty() ? 0 : (request_.scene.step.count + 99) / 100;
+        return request_.outputs.log ? (request_.scene.step.count + 99) / 100 : 0;
     }
     void log(const StepReport& report, std::int64_t step, int done, int total) {
         const Measures<M> m = measure(simulation_);

@@ -134,12 +134,12 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
                  {"friction", result.friction},
                  {"subdomains", result.ranks},
                  {"threads", *request.threads},
-                 {"scheme", request.scheme},
+                 {"scheme", *request.scheme},
                  {"interface", result.interface},
                  {"partition", result.partition},
-                 {"transport", request.over_mpi             ? "mpi"
-                               : sequential(request.scheme) ? "sequential"
-                                                            : "in-process"},
+                 {"transport", request.over_mpi              ? "mpi"
+                               : sequential(*request.scheme) ? "sequential"
+                                                             : "in-process"},
                  {"processes", processes},
                  {"ranks_measured", processes == result.ranks && processes <= request.provenance.machine.cores},
                  {"steps", result.steps.size()},
@@ -156,7 +156,7 @@ nlohmann::json run_json(const RunRequest& request, const RunResult& result) {
                  {"wall_masses", result.wall_masses},
                  {"repeats", result.repeats},
                  {"final", final_json(result.final)}});
-    if (request.goes_on()) json["from"] = request.start.from;
+    if (request.goes_on()) json["from"] = *request.start.from;
     if (!result.so_far.came.empty()) {
         const auto amounts = [](const std::vector<double>& of) -> Json {
             return {{"grains", static_cast<std::int64_t>(of[0])}, {"mass", of[1]}, {"kinetic_energy", of[2]}};
@@ -177,7 +177,7 @@ nlohmann::json window_json(const RunRequest& request, const RunResult& result) {
     json.update({{"scene", request.scene.name},
                  {"model", result.model},
                  {"grains", result.grains},
-                 {"scheme", request.scheme},
+                 {"scheme", *request.scheme},
                  {"interface", result.interface},
                  {"partition", result.partition},
                  {"window", result.options.window},

@@ -113,10 +113,10 @@ ExportedProblem solve_on(ContactProblem<M> problem, const ExportRequest& request
 template <class M>
 State write_last_state(const Simulation<M>& simulation, const RunRequest& request, FileSet& files) {
     const State head = state_head(simulation, request);
-    if (!request.outputs.state.empty()) {
-        write_state(simulation, head, files, request.outputs.state);
+    if (request.outputs.state) {
+        write_state(simulation, head, files, *request.outputs.state);
         write_on_first(simulation.comm(),
-                       [&] { write_xdmf(files, request.outputs.state, head, simulation.grain_count()); });
+                       [&] { write_xdmf(files, *request.outputs.state, head, simulation.grain_count()); });
     }
     return head;
 }
@@ -140,7 +140,7 @@ template <class M>
     if (simulation.steps() > 0) {
         if (before)
             told += fmt::format("; the state before it, of step {}, is in {}",
-                                write_last_state(*before, request, files).step, request.outputs.state);
+                                write_last_state(*before, request, files).step, *request.outputs.state);
         recorder.save();
         write_on_first(simulation.comm(), [&] { files.commit(); });
     }
@@ -178,14 +178,13 @@ void make_steps(Simulation<M>& simulation, MeteredSolver<M>& solver, RunRequest&
     Communicator& comm = simulation.comm();
     Progress progress(!request.quiet && comm.ranks()[0] == 0, scene.step.count);
     std::optional<Checkpoints> checkpoints;
-    if (!request.outputs.checkpoint.empty())
-        checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
+    if (request.outputs.checkpoint) checkpoints.emplace(comm, request.outputs.every.value_or(CheckpointEvery{}));
     Recorder<M> recorder(simulation, request, files);
     Exchange<M> exchange(scene, request.so_far);
     StopTest<M> stop(simulation, scene, request.so_far);
     std::optional<Simulation<M>> before;  // the step under way
     for (int step = 1; step <= scene.step.count && !result.stopped && !result.stopped_by; ++step) {
-        if (!request.outputs.state.empty()) before.emplace(simulation);
+        if (request.outputs.state) before.emplace(simulation);
         const State::SoFar so_far_before = request.so_far;
         exchange.before_step(simulation, time_now(simulation, request), request.start_step + step);
         push_walls(scene, simulation);
@@ -264,9 +263,9 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     request.from = {};
     const bool steps = !request.window && !request.calibration;
     RunResult result;
-    result.options = scene.solver.options(sweeps(request.scheme));
+    result.options = scene.solver.options(sweeps(*request.scheme));
     if (steps) begin_run(built, request, comm, result);
-    ChosenSolver<M> chosen = choose_solver<M>(request.scheme, request.interface, result.options);
+    ChosenSolver<M> chosen = choose_solver<M>(*request.scheme, request.interface, result.options);
 
     const double began = comm.now();
     const LoadMeter load;
@@ -275,13 +274,13 @@ RunResult run_model(RunRequest& request, Communicator& comm, FileSet& files) {
     built = {};
     result.model = steps ? model_name<M>(simulation.walls()) : model_name<M>();
     result.interface = chosen.interface;
-    result.partition = sequential(request.scheme) ? "none" : simulation.broad_phase().partition().name();
+    result.partition = sequential(*request.scheme) ? "none" : simulation.broad_phase().partition().name();
     result.grains = simulation.grain_count();
     result.ranks = comm.size();
     if (!steps) {
         push_walls(scene, simulation);
         const auto solver = [&](const SolveOptions& o) {
-            return choose_solver<M>(request.scheme, request.interface, o).solve;
+            return choose_solver<M>(*request.scheme, request.interface, o).solve;
         };
         if (request.window) result.window = time_window(simulation, *request.window, result.options, solver);
         if (request.calibration) result.calibration = calibrate_work(simulation, *request.calibration, result.options);

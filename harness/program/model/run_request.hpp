@@ -35,26 +35,27 @@ struct CalibrationRequest {
 // What a run is asked to do, as the command line says it. What is not given follows from the scene or the rest.
 struct RunArguments {
     struct Start {
-        std::string scene, packing, from;  // files
-        bool adopt = false;                // `from` may be of another scene
+        std::string scene;                         // file
+        std::optional<std::string> packing, from;  // files
+        bool adopt = false;                        // `from` may be of another scene
     } start;
-    static constexpr int one_a_core = 0;  // threads
-    std::string scheme;                   // of offered_schemes(); empty: nlgs, and dcs of several subdomains
-    std::optional<Interface> interface;   // the scheme's own unless given
+    std::optional<std::string> scheme;   // of offered_schemes(); else nlgs, and dcs of several subdomains
+    std::optional<Interface> interface;  // else the scheme's own
     Multiplicity multiplicity = Multiplicity::minimal;
     PartitionChoice partition;
     SolveSettings solver;
     std::optional<int> steps, subdomains, threads;
+    bool thread_a_core = false;  // as many threads as cores, where subdomains suffice
     int repeat = 1;
     Transport transport = Transport::automatic;
     NodeTransport within_node = NodeTransport::memory;
     struct Outputs {
-        std::string json, state, checkpoint;      // files to write, empty for none
-        std::vector<std::string> series, frames;  // files to write a row a step into, and frames
-        std::optional<int> frame_every;           // steps between frames
-        std::optional<CheckpointEvery> every;     // between checkpoints
-        std::string log;                          // file to append lines to, empty for none
-        std::optional<int> log_every;             // steps between lines
+        std::optional<std::string> json, state, checkpoint;  // files to write
+        std::vector<std::string> series, frames;             // files to write a row a step into, and frames
+        std::optional<int> frame_every;                      // steps between frames
+        std::optional<CheckpointEvery> every;                // between checkpoints
+        std::optional<std::string> log;                      // file to append lines to
+        std::optional<int> log_every;                        // steps between lines
     } outputs;
     bool quiet = false;
 };
@@ -85,7 +86,7 @@ struct RunRequest : RunArguments {
     std::optional<WindowRequest> window;
     std::optional<CalibrationRequest> calibration;
 
-    bool goes_on() const { return !start.from.empty(); }
+    bool goes_on() const { return start.from.has_value(); }
     int frame_every() const { return outputs.frame_every.value_or(1); }
 };
 

@@ -138,7 +138,7 @@ void require_same_scene(const State& state, const std::string& state_file, const
         differences.compare(fmt::format("obstacle {}", o + 1), state.obstacles.name[o], scene.obstacles[o].name);
     // the scene's own grains come behind those of the packing
     const std::size_t n = state.packing.total(), own = scene.grains.size(), packed = n - own;
-    if (!scene.exchange.any() && (packing.total() > 0 || scene.packing_file.empty()))
+    if (!scene.exchange.any() && (packing.total() > 0 || !scene.packing_file))
         differences.compare("the number of grains", double(n), double(packing.total() + own));
     const auto compare = [&](std::size_t g, double radius, int material) {
         const std::size_t row = g - state.packing.before;

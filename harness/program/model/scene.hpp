@@ -95,13 +95,13 @@ void visit_step(auto& step, auto&& each) {
 struct Scene {
     std::string file;  // it was read from
     std::string name;
-    int dimension = 0;         // 2 or 3
-    std::string law;           // of registry/laws.hpp; unless it is given coulomb, or frictionless where that suffices
-    Eigen::VectorXd gravity;   // (dim) [m/s^2]
-    std::string packing_file;  // beside the scene file; empty if there is no [packing]
-    int packing_material = 0;  // of its grains; the first material if there is no [packing]
-    MaterialMix packing_mix;   // materials of its grains, where there are several
-    std::vector<SceneMaterial> materials;  // at least one
+    int dimension = 0;        // 2 or 3
+    std::string law;          // of registry/laws.hpp; unless it is given coulomb, or frictionless where that suffices
+    Eigen::VectorXd gravity;  // (dim) [m/s^2]
+    std::optional<std::string> packing_file;  // of [packing], beside the scene file
+    int packing_material = 0;                 // of its grains; the first material if there is no [packing]
+    MaterialMix packing_mix;                  // materials of its grains, where there are several
+    std::vector<SceneMaterial> materials;     // at least one
     std::vector<ScenePair> pairs;
     std::vector<SceneGrain> grains;  // may be empty: then a packing must come from elsewhere
     std::vector<Region> fixed;       // where grains are fixed, as they lie at the start

@@ -202,7 +202,7 @@ void write_checkpoint(const Simulation<M>& simulation, const RunRequest& request
     State head = state_head(simulation, request);
     head.steps_left = steps_left;
     FileSet files;
-    write_state(simulation, head, files, request.outputs.checkpoint, rows_at_once, StateWriter::For::going_on);
+    write_state(simulation, head, files, *request.outputs.checkpoint, rows_at_once, StateWriter::For::going_on);
     write_on_first(simulation.comm(), [&] { files.commit(); });
 }
 

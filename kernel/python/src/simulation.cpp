@@ -65,8 +65,8 @@ std::string one_of(const char* what, const std::string& name, const std::vector<
 RunArguments to_arguments(const py::dict& options) {
     RunArguments arguments;
     const auto any = [](const auto&) { return true; };
-    arguments.start.packing = find<std::string>(options, "packing").value_or("");
-    arguments.start.from = find<std::string>(options, "state").value_or("");
+    arguments.start.packing = find<std::string>(options, "packing");
+    arguments.start.from = find<std::string>(options, "state");
     arguments.start.adopt = find<bool>(options, "adopt").value_or(false);
     arguments.subdomains = find<int>(options, "subdomains").value_or(1);
     arguments.threads = find<int>(options, "threads").value_or(1);
@@ -256,7 +256,7 @@ std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& na
     packing.before = rows.begin;
     packing.after = total - rows.end;
     RunArguments arguments = to_arguments(options);
-    arguments.start.adopt = !arguments.start.from.empty();  // the scene does not say which grains it had
+    arguments.start.adopt = arguments.start.from.has_value();  // the scene does not say which grains it had
     RunRequest request =
         prepare_run(arguments, scene_of(to_table(scene), name), std::move(packing), place.share, place.comm != nullptr);
     request.masses = take("masses");
@@ -353,7 +353,7 @@ void add_simulation(py::module_& module) {
                  for (const auto& material : scene(h).materials) names.push_back(material.name);
                  return names;
              })
-        .def("scheme", [](Handle& h) { return h.live().request().scheme; })
+        .def("scheme", [](Handle& h) { return *h.live().request().scheme; })
         .def("subdomains", [](Handle& h) { return h.live().comm().size(); });
     module.def("from_arrays", &from_arrays);
     module.def("from_file", &from_file);
