@@ -7,6 +7,7 @@ import jsonschema
 import numpy as np
 
 from harness import ROOT, ProgramTest, run_suite
+from nscdd_suite.program import environment, python
 from nscdd_suite.studies.hard import theory
 from nscdd_suite.studies.hard.case import FAMILIES, SCHEMES, Case
 
@@ -29,7 +30,7 @@ class HardCases(ProgramTest):
 
 class Scenes(unittest.TestCase):
     def test_are_what_the_generator_writes(self):
-        done = subprocess.run([ROOT / "cases/hard/generate", "--check"], capture_output=True, text=True)
+        done = subprocess.run(python("studies.hard.generate", "--check"), env=environment(), cwd=ROOT, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_each_says_what_it_shows(self):

@@ -1,8 +1,7 @@
-#!/usr/bin/env python3
 """Writes the scenes of cases/hard, one TOML each: the hard cases of the method, whose answers
 harness/suite/nscdd_suite/studies/hard/exact.py knows.
 
-    cases/hard/generate [--check]
+    PYTHONPATH=harness/suite python3 -m nscdd_suite.studies.hard.generate [--check]
 
 Nothing is random: the same files come out every time. With --check nothing is written, and the exit code is 1 if a
 committed file is not what would be written, or is no longer written.
@@ -12,9 +11,10 @@ import itertools
 import math
 import sys
 import textwrap
-from pathlib import Path
 
-FOLDER = Path(__file__).resolve().parent
+from ...program import ROOT
+
+FOLDER = ROOT / "cases/hard"
 G = 10.0  # gravity
 R = 0.5  # radius: places are multiples of it, so that gaps of columns and rows are exactly zero
 H = 1 / 128  # step, an exact number as well
