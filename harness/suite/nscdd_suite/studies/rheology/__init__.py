@@ -22,7 +22,7 @@ from ..physics.granular import lade_duncan
 from . import lammps
 
 INERTIAL = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2)
-SHEARED, SLOWLY, SLOWEST, SLOW, BLOCKS = 4.0, 2.0, 1.0, 1e-3, 8  # strains, least inertial number of the first, blocks of the second half
+SHEARED, SLOWLY, SLOWEST, SLOW, BLOCKS = 4.0, 2.0, 0.5, 1e-3, 8  # strains, least inertial number of the first, blocks of the second half
 TOLERANCE, A_SHARE = 1e-4, 1 / 30  # in all, and at most this share of the inertial number: else slow grains sink into each other
 A_STEP, LONGEST = 1e-3, 0.3  # largest strain of a step, and its longest time: longer ones need iterations by the square
 SCENES = {"disks": (2, "yy", "xy", 10), "spheres": (3, "zz", "xz", 40)}  # dimension, normal and shear stress, seconds of the fastest run
