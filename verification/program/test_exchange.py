@@ -189,6 +189,9 @@ class Files(ExchangeTest):
         np.testing.assert_array_equal(found.radii, [0.5, 0.25])
         self.assertEqual((found.materials, list(found.material)), (["glass", "steel"], [0, 1]))
         self.assertIsNone(found.velocities)
+        nscdd.write_csv(path, packing(materials=[" glass", "steel "]))
+        self.assertEqual(nscdd.read_csv(path).materials, ["glass", "steel"])
+        self.assertIn("# materials,glass,steel\n", path.read_text())
 
 
 class Commands(ExchangeTest):
@@ -293,9 +296,14 @@ class Refusals(ExchangeTest):
             ("x,y,radius,material\n1,2,3,\n", "line 2: column 'material' is empty"),
             ("x,y,radius\n1,2,1e400\n", "line 2: column 'radius': must be finite, found 1e400"),
             ("# materials,a\nx,y,radius,material\n1,2,3,b\n", "line 3: column 'material': 'b' is not among a"),
-            ("x,y,radius,material\n1,2,3,-1\n", "material: row 0 is -1"),
-            ("x,y,radius,fixed\n1,2,3,2\n", "fixed: row 0 is 2"),
+            ("x,y,radius,material\n1,2,3,-1\n", "material: row 0 must be >= 0, found -1"),
+            ("x,y,radius,fixed\n1,2,3,2\n", "fixed: row 0 must be 0 or 1, found 2"),
             ("x,y,radius,fixed\n1,2,3,0.5\n", "line 2: column 'fixed': '0.5' is no whole number"),
+            *((f"x,y,radius,material\n1,2,3,{big}\n", "line 2: column 'material': must be a whole number of 32 bits") for big in (2**32, 10**22)),
+            *(
+                (f"{remark}\n{good}", f"line 1: remark '{remark.split(',')[0]}' is nearly '# ")
+                for remark in ("# box 1 1 1", "# box: 1,1,1", "# Box,1,1,1", "# period,x")
+            ),
             ("", "needs a line with the names of columns"),
             ("x,y,radius\n", "and grains below it"),
             ("\0\1", "bad.csv"),
@@ -364,15 +372,28 @@ class Refusals(ExchangeTest):
             (dict(velocities=np.full((12, 3), np.inf)), "velocities: row 0 must be finite"),
             (dict(spins=np.zeros(12)), "spins: must have shape"),
             (dict(material=np.full(12, 2)), "material: row 0 is 2, of 2 materials"),
-            (dict(material=np.full(12, 0.5)), "material: must be 12 whole numbers"),
+            (dict(material=np.full(12, 0.5)), "material: row 0 must be a whole number of 32 bits, found 0.5"),
+            (dict(material=np.full(12, 2**32)), "material: row 0 must be a whole number of 32 bits, found 4294967296"),
+            (dict(tilt=np.full((3, 3), 0.1), periodic="xyz"), "tilt: must be 0 but above the diagonal"),
+            (dict(contacts=[3]), "contacts: must be an array with the fields i, j"),
+            (dict(walls=3), "walls: must be a dictionary, found 3"),
+            (dict(materials=[3]), "materials: each must be a name, found 3"),
+            (dict(periodic="xw"), "periodic: must be some of 'xyz', found 'xw'"),
             (dict(densities=[1.0]), "densities: 1 for 2 materials"),
-            (dict(time=np.nan), "time: must be finite"),
+            (dict(time=np.nan), "time must be finite, found nan"),
         ):
             for write in (nscdd.write_vtkhdf, nscdd.write_csv):
                 with self.subTest(says=says), self.assertRaises(ValueError) as raised:
                     write(self.folder / "out", packing(**wrong))
                 self.assertTrue(str(raised.exception).startswith(f"{write.__name__}: "), raised.exception)
                 self.assertIn(says, str(raised.exception))
+                with self.assertRaisesRegex(ValueError, f"{write.__name__}: grains must be a Packing or a State, found a int"):
+                    write(self.folder / "out", 3)
+        for h in ("a", None):
+            with self.assertRaisesRegex(ValueError, "h must be a number, found"):
+                nscdd.write_vtkhdf(self.folder / "out", packing(), h=h)
+        with self.assertRaisesRegex(ValueError, "write_csv: materials must be different names, found"):
+            nscdd.write_csv(self.folder / "out", packing(materials=["glass", " glass"]))
         self.assertEqual(list(self.folder.iterdir()), [])
 
 

@@ -20,7 +20,8 @@ read_vtkhdf, write_vtkhdf, read_csv, write_csv
 
 Units are yours, if they are coherent: SI is written here. Arrays are float64, (n, 2) of disks and (n, 3) of spheres.
 A scene has the same numbers as in the program, to the last bit. What is wrong in what you give is a ValueError of one
-line, a step that cannot be made is StepRefused (a RuntimeError), a file that cannot be written an OSError.
+line, a step that cannot be made is StepRefused (a RuntimeError), a file that cannot be written an OSError, an attribute
+that is not there an AttributeError.
 """
 from typing import TYPE_CHECKING, Any
 

@@ -14,14 +14,19 @@ import argparse
 import contextlib
 import csv
 import dataclasses
+import difflib
 import os
+import re
 import sys
 from typing import Any, Callable, Iterator, Optional, Sequence
 
 import h5py
 import numpy as np
 
-from .files import Packing, Path, State, load, read_packing
+from ._checks import Path, array, axes, instance, number
+from ._checks import path as name_of
+from ._checks import points, require, whole
+from .files import Packing, State, load, read_packing
 
 POINTS, SPHERES, SCENE, BOX = "VTKHDF/PointData", "ONDEM/Bodies/Sphere", "ONDEM/Scene", "ONDEM/ImposedConditions/periodic_box"
 WALLS, PLANES = "ONDEM/Bodies/Walls", "ONDEM/Bodies/Planes"  # along an axis, as YADE has them; and all others
@@ -44,21 +49,21 @@ def write_vtkhdf(
     state = _checked(grains, lambda field: f"write_vtkhdf: {field}")
     n, dim = state.positions.shape
     contacts = state.contacts if state.contacts is not None and len(state.contacts) else None
+    h = number("write_vtkhdf: h", h, finite=False)
     if not (np.isfinite(h) and h >= 0) or (contacts is not None and h == 0):
         raise ValueError(f"write_vtkhdf: h must be > 0 and finite, the step of the contacts' impulses, found {h}")
-    pulled = _array("write_vtkhdf: gravity", np.zeros(dim) if gravity is None else gravity, (dim,))
+    pulled = array("write_vtkhdf: gravity:", np.zeros(dim) if gravity is None else gravity, (dim,))
     if density is not None and state.densities is None:
-        if not (np.isfinite(density) and density > 0):
-            raise ValueError(f"write_vtkhdf: density must be > 0 and finite, found {density}")
+        density = number("write_vtkhdf: density", density, positive=True)
         kinds = 1 if state.material is None else max(len(state.materials), int(state.material.max()) + 1)
-        state = dataclasses.replace(state, densities=np.full(kinds, float(density)))
+        state = dataclasses.replace(state, densities=np.full(kinds, density))
         if state.material is None:
             state = dataclasses.replace(state, material=np.zeros(n, dtype=np.int32))
     with _aside(path) as part, h5py.File(part, "w") as file:
         file.attrs.update({"file_format": "ON-DEM VTKHDF", "file_format_version": "0.1-draft", "source_code": "nscdd"})
         _write_bodies(file, state, grid)
         scene = file.create_group(SCENE)
-        scene.attrs.update({"time": state.time, "timestep": float(h), "step": state.step, "name": state.scene, "dimension": dim})
+        scene.attrs.update({"time": state.time, "timestep": h, "step": state.step, "name": state.scene, "dimension": dim})
         scene["gravity"], scene["box"] = _padded(pulled[None])[0], state.box
         scene.create_dataset("units", data=["second", "meter", "kilogram"], dtype=h5py.string_dtype())
         kinds = max(len(state.materials), 0 if state.densities is None else len(state.densities), 0 if state.material is None else state.material.max() + 1)
@@ -162,7 +167,7 @@ def read_vtkhdf(path: Path) -> State:
     `contacts` is None where the file has no impulses, and no time step that makes impulses of its forces. Raises ValueError
     naming file and dataset: missing, damaged, not finite, radii not above 0, clumps.
     """
-    name = os.fspath(path)
+    name = name_of(path)
     with _reading(name), _opened(name) as file:
         return _read_vtkhdf(name, file)
 
@@ -329,6 +334,7 @@ def write_csv(path: Path, grains: Packing) -> None:
     """
     state = _checked(grains, lambda field: f"write_csv: {field}")
     n, dim = state.positions.shape
+    labels = _names("write_csv: materials", state.materials)
     columns = dict(zip("xyz", state.positions.T.tolist()), radius=state.radii.tolist())
     for prefix, values in (("v", state.velocities), ("w", state.spins)):
         if values is not None and values.ndim == 2:
@@ -336,11 +342,11 @@ def write_csv(path: Path, grains: Packing) -> None:
         elif values is not None:
             columns["w"] = values.tolist()
     if state.material is not None:
-        columns["material"] = [state.materials[row] for row in state.material] if state.materials else state.material.tolist()
+        columns["material"] = [labels[row] for row in state.material] if labels else state.material.tolist()
     if state.fixed is not None:
         columns["fixed"] = state.fixed.tolist()
     above = {"box": state.box, "periodic": [state.periodic] if state.periodic else None, "tilt": state.tilt, "gradient": state.gradient}
-    above.update(materials=list(state.materials) or None, densities=state.densities)
+    above.update(materials=labels or None, densities=state.densities)
     with _aside(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         for key, values in above.items():
@@ -354,10 +360,11 @@ def read_csv(path: Path) -> State:
     """Reads grains as write_csv() writes them; x, y and radius must be there, and z of spheres.
 
     Without a line `# box` the box is that of read_vtkhdf(). Without `# materials`, whole numbers in the column `material` are
-    rows of the scene's materials, and names are numbered as they come. Other lines that begin with # are remarks. Raises
-    ValueError naming file, line and column: missing, unknown, no number, not finite, radii not above 0.
+    rows of the scene's materials, and names are numbered as they come. Other lines that begin with # are remarks, unless
+    their first word is nearly one of these. Raises ValueError naming file, line and column: missing, unknown, no number, not
+    finite, radii not above 0.
     """
-    name = os.fspath(path)
+    name = name_of(path)
     above, lines, rows = {}, [], []
     with _reading(name), open(name, newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
@@ -366,6 +373,9 @@ def read_csv(path: Path) -> State:
                 key, values = row[0].lstrip("# ").strip(), row[1:]
                 if key in ABOVE and key in above:
                     raise ValueError(f"{name}, line {reader.line_num}: '# {key}' is there twice, first in line {above[key][0]}")
+                word = re.split(r"\W", key.lower())[0]
+                if key not in ABOVE and (near := difflib.get_close_matches(word, ABOVE, cutoff=0.75)):
+                    raise ValueError(f"{name}, line {reader.line_num}: remark '{row[0]}' is nearly '# {near[0]},...', with commas before the values")
                 above[key] = (reader.line_num, values)
             elif row:
                 lines.append(reader.line_num)
@@ -407,9 +417,7 @@ def read_csv(path: Path) -> State:
         return numbers if shape is None else numbers.reshape(shape)
 
     positions, radii, turning = table(axes), column("radius", least=0), table(spins)
-    materials = [label.strip() for label in above["materials"][1]] if "materials" in above else []
-    if "materials" in above and (len(set(materials)) < len(materials) or not all(materials)):
-        raise ValueError(f"{name}, line {above['materials'][0]}: materials must be different names, found {above['materials'][1]}")
+    materials = _names(f"{name}, line {above['materials'][0]}: materials", above["materials"][1]) if "materials" in above else []
     for key, needed in (("periodic", "box"), ("tilt", "box")):
         if key in above and needed not in above:
             raise ValueError(f"{name}, line {above[key][0]}: '# {key}' needs a line '# {needed}'")
@@ -445,17 +453,25 @@ def read_csv(path: Path) -> State:
     return _checked(state, lambda field: f"{name}, line {above[field][0]}: {field}" if field in above else f"{name}: {field}")
 
 
+def _names(place: str, labels: Sequence[str]) -> list:
+    """Without blanks around them, which text does not keep."""
+    names = [label.strip() for label in labels]
+    if len(set(names)) < len(names) or not all(names):
+        raise ValueError(f"{place} must be different names, found {list(labels)}")
+    return names
+
+
 def _read_h5(path: Path) -> State:
     """A state, or a packing as one."""
-    name = os.fspath(path)
+    name = name_of(path)
     with _reading(name), _opened(name) as file:
-        whole = "contacts" in file and "walls" in file
-    return load(path) if whole else State(**vars(read_packing(path)))
+        is_state = "contacts" in file and "walls" in file
+    return load(path) if is_state else State(**vars(read_packing(path)))
 
 
 def _write_h5(path: Path, grains: Packing) -> None:
     """The packing of `grains`, as manual page 16 has it."""
-    state = _checked(grains, lambda field: f"{os.fspath(path)}: {field}")
+    state = _checked(grains, lambda field: f"{name_of(path)}: {field}")
     n, dim = state.positions.shape
     with _aside(path) as part, h5py.File(part, "w") as file:
         file.attrs.update({"dim": dim, "source": "nscdd.exchange"})
@@ -474,26 +490,27 @@ def _write_h5(path: Path, grains: Packing) -> None:
 
 def _checked(grains: Packing, place: Place) -> State:
     """As a State of contiguous arrays of the right shapes. Raises ValueError, with place(field) before it."""
-    state = State(**{field.name: getattr(grains, field.name) for field in dataclasses.fields(State) if hasattr(grains, field.name)})
-    shape = np.shape(state.positions)
-    if len(shape) != 2 or shape[1] not in (2, 3) or not shape[0]:
-        raise ValueError(f"{place('positions')}: must have shape (n, 2) or (n, 3), n > 0, found {shape}")
-    n, dim = shape
+    fields = {field.name: getattr(grains, field.name) for field in dataclasses.fields(State) if hasattr(grains, field.name)}
+    if not {"positions", "radii", "box"} <= set(fields):
+        raise ValueError(f"{place('grains')} must be a Packing or a State, found a {type(grains).__name__}")
+    state = State(**fields)
+    n, dim = points(f"{place('positions')}:", state.positions, least=1).shape
     shapes = {"positions": (n, dim), "radii": (n,), "box": (dim,), "velocities": (n, dim), "spins": (n,) if dim == 2 else (n, 3)}
-    shapes.update(tilt=(dim, dim), gradient=(dim, dim), densities=None)
+    shapes.update(tilt=(dim, dim), gradient=(dim, dim), densities=(None,))
     arrays: dict = {}
     for field, shape in shapes.items():
         if getattr(state, field) is not None:
-            arrays[field] = _array(place(field), getattr(state, field), shape, field in ("radii", "box", "densities"))
-    for field, most in (("material", None), ("fixed", 1)):
+            arrays[field] = array(f"{place(field)}:", getattr(state, field), shape, positive=field in ("radii", "box", "densities"))
+    if "tilt" in arrays and np.tril(arrays["tilt"]).any():
+        raise ValueError(f"{place('tilt')}: must be 0 but above the diagonal: the first edge lies along x, the second in the plane of x and y")
+    for field, most, told in (("material", np.inf, ">= 0"), ("fixed", 1, "0 or 1")):
         if getattr(state, field) is not None:
-            given = np.asarray(getattr(state, field))
-            if given.dtype.kind not in "iub" or given.shape != (n,):
-                raise ValueError(f"{place(field)}: must be {n} whole numbers, found {given.dtype} of shape {given.shape}")
-            if (given < 0).any() or (most is not None and (given > most).any()):
-                row = np.argmax((given < 0) | (given > (most or 0)))
-                raise ValueError(f"{place(field)}: row {row} is {given[row]}")
-            arrays[field] = given.astype(np.int32)
+            arrays[field] = given = whole(f"{place(field)}:", getattr(state, field), (n,))
+            require(f"{place(field)}:", (given >= 0) & (given <= most), told, given)
+    for field, kind, told in (("materials", (list, tuple), "a list of names"), ("walls", (dict, type(None)), "a dictionary")):
+        instance(f"{place(field)}:", getattr(state, field), kind, told)
+    for label in state.materials:
+        instance(f"{place('materials')}: each", label, str, "a name")
     if state.box is None:
         low, high = ((arrays["positions"] + reach).T for reach in (-arrays["radii"][:, None], arrays["radii"][:, None]))
         arrays["box"] = np.where(high.max(axis=1) > 0, high.max(axis=1), high.max(axis=1) - low.min(axis=1))
@@ -504,30 +521,16 @@ def _checked(grains: Packing, place: Place) -> State:
         row = np.argmax(arrays["material"] >= kinds)
         raise ValueError(f"{place('material')}: row {row} is {arrays['material'][row]}, of {kinds} materials")
     if state.contacts is not None:
-        for field in ("normal", "gap", "impulse", "normal_impulse"):
-            _array(place(f"contacts: {field}"), state.contacts[field], state.contacts[field].shape)
+        fields = ("normal", "gap", "impulse", "normal_impulse")
+        if not {"i", "j", *fields} <= set(np.asarray(state.contacts).dtype.names or ()):
+            raise ValueError(f"{place('contacts')}: must be an array with the fields i, j, {', '.join(fields)}")
+        for field in fields:
+            array(place(f"contacts: {field}:"), state.contacts[field], None)
     for label, wall in (state.walls or {}).items():
-        _array(place(f"wall '{label}'"), [*wall["normal"], *wall["velocity"], wall["offset"]], (2 * dim + 1,))
-    if not np.isfinite(state.time):
-        raise ValueError(f"{place('time')}: must be finite, found {state.time}")
-    if set(state.periodic) - set("xyz"[:dim]):
-        raise ValueError(f"{place('periodic')}: must be some of '{'xyz'[:dim]}', found '{state.periodic}'")
+        array(place(f"wall '{label}':"), [*wall["normal"], *wall["velocity"], wall["offset"]], (2 * dim + 1,))
+    number(f"{place('time')}:", state.time)
+    axes(f"{place('periodic')}:", state.periodic, dim)
     return dataclasses.replace(state, **arrays)
-
-
-def _array(place: str, values: Any, shape: Optional[tuple], positive: bool = False) -> np.ndarray:
-    """As float64, of the shape, finite, and > 0 if so asked. Shape None: a list of any length."""
-    try:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{place}: must be numbers") from None
-    if array.shape != shape if shape is not None else array.ndim != 1:
-        raise ValueError(f"{place}: must have shape {shape or '(m,)'}, found {array.shape}")
-    for bad, told in ((~np.isfinite(array), "must be finite"), ((array <= 0) if positive else np.zeros(0), "must be > 0")):
-        if bad.any():
-            where = tuple(np.argwhere(bad)[0])
-            raise ValueError(f"{place}: row {where[0]} {told}, found {array[where]}")
-    return array
 
 
 def _get(name: str, file: h5py.File, dataset: str, *shape: Optional[int]) -> np.ndarray:
@@ -550,8 +553,10 @@ def _number(place: str, text: str, kind: Callable, least: float = -np.inf) -> An
         value = kind(text.replace("_", "?"))  # which Python takes for a space
     except ValueError:
         raise ValueError(f"{place}: '{text}' is no {'whole ' if kind is int else ''}number") from None
-    if not np.isfinite(value) or value <= least:
-        raise ValueError(f"{place}: must be {'> 0' if np.isfinite(value) else 'finite'}, found {text}")
+    if abs(value) >= (2**31 if kind is int else np.inf) or value != value:
+        raise ValueError(f"{place}: must be {'a whole number of 32 bits' if kind is int else 'finite'}, found {text}")
+    if value <= least:
+        raise ValueError(f"{place}: must be > 0, found {text}")
     return value
 
 
@@ -587,7 +592,7 @@ def _opened(name: str) -> h5py.File:
 @contextlib.contextmanager
 def _aside(path: Path) -> Iterator[str]:
     """Name of a file beside `path`, which takes its place when all is written."""
-    name = os.fspath(path)
+    name = name_of(path)
     part = f"{name}.{os.getpid()}.part"
     try:
         if os.path.isdir(name):

@@ -1,15 +1,15 @@
 """Files of the program: packings, states, time series, contact problems."""
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
-from typing import Any, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
 from . import _core
-
-Path = Union[str, "os.PathLike[str]"]
+from ._checks import Path, array, axes
+from ._checks import path as name_of
+from ._checks import points
 
 
 @dataclass(frozen=True)
@@ -53,33 +53,37 @@ class State(Packing):
 
 def read_packing(path: Path) -> Packing:
     """Reads a packing, as `nscdd pack` writes it, or the packing in a state. Raises ValueError naming file and dataset."""
-    return Packing(**_core.read_packing(os.fspath(path)))
+    return Packing(**_core.read_packing(name_of(path)))
 
 
 def write_packing(path: Path, positions: Any, radii: Any, box: Any, *, periodic: str = "") -> None:
     """Writes a packing of positions (n, dim), radii (n), and box (dim) that it fills from 0 on [m]."""
-    x = np.ascontiguousarray(positions, dtype=np.float64)
-    r = np.ascontiguousarray(radii, dtype=np.float64)
-    edges = np.ascontiguousarray(box, dtype=np.float64)
-    if x.ndim != 2 or x.shape[1] not in (2, 3) or r.shape != (len(x),) or edges.shape != (x.shape[1],):
-        raise ValueError(f"write_packing: shapes {x.shape}, {r.shape} and {edges.shape} must be (n, dim), (n,) and (dim,)")
-    _core.write_packing(os.fspath(path), x, r, edges, [int(axis in periodic) for axis in "xyz"[: x.shape[1]]] if periodic else [])
+    x = points("write_packing: positions", positions, least=1)
+    n, dim = x.shape
+    r, edges = array("write_packing: radii", radii, (n,), positive=True), array("write_packing: box", box, (dim,), positive=True)
+    repeats = axes("write_packing: periodic", periodic, dim)
+    _core.write_packing(name_of(path), x, r, edges, [int(axis in repeats) for axis in "xyz"[:dim]] if repeats else [])
 
 
 def load(path: Path) -> State:
     """Reads a state that Simulation.save() or `nscdd run --state` wrote. Raises ValueError naming file and dataset."""
-    found = _core.read_state(os.fspath(path))
-    rows = found.pop("contacts")
-    contacts = np.empty(len(rows["i"]), dtype=[(key, rows[key].dtype, rows[key].shape[1:]) for key in rows])
-    for key in rows:
-        contacts[key] = rows[key]
+    found = _core.read_state(name_of(path))
     found.pop("dimension")
-    return State(contacts=contacts, **found)
+    return State(contacts=structured(found.pop("contacts")), **found)
+
+
+def structured(columns: Mapping[str, np.ndarray]) -> np.ndarray:
+    """These columns as one array with fields, read-only as they are."""
+    rows = np.empty(len(columns["i"]), dtype=[(key, column.dtype, column.shape[1:]) for key, column in columns.items()])
+    for key, column in columns.items():
+        rows[key] = column
+    rows.setflags(write=False)
+    return rows
 
 
 def read_series(path: Path) -> dict:
     """Reads a time series, .csv or HDF5: {column: (steps, ...)}. reports/series.md has the columns and their units."""
-    name = os.fspath(path)
+    name = name_of(path)
     if name.endswith(".csv"):
         table = np.genfromtxt(name, delimiter=",", names=True, deletechars="", ndmin=1)
         return {column: table[column] for column in table.dtype.names}
@@ -93,7 +97,7 @@ def read_problem(path: Path) -> dict:
     """Reads a contact problem in FCLIB's format: W, q, mu or M, H, f, w, mu (and mu_r), matrices as scipy.sparse.csc_matrix."""
     import scipy.sparse
 
-    found = _core.read_problem(os.fspath(path))
+    found = _core.read_problem(name_of(path))
     for key in ("W", "M", "H"):
         if key in found:
             parts = found[key]

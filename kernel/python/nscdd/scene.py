@@ -7,6 +7,8 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
+from ._checks import array, instance, number
+
 Vector = Sequence[float]
 
 
@@ -40,14 +42,14 @@ class Wall:
     name: Optional[str] = None
     motion: Optional[Mapping[str, Any]] = None
 
-    def table(self, number: int, material: str) -> dict:
+    def table(self, row: int, material: str) -> dict:
         """The wall as a table [[wall]] of a scene file."""
-        name = self.name if self.name is not None else f"wall {number}"
+        name = self.name if self.name is not None else f"wall {row}"
         through = self.through
         if self.offset is not None:
             if through is not None or self.normal is None:
                 raise ValueError(f"wall '{name}': offset needs normal, and stands in the place of through")
-            through = np.multiply(float(self.offset), self.normal)
+            through = number(f"wall '{name}': offset", self.offset) * array(f"wall '{name}': normal", self.normal, (None,))
         if self.force is not None and self.pressure is not None:
             raise ValueError(f"wall '{name}': a force or a pressure pushes it, not both")
         pushed = "force" if self.force is not None else "pressure" if self.pressure is not None else None
@@ -62,7 +64,7 @@ class Wall:
             "force": self.force,
             "pressure": self.pressure,
             "mass": self.mass,
-            **(self.motion or {}),
+            **_motion(f"wall '{name}'", self.motion),
         }
 
 
@@ -91,16 +93,15 @@ class Obstacle:
     material: Optional[str] = None
     name: Optional[str] = None
 
-    def table(self, number: int, material: str) -> dict:
+    def table(self, row: int, material: str) -> dict:
         """The obstacle as a table [[obstacle]] of a scene file."""
-        name = self.name if self.name is not None else f"obstacle {number}"
+        name = self.name if self.name is not None else f"obstacle {row}"
         for key, value, kinds, told in (
             ("cylinder", self.cylinder, Mapping, "a dictionary with centre and radius"),
-            ("motion", self.motion, Mapping, "a dictionary"),
             ("stl", self.stl, (str, os.PathLike), "the name of a file"),
         ):
-            if value is not None and not isinstance(value, kinds):
-                raise ValueError(f"obstacle '{name}': {key} must be {told}, found a {type(value).__name__}")
+            if value is not None:
+                instance(f"obstacle '{name}': {key}", value, kinds, told)
         own = {
             "name": name,
             "material": self.material if self.material is not None else material,
@@ -109,7 +110,7 @@ class Obstacle:
             "cylinder": dict(self.cylinder) if self.cylinder is not None else None,
         }
         plain = ("points", "faces", "closed", "scale", "shift", "velocity")
-        return {**own, **{key: getattr(self, key) for key in plain}, **(self.motion or {})}
+        return {**own, **{key: getattr(self, key) for key in plain}, **_motion(f"obstacle '{name}'", self.motion)}
 
 
 @dataclass(frozen=True)
@@ -131,29 +132,43 @@ class Cell:
 
     def table(self, dimension: int) -> dict:
         """The cell as the table [cell] of a scene file."""
-        axes = self.periodic if self.periodic is not None else "xyz"[:dimension]
-        stress = dict(self.stress) if self.stress is not None else None
+        axes = "xyz"[:dimension] if self.periodic is None else instance("cell: periodic", self.periodic, (str, list, tuple), "names of axes")
+        stress = None if self.stress is None else dict(instance("cell: stress", self.stress, Mapping, "a dictionary"))
         return {"periodic": list(axes), "size": self.size, "gradient": self.gradient, "stress": stress, "mass": self.mass}
 
 
 Pairs = Mapping[tuple, Mapping[str, float]]
 
 
+def _motion(thing: str, keys: Optional[Mapping[str, Any]]) -> Mapping[str, Any]:
+    return {} if keys is None else instance(f"{thing}: motion", keys, Mapping, "a dictionary")
+
+
 def material_tables(density: Union[None, float], materials: Optional[Mapping[str, float]]) -> list:
     """[[material]] of a scene file."""
     if (density is None) == (materials is None):
         raise ValueError("Simulation: give density, or materials as {name: density}")
-    return [{"name": name, "density": value} for name, value in (materials or {"grains": density}).items()]
+    named = {"grains": density} if materials is None else instance("Simulation: materials", materials, Mapping, "a dictionary {name: density}")
+    if not named:
+        raise ValueError("Simulation: materials must have one at least")
+    return [{"name": name, "density": value} for name, value in named.items()]
 
 
-def pair_tables(names: Sequence[str], others: Mapping[str, Optional[float]], pairs: Optional[Pairs]) -> list:
-    """[[pair]] of a scene file: those given, and all others with the same coefficients."""
-    tables, given = [], set()
-    for pair, values in (pairs or {}).items():
-        if isinstance(pair, str) or len(pair) != 2:
+def checked_pairs(pairs: Optional[Pairs]) -> Pairs:
+    """The pairs that are given."""
+    if pairs is None:
+        return {}
+    for pair, values in instance("Simulation: pairs", pairs, Mapping, "a dictionary {(name, name): {key: value}}").items():
+        if not isinstance(pair, (tuple, frozenset)) or len(pair) != 2:
             raise ValueError(f"Simulation: pairs has the key {pair!r}, it needs two names of materials")
-        given.add(frozenset(pair))
-        tables.append({"materials": list(pair), **values})
+        instance(f"Simulation: pairs: {tuple(pair)}", values, Mapping, "a dictionary")
+    return pairs
+
+
+def pair_tables(names: Sequence[str], others: Mapping[str, Optional[float]], pairs: Pairs) -> list:
+    """[[pair]] of a scene file: those given, and all others. What a pair does not say is the same for all."""
+    tables = [{"materials": list(pair), **others, **values} for pair, values in pairs.items()]
+    given = set(map(frozenset, pairs))
     for k, a in enumerate(names):
         for b in names[k:]:
             if frozenset((a, b)) not in given:

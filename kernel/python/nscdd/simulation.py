@@ -3,24 +3,29 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import os
+import math
+import warnings
 import weakref
 from collections.abc import Iterable
 from collections.abc import Sequence as AbstractSequence
-from numbers import Integral
 from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
 from . import _core
-from .scene import Cell, Obstacle, Pairs, Vector, Wall, material_tables, pair_tables
+from ._checks import Path, array, found, instance, integer
+from ._checks import path as name_of
+from ._checks import points, whole
+from .files import structured
+from .scene import Cell, Obstacle, Pairs, Vector, Wall, checked_pairs, material_tables, pair_tables
 
-Path = Union[str, "os.PathLike[str]"]
 Callback = Callable[["Simulation", _core.StepReport], Any]
 
 
 class LiveWall:
     """A wall of a simulation as it is now. Velocity, force and pressure may be set between two steps."""
+
+    __slots__ = ("_live", "_number", "__weakref__")
 
     def __init__(self, live: _core.Live, number: int):
         self._live, self._number = live, number
@@ -52,7 +57,7 @@ class LiveWall:
 
     @velocity.setter
     def velocity(self, value: Vector) -> None:
-        self._live.set_wall_velocity(self._number, np.asarray(value, dtype=float).ravel())
+        self._live.set_wall_velocity(self._number, array(f"wall '{self.name}': velocity", value, (None,), finite=False))
 
     @property
     def force(self) -> float:
@@ -63,9 +68,14 @@ class LiveWall:
     def force(self, value: float) -> None:
         self._live.set_wall_force(self._number, value)
 
-    def push(self, pressure: float) -> None:
-        """Another pressure of a wall that was made with one [Pa]."""
-        self._live.set_wall_pressure(self._number, pressure)
+    @property
+    def pressure(self) -> float:
+        """Of a wall that was made with one [Pa], else 0."""
+        return self._live.wall_pressure(self._number)
+
+    @pressure.setter
+    def pressure(self, value: float) -> None:
+        self._live.set_wall_pressure(self._number, value)
 
     def __repr__(self) -> str:
         return f"LiveWall({self.name!r}, offset={self.offset:.6g})"
@@ -73,6 +83,8 @@ class LiveWall:
 
 class Walls(AbstractSequence):
     """The walls of a simulation, by number or by name."""
+
+    __slots__ = ("_walls", "__weakref__")
 
     def __init__(self, live: _core.Live):
         self._walls = [LiveWall(live, number) for number in range(live.wall_count())]
@@ -99,7 +111,7 @@ class Simulation:
     masses             (n) in the place of those by density [kg]; inertias follow. States do not have them: give them again
     material           (n) of each grain, by name or number in materials; the first unless given
     friction, restitution, cohesion [N], range [m], rolling [m], twisting [m]
-                       of all contacts, but for those in pairs, {(name, name): {"friction": 0.5, "restitution": 0}}
+                       of all contacts; of a pair of materials, what pairs say: {(name, name): {"friction": 0.5}}
     law                "frictionless", "coulomb", "cohesive" or "rolling", as in scene files; by the coefficients unless given
     walls, obstacles   nscdd.Wall each, nscdd.Obstacle each
     cell               nscdd.Cell
@@ -128,6 +140,8 @@ class Simulation:
 
     One thread at a time may use a simulation; two simulations may be used by two threads. step() releases the GIL.
     """
+
+    __slots__ = ("_live", "_walls", "_comm", "_unsaved", "__weakref__")
 
     def __init__(
         self,
@@ -172,14 +186,16 @@ class Simulation:
         **solver: Any,
     ):
         if state is not None:
-            if positions is not None or radii is not None or velocities is not None or spins is not None:
-                raise ValueError("Simulation: positions, radii, velocities and spins come from the state")
-            dimension = _core.read_state(os.fspath(state))["dimension"]
+            if any(given is not None for given in (positions, radii, velocities, spins, material)):
+                raise ValueError("Simulation: positions, radii, velocities, spins and material come from the state")
+            dimension = _core.read_state(name_of(state))["dimension"]
             x, r, more = np.empty((0, dimension)), np.empty(0), {}
         else:
             x, r, more = _grains(positions, radii, velocities, spins)
             dimension = x.shape[1]
-        substances = material_tables(density, materials)
+        substances, pairs = material_tables(density, materials), checked_pairs(pairs)
+        if cell is not None:
+            instance("Simulation: cell", cell, Cell, "an nscdd.Cell")
         names = [table["name"] for table in substances]
         turns = more.get("spins") is not None and bool(np.any(more["spins"]))
         others = {"friction": friction or None, "cohesion": cohesion, "range": range, "rolling": rolling, "twisting": twisting}
@@ -193,21 +209,23 @@ class Simulation:
             "wall": [wall.table(k, names[0]) for k, wall in enumerate(_all("walls", Wall, walls))],
             "obstacle": [obstacle.table(k, names[0]) for k, obstacle in enumerate(_all("obstacles", Obstacle, obstacles))],
             "cell": cell.table(dimension) if cell is not None else None,
-            "stop": dict(stop) if stop is not None else None,
+            "stop": None if stop is None else dict(instance("Simulation: stop", stop, Mapping, "a dictionary")),
             "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
-            **(tables or {}),
+            **instance("Simulation: tables", {} if tables is None else tables, Mapping, "a dictionary"),
         }
         if material is not None:
             more["material"] = _material_rows(material, names, len(r))
         if box is not None:
-            more["box"] = _array("box", box, (dimension,))
+            more["box"] = array("Simulation: box", box, (dimension,), positive=True)
         if masses is not None:
-            more["masses"] = _array("masses", masses, (None if state is not None else len(r),))
+            more["masses"] = array("Simulation: masses", masses, (None if state is not None else len(r),), finite=False)
         options = _options(locals())
         self._set(_core.from_arrays(scene, "Simulation", x, r, more, options, _over_mpi(comm, options)), comm)
+        self._unsaved["masses"] = masses is not None
 
     def _set(self, live: _core.Live, comm: Any) -> None:
-        self._live, self._walls = live, Walls(live)
+        self._live, self._walls, self._comm = live, Walls(live), comm
+        self._unsaved: dict = {}  # whether there is what states do not have
         if comm is not None:
             _over_processes.add(live)
 
@@ -230,7 +248,7 @@ class Simulation:
         report = None
         if n is None and (n := self._live.count()) < 1:
             raise ValueError("step: count is missing in the scene: give run() a number of steps")
-        for _ in range(n):
+        for _ in range(integer("run: n", n, 0, math.inf)):
             report = self._live.step()
             if (callback is not None and callback(self, report)) or self._live.stopped_by():
                 break
@@ -283,7 +301,7 @@ class Simulation:
 
     @velocities.setter
     def velocities(self, values: np.ndarray) -> None:
-        self._live.set_velocities(self._motion("velocities", values, self.spins))
+        self._live.set_velocities(self._motion("velocities", values, self._everywhere(self.spins)))
 
     @property
     def spins(self) -> np.ndarray:
@@ -292,7 +310,7 @@ class Simulation:
 
     @spins.setter
     def spins(self, values: np.ndarray) -> None:
-        self._live.set_velocities(self._motion("spins", self.velocities, values))
+        self._live.set_velocities(self._motion("spins", self._everywhere(self.velocities), values))
 
     @property
     def forces(self) -> np.ndarray:
@@ -304,30 +322,36 @@ class Simulation:
 
     @forces.setter
     def forces(self, values: np.ndarray) -> None:
-        self._live.set_loads(self._motion("forces", values, self.torques))
+        self._live.set_loads(self._motion("forces", values, self._everywhere(self.torques)))
+        self._unsaved["forces"] = np.any(values)
 
     @property
     def torques(self) -> np.ndarray:
         """(n) in 2D, (n, 3) in 3D external torque [N m], as forces; 0 without friction."""
         loads = self._live.loads()
         if loads.shape[1] == self.dimension:
-            return np.zeros(len(loads) if self.dimension == 2 else (len(loads), 3))
+            return np.broadcast_to(0.0, len(loads) if self.dimension == 2 else (len(loads), 3))  # read-only, as all arrays
         return loads[:, 2] if self.dimension == 2 else loads[:, 3:]
 
     @torques.setter
     def torques(self, values: np.ndarray) -> None:
-        self._live.set_loads(self._motion("torques", self.forces, values))
+        self._live.set_loads(self._motion("torques", self._everywhere(self.forces), values))
+        self._unsaved["torques"] = np.any(values)
+
+    def _everywhere(self, rows: np.ndarray) -> np.ndarray:
+        """What the first process has."""
+        return rows if self._comm is None else self._comm.bcast(rows)
 
     def _motion(self, name: str, linear: Any, angular: Any) -> np.ndarray:
         """Both in one array of rows, as the kernel has them."""
         n, dimension = len(self), self.dimension
-        linear = _array(name, linear, (n, dimension)) if name in ("velocities", "forces") else linear
-        angular = _array(name, angular, (n,) if dimension == 2 else (n, 3)) if name in ("spins", "torques") else angular
+        linear = array(f"Simulation: {name}", linear, (n, dimension), finite=False)
+        angular = array(f"Simulation: {name}", angular, (n,) if dimension == 2 else (n, 3), finite=False)
         if self._live.law() != "frictionless":
             return np.column_stack([linear, angular])
         if np.any(angular):
             raise ValueError(f"Simulation: {name} need friction, grains do not turn without")
-        return np.ascontiguousarray(linear)
+        return linear
 
     @property
     def radii(self) -> np.ndarray:
@@ -377,12 +401,7 @@ class Simulation:
         couple          (3), or (1) in 2D, on i [N m s]; with the law "rolling"
         subdomain       that has the contact
         """
-        rows = self._live.contacts()
-        columns = [(key, rows[key].dtype, rows[key].shape[1:]) for key in rows]
-        contacts = np.empty(len(rows["i"]), dtype=columns)
-        for key in rows:
-            contacts[key] = rows[key]
-        return contacts
+        return structured(self._live.contacts())
 
     def measures(self) -> dict:
         """Sums over the scene after the last step.
@@ -397,7 +416,7 @@ class Simulation:
 
     @property
     def walls(self) -> Walls:
-        """Walls by number or name; their velocity and force may be set between two steps."""
+        """Walls by number or name; their velocity, force and pressure may be set between two steps."""
         return self._walls
 
     @property
@@ -411,8 +430,11 @@ class Simulation:
         """Writes the state, as `nscdd run --state` does: HDF5, and an .xdmf beside it for ParaView.
 
         `Simulation(state=path, ...)`, `nscdd.read(scene, state=path)` and `nscdd run --from` go on from it to the last bit.
+        A state has neither `masses` that were given nor `forces` and `torques`: a warning says so where there are any.
         """
-        self._live.save(os.fspath(path))
+        self._live.save(name_of(path))
+        if lost := [name for name, there in self._unsaved.items() if there]:
+            warnings.warn(f"save: a state does not have {', '.join(lost)}: give them again to who goes on from {name_of(path)}", stacklevel=2)
 
     @contextlib.contextmanager
     def record(self, *series: Path, frames: Optional[Path] = None, every: int = 1) -> Iterator["Simulation"]:
@@ -423,7 +445,7 @@ class Simulation:
 
         Files take their places at the end of the block, also where an exception ends it. reports/series.md has the columns.
         """
-        self._live.record([os.fspath(path) for path in series], [] if frames is None else [os.fspath(frames)], every)
+        self._live.record([name_of(path) for path in series], [] if frames is None else [name_of(frames)], integer("record: every", every, 1))
         try:
             yield self
         finally:
@@ -468,7 +490,7 @@ def read(
     """
     options = _options(locals())
     simulation = Simulation.__new__(Simulation)
-    simulation._set(_core.from_file(os.fspath(scene), options, _over_mpi(comm, options)), comm)
+    simulation._set(_core.from_file(name_of(scene), options, _over_mpi(comm, options)), comm)
     return simulation
 
 
@@ -490,8 +512,8 @@ def _over_mpi(comm: Any, options: dict) -> Any:
         from . import _mpi
     except ImportError as missing:
         raise ValueError(f"comm: this build of nscdd has no MPI ({missing})") from None
-    if not hasattr(comm, "py2f"):
-        raise ValueError(f"comm: must be a communicator of mpi4py, found a {type(comm).__name__}")
+    if not hasattr(comm, "Is_inter") or not comm or comm.Is_inter():  # COMM_NULL is false
+        raise ValueError(f"comm: must be a communicator of mpi4py, of one group and not COMM_NULL, found {found(comm)}")
     options.setdefault("subdomains", comm.Get_size())
     if options["subdomains"] < comm.Get_size():
         raise ValueError(f"subdomains: {options['subdomains']} for {comm.Get_size()} processes, which need one each")
@@ -503,51 +525,33 @@ def _options(given: Mapping[str, Any]) -> dict:
     names = ("scheme", "subdomains", "threads", "partition", "grid", "imbalance", "interface", "multiplicity", "solver", "adopt")
     options = {name: given[name] for name in names if given.get(name) is not None}
     for name in ("subdomains", "threads"):
-        number = options.get(name, 1)
-        if isinstance(number, bool) or not isinstance(number, Integral) or not number < 2**31:
-            raise ValueError(f"{name} must be a whole number, such as 2, found {number!r}")
-    options.update({name: os.fspath(given[name]) for name in ("packing", "state") if given.get(name) is not None})
+        integer(name, options.get(name, 1), 1)
+    options.update({name: name_of(given[name]) for name in ("packing", "state") if given.get(name) is not None})
     return options
-
-
-def _array(name: str, values: Any, shape: tuple) -> np.ndarray:
-    """As float64 of the shape; None there stands for any number."""
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    if array.ndim != len(shape) or any(want is not None and want != has for want, has in zip(shape, array.shape)):
-        told = ", ".join("n" if want is None else str(want) for want in shape)
-        raise ValueError(f"Simulation: {name} must have shape ({told}), found {array.shape}")
-    return array
 
 
 def _grains(positions, radii, velocities, spins):
     if positions is None or radii is None:
         raise ValueError("Simulation: give positions and radii, or a state")
-    x = np.ascontiguousarray(positions, dtype=np.float64)
-    if x.ndim != 2 or x.shape[1] not in (2, 3):
-        raise ValueError(f"Simulation: positions must have shape (n, 2) or (n, 3), found {x.shape}")
+    x = points("Simulation: positions", positions, finite=False)  # which the kernel sees to
     n, dimension = x.shape
-    r = _array("radii", np.full(n, radii, dtype=np.float64) if np.ndim(radii) == 0 else radii, (n,))
-    more = {}
-    if velocities is not None:
-        more["velocities"] = _array("velocities", velocities, (n, dimension))
-    if spins is not None:
-        more["spins"] = _array("spins", spins, (n,) if dimension == 2 else (n, 3))
-    return x, r, more
+    shapes = {"radii": (n,), "velocities": (n, dimension), "spins": (n,) if dimension == 2 else (n, 3)}
+    given = {"radii": np.full(n, radii) if np.ndim(radii) == 0 else radii, "velocities": velocities, "spins": spins}
+    more = {name: array(f"Simulation: {name}", rows, shapes[name], finite=False) for name, rows in given.items() if rows is not None}
+    return x, more.pop("radii"), more
 
 
 def _all(name: str, kind: type, values: Any) -> list:
     """A list of what are all of this class."""
+    told = f"nscdd.{kind.__name__}"
     if isinstance(values, (kind, str)) or not isinstance(values, Iterable):
-        raise ValueError(f"Simulation: {name} must be a list of nscdd.{kind.__name__}, found a {type(values).__name__}")
-    for value in (found := list(values)):
-        if not isinstance(value, kind):
-            raise ValueError(f"Simulation: {name} has a {type(value).__name__}, each must be an nscdd.{kind.__name__}")
-    return found
+        raise ValueError(f"Simulation: {name} must be a list of {told}, found a {type(values).__name__}")
+    return [instance(f"Simulation: {name}: each", value, kind, f"an {told}") for value in values]
 
 
-def _law(others: Mapping[str, Optional[float]], pairs: Optional[Pairs], turns: bool) -> str:
+def _law(others: Mapping[str, Optional[float]], pairs: Pairs, turns: bool) -> str:
     """The simplest law that has these coefficients."""
-    keys = {key for key, value in others.items() if value is not None}.union(*(pairs or {}).values())
+    keys = {key for key, value in others.items() if value is not None}.union(*pairs.values())
     for law, marks in {"cohesive": {"cohesion", "range"}, "rolling": {"rolling", "twisting"}, "coulomb": {"friction"}}.items():
         if keys & marks or (turns and law == "coulomb"):
             return law
@@ -562,8 +566,8 @@ def _material_rows(material: Any, names: Sequence[str], n: int) -> np.ndarray:
     given = np.asarray(material)
     if given.shape != (n,):
         raise ValueError(f"Simulation: material must have shape ({n},), found {given.shape}")
-    if given.dtype.kind in "iu":
-        return np.ascontiguousarray(given, dtype=np.int32)
+    if given.dtype.kind in "iuf":
+        return whole("Simulation: material", given, (n,))
     rows = {name: row for row, name in enumerate(names)}
     for k, name in enumerate(given):
         if name not in rows:

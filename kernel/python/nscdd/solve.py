@@ -8,6 +8,8 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _core
+from ._checks import array, number, points, whole
+from .files import read_problem
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def solve(
     or any object with attributes M, q, mu (and H, b; mu_r).
     """
     if isinstance(W, (str, os.PathLike)):
-        parts = _core.read_problem(os.fspath(W))
+        parts = read_problem(W)
         W, q, M, H, f, w = (parts.get(key) for key in ("W", "q", "M", "H", "f", "w"))
         mu, mu_r = parts["mu"], parts.get("mu_r")
     elif hasattr(W, "mu") and hasattr(W, "q"):
@@ -92,7 +94,7 @@ def solve(
     local = W is not None and q is not None
     if local == (M is not None and H is not None and f is not None and w is not None) or mu is None:
         raise ValueError("solve: give W, q and mu, or M, H, f, w and mu")
-    free = _vector("q" if local else "w", q if local else w)
+    free = _vector("q", q) if local else _vector("w", w)
     dim, mu, rolling = _dimension(free, mu, mu_r)
     first = _vector("start", start) if start is not None else np.empty(0)
     if start is not None and first.shape != free.shape:
@@ -147,32 +149,25 @@ def solve_contacts(
 
     Impulses of the answer are on i, in world axes; velocities and spins are those at the end of the step.
     """
-    v = np.ascontiguousarray(velocities, dtype=np.float64)
-    if v.ndim != 2 or v.shape[1] not in (2, 3):
-        raise ValueError(f"solve_contacts: velocities must have shape (n, 2) or (n, 3), found {v.shape}")
+    v = points("solve_contacts: velocities", velocities, finite=False)
     n, dim = v.shape
-    i, j = (np.ascontiguousarray(index, dtype=np.int32) for index in (i, j))
+    h = number("solve_contacts: h", h)
+    i = whole("solve_contacts: i", i, (None,))
     m = i.size
+    j = whole("solve_contacts: j", j, (m,))
 
-    def shaped(name: str, values: Any, shape: tuple) -> np.ndarray:
-        array = np.asarray(values, dtype=np.float64)
-        if array.ndim == 0 and len(shape) == 1:
-            array = np.full(shape, array)
-        if array.shape != shape:
-            raise ValueError(f"solve_contacts: {name} must have shape {shape}, found {array.shape}")
-        return np.ascontiguousarray(array)
+    def shaped(name: str, values: Any, shape: tuple, positive: bool = False) -> np.ndarray:
+        rows = np.full(shape, values) if np.ndim(values) == 0 and len(shape) == 1 else values
+        return array(f"solve_contacts: {name}", rows, shape, finite=False, positive=positive)
 
-    if i.shape != (m,) or j.shape != (m,):
-        raise ValueError(f"solve_contacts: i and j must have one number for each contact, found {i.shape} and {j.shape}")
     if m and not (0 <= i.min() and i.max() < n and j.max() < n):
         raise ValueError(f"solve_contacts: i and j must be below {n}, and i not negative")
-    radius, mass = shaped("radii", radii, (n,)), shaped("masses", masses, (n,))
-    inertia = shaped("inertias", inertias, (n,)) if inertias is not None else mass * radius**2 * (0.5 if dim == 2 else 0.4)
+    radius, mass = shaped("radii", radii, (n,)), shaped("masses", masses, (n,), positive=True)
+    inertia = shaped("inertias", inertias, (n,), positive=True) if inertias is not None else mass * radius**2 * (0.5 if dim == 2 else 0.4)
     gap = shaped("gaps", gaps, (m,))
     walls = np.zeros((int(max(0, -j.min(initial=0))), dim))
     if wall_velocities is not None:
-        given = np.asarray(wall_velocities, dtype=np.float64)
-        walls = shaped("wall_velocities", given, (max(len(given), len(walls)), dim))
+        walls = shaped("wall_velocities", wall_velocities, (max(np.shape(wall_velocities)[:1] + (len(walls),)), dim))
     spin = (n,) if dim == 2 else (n, 3)
     between = j >= 0
     lever_i = np.where(between, radius[i] + 0.5 * gap, radius[i])
@@ -199,25 +194,15 @@ def solve_contacts(
     return Answer(**_core.solve_grains(dim, grains, contacts, h, solver, options))
 
 
-def _refuse_complex(name: str, values: Any) -> None:
-    if np.iscomplexobj(values):
-        raise ValueError(f"solve: {name} is complex")
-
-
 def _vector(name: str, values: Any) -> np.ndarray:
-    _refuse_complex(name, values)
-    array = np.ascontiguousarray(values, dtype=np.float64).ravel()
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"solve: {name} is not finite")
-    return array
+    return array(f"solve: {name}", values, None).ravel()
 
 
 def _dimension(free: np.ndarray, mu: Any, mu_r: Any):
     """Of space, and the coefficients as arrays; those of rolling are empty where there are none."""
     if np.ndim(mu) == 0:
         raise ValueError("solve: mu needs a number for each contact, which says how many there are")
-    friction = np.ascontiguousarray(mu, dtype=np.float64).ravel()
-    rolling = np.ascontiguousarray([] if mu_r is None else mu_r, dtype=np.float64).ravel()
+    friction, rolling = _vector("mu", mu), _vector("mu_r", [] if mu_r is None else mu_r)
     if mu_r is not None and rolling.shape != friction.shape:
         raise ValueError(f"solve: mu_r has {rolling.size} numbers for {friction.size} contacts")
     if friction.size == 0 and free.size == 0:
@@ -231,19 +216,32 @@ def _dimension(free: np.ndarray, mu: Any, mu_r: Any):
 
 
 def _csc(name: str, matrix: Any, shape: tuple) -> dict:
-    if isinstance(matrix, dict):
-        return matrix
     import scipy.sparse
 
     if type(matrix).__module__.startswith("siconos"):  # a NumericsMatrix, of any storage
         from siconos import numerics
 
         matrix = numerics.NM_csc(matrix)
-    _refuse_complex(name, matrix)
-    csc = scipy.sparse.csc_matrix(matrix, dtype=np.float64)
+    if scipy.sparse.issparse(matrix):
+        _check_indices(name, matrix)
+    else:
+        matrix = array(f"solve: {name}", matrix, shape)
+    csc = scipy.sparse.csc_matrix(matrix)
+    csc.data = array(f"solve: entries of {name}", csc.data, (None,))
     csc.sum_duplicates()
     if csc.shape != shape:
         raise ValueError(f"solve: {name} must have shape {shape}, found {csc.shape}")
-    if not np.all(np.isfinite(csc.data)):
-        raise ValueError(f"solve: {name} is not finite")
     return {"data": csc.data, "indices": csc.indices.astype(np.int32), "indptr": csc.indptr.astype(np.int32)}
+
+
+def _check_indices(name: str, matrix: Any) -> None:
+    """SciPy takes them on trust, and writes where they lead."""
+    try:
+        if matrix.format == "coo":
+            type(matrix)((matrix.data, (matrix.row, matrix.col)), shape=matrix.shape)
+        elif hasattr(matrix, "indptr"):
+            if (np.diff(matrix.indptr) < 0).any():
+                raise ValueError("index pointer must not fall")
+            matrix.check_format(full_check=True)
+    except ValueError as error:
+        raise ValueError(f"solve: {name}: {error}") from None

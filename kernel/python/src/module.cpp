@@ -96,11 +96,12 @@ void add_exceptions(py::module_& module) {
             PyErr_SetString(PyExc_ValueError, without_dashes(error.what()).c_str());
         } catch (const OutputError& error) {
             PyErr_SetString(PyExc_OSError, error.what());
+        } catch (const std::invalid_argument& error) {  // what fails on a process is thrown as such by all of them
+            const std::string told = error.what();
+            const bool disk = told.find(": cannot write: ") != told.npos || told.find(": cannot make ") != told.npos;
+            PyErr_SetString(disk ? PyExc_OSError : PyExc_ValueError, error.what());
         } catch (const std::logic_error& error) {
-            if (dynamic_cast<const std::invalid_argument*>(&error))
-                PyErr_SetString(PyExc_ValueError, error.what());
-            else
-                PyErr_SetString(PyExc_RuntimeError, error.what());
+            PyErr_SetString(PyExc_RuntimeError, error.what());
         }
     });
 }

@@ -6,7 +6,10 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <string>
 #include <vector>
+
+#include "files/error.hpp"
 
 namespace nscdd::python {
 
@@ -28,6 +31,22 @@ py::array owned(std::vector<Number> numbers, std::vector<py::ssize_t> shape) {
 template <class Number, int flags>
 std::vector<Number> list(const py::array_t<Number, flags>& array) {
     return std::vector<Number>(array.data(), array.data() + array.size());
+}
+
+// convert(), which makes something of a value of Python; InputError, which names it, where it is of another kind.
+auto converted(const std::string& name, py::handle value, auto&& convert) {
+    try {
+        return convert();
+    } catch (const py::cast_error&) {
+    } catch (const py::error_already_set& error) {
+        if (!error.matches(PyExc_TypeError) && !error.matches(PyExc_ValueError)) throw;
+    }
+    throw InputError(py::str("{} cannot be {:.60}").format(name, py::repr(value)).cast<std::string>());
+}
+
+template <class Value>
+Value to(const std::string& name, py::handle value) {
+    return converted(name, value, [&] { return value.cast<Value>(); });
 }
 
 void add_files(py::module_& module);

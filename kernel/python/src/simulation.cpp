@@ -43,8 +43,9 @@ toml::table to_table(py::handle dict) {
     toml::table table;
     for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(dict)) {
         if (value.is_none()) continue;
-        const auto name = key.cast<std::string>();
-        visit_value(value, [&]<class Value>(Value&& item) { table.insert_or_assign(name, std::forward<Value>(item)); });
+        const auto name = to<std::string>("a key", key);
+        const auto insert = [&]<class Value>(Value&& item) { table.insert_or_assign(name, std::forward<Value>(item)); };
+        converted(name, value, [&value, &insert] { visit_value(value, insert); });
     }
     return table;
 }
@@ -52,7 +53,7 @@ toml::table to_table(py::handle dict) {
 template <class Value>
 std::optional<Value> find(const py::dict& options, const char* name) {
     if (!options.contains(name) || options[name].is_none()) return {};
-    return options[name].cast<Value>();
+    return to<Value>(name, options[name]);
 }
 
 std::string one_of(const char* what, const std::string& name, const std::vector<std::string>& names) {
@@ -70,9 +71,6 @@ RunArguments to_arguments(const py::dict& options) {
     arguments.start.adopt = find<bool>(options, "adopt").value_or(false);
     arguments.subdomains = find<int>(options, "subdomains").value_or(1);
     arguments.threads = find<int>(options, "threads").value_or(1);
-    for (const char* name : {"subdomains", "threads"})
-        if (const int number = find<int>(options, name).value_or(1); number < 1)
-            throw InputError(std::string(name) + " must be at least 1, found " + std::to_string(number));
     if (const auto name = find<std::string>(options, "scheme"))
         arguments.scheme = one_of("scheme", *name, names_of(offered_schemes(), any));
     if (const auto name = find<std::string>(options, "interface"))
@@ -84,6 +82,8 @@ RunArguments to_arguments(const py::dict& options) {
     if (arguments.partition.kind) one_of("partition", *arguments.partition.kind, names_of(offered_partitions(), any));
     arguments.partition.grid = find<std::vector<int>>(options, "grid").value_or(std::vector<int>());
     arguments.partition.given_imbalance = find<double>(options, "imbalance");
+    if (const double given = arguments.partition.imbalance(); !(given >= 1 && given <= 1e6))
+        throw InputError(fmt::format("imbalance must be a number in [1, 1000000], found {}", given));
     if (const auto solver = find<py::dict>(options, "solver")) {
         const toml::table given = to_table(*solver);
         TomlTable table(given, "nscdd", "");
@@ -336,8 +336,11 @@ void add_simulation(py::module_& module) {
         .def("wall", [](Handle& h, std::size_t w) { return as_dict(h.live().wall(w)); })
         .def("set_wall_velocity",
              [](Handle& h, std::size_t w, const std::vector<double>& v) { h.live().set_wall_velocity(w, v); })
-        .def("set_wall_force", [](Handle& h, std::size_t w, double f) { h.live().set_wall_force(w, f); })
-        .def("set_wall_pressure", [](Handle& h, std::size_t w, double p) { h.live().set_wall_pressure(w, p); })
+        .def("wall_pressure", [scene](Handle& h, std::size_t w) { return scene(h).walls.at(w).pressure; })
+        .def("set_wall_force",
+             [](Handle& h, std::size_t w, py::handle f) { h.live().set_wall_force(w, to<double>("force", f)); })
+        .def("set_wall_pressure",
+             [](Handle& h, std::size_t w, py::handle p) { h.live().set_wall_pressure(w, to<double>("pressure", p)); })
         .def("steps", [](Handle& h) { return h.live().steps(); })
         .def("stopped_by", [](Handle& h) { return h.live().stopped_by(); })
         .def("time", [](Handle& h) { return h.live().time(); })

@@ -10,6 +10,16 @@ namespace nscdd::python {
 
 namespace {
 
+// work() without the GIL. Where it cannot go on, what was given is wrong: a singular M, numbers that are not finite.
+auto solved_by(auto&& work) {
+    const py::gil_scoped_release release;
+    try {
+        return work();
+    } catch (const std::runtime_error& error) {
+        throw InputError(error.what());
+    }
+}
+
 template <class Number>
 auto at(const std::vector<Number>& numbers, std::size_t k) {
     return numbers.empty() ? Number{} : numbers[k];
@@ -75,14 +85,12 @@ template <class M>
 py::dict solve(const Grains& grains, const Touches& touches, double h, const std::string& solver,
                const SolveOptions& options) {
     ContactProblem<M> problem = make_problem<M>(grains, touches, h);
-    SolveReport report;
     std::vector<double> velocity, spin, impulse(touches.i.size() * M::dim);
-    {
-        const py::gil_scoped_release release;
+    const SolveReport report = solved_by([&] {
         validate(problem);  // indices, before the impulses that it starts from are applied
         if (!touches.impulse.empty()) detail::apply_impulses(problem);
-        report = solve_by(solver, problem, options);
-    }
+        return solve_by(solver, problem, options);
+    });
     for (const auto& body : problem.bodies) {
         velocity.insert(velocity.end(), body.v.data(), body.v.data() + M::dim);
         spin.insert(spin.end(), body.v.data() + M::dim, body.v.data() + M::dim + M::spins);
@@ -105,7 +113,8 @@ SolveOptions to_options(const py::dict& given, SolveOptions options) {
     py::set known;
     detail::visit_options(options, [&](const detail::OptionInfo& info, auto& value) {
         known.add(info.name);
-        if (given.contains(info.name)) value = given[info.name].cast<std::remove_reference_t<decltype(value)>>();
+        if (given.contains(info.name))
+            value = to<std::remove_reference_t<decltype(value)>>(info.name, given[info.name]);
     });
     for (const auto& [key, value] : given)
         if (!known.contains(key)) throw InputError("solve: unknown option '" + key.cast<std::string>() + "'");
@@ -113,8 +122,9 @@ SolveOptions to_options(const py::dict& given, SolveOptions options) {
     return options;
 }
 
-py::dict solve_grains(int dim, const py::dict& g, const py::dict& c, double h, const std::string& solver,
+py::dict solve_grains(int dim, const py::dict& g, const py::dict& c, double h, py::handle solver_name,
                       const py::dict& options) {
+    const auto solver = to<std::string>("solver", solver_name);
     const auto doubles = [](const py::dict& from, const char* key) {
         return from[key].is_none() ? std::vector<double>() : list(from[key].cast<Doubles>());
     };
@@ -174,10 +184,14 @@ struct Asked {
     Eigen::VectorXd start;
 };
 
-Asked asked(const std::string& solver, double tolerance, int max_iterations, int check_every, const Doubles& start) {
+Asked asked(py::handle solver_name, py::handle tolerance, py::handle max_iterations, py::handle check_every,
+            const Doubles& start) {
+    const auto solver = to<std::string>("solver", solver_name);
+    const BlockOptions options{to<double>("tolerance", tolerance), to<int>("check_every", check_every),
+                               to<int>("max_iterations", max_iterations)};
     std::string told;
     for (const LocalSolverInfo& info : offered_local_solvers()) {
-        if (solver == info.name) return {solver, {tolerance, check_every, max_iterations}, to_vector(start)};
+        if (solver == info.name) return {solver, options, to_vector(start)};
         ((told += " '") += info.name) += "'";
     }
     throw InputError("solver must be one of" + told + ", found '" + solver + "'");
@@ -187,11 +201,7 @@ py::dict solve_matrix(int dim, const py::dict& w, const Doubles& q, const Double
                       const Asked& how) {
     const LocalProblem problem{dim, to_sparse(w, q.size(), q.size()), to_vector(q), to_vector(friction),
                                to_vector(rolling)};
-    SolvedLocal solved;
-    {
-        const py::gil_scoped_release release;
-        solved = solve_local(problem, how.solver, how.options, how.start);
-    }
+    const SolvedLocal solved = solved_by([&] { return solve_local(problem, how.solver, how.options, how.start); });
     return answer_of(solved, {}, problem.size());
 }
 
@@ -204,13 +214,12 @@ py::dict solve_global(int dim, const py::dict& m, const py::dict& h, const Doubl
                                 to_vector(w),
                                 to_vector(friction),
                                 to_vector(rolling)};
-    SolvedLocal solved;
     Eigen::VectorXd v;
-    {
-        const py::gil_scoped_release release;
-        solved = solve_local(condense(problem), how.solver, how.options, how.start);
-        v = body_velocities(problem, solved.solution.r);
-    }
+    const SolvedLocal solved = solved_by([&] {
+        SolvedLocal found = solve_local(condense(problem), how.solver, how.options, how.start);
+        v = body_velocities(problem, found.solution.r);
+        return found;
+    });
     return answer_of(solved, v, problem.size());
 }
 
