@@ -96,15 +96,15 @@ void check_frames_name(const std::string& path) {
         throw InputError(fmt::format("--frames {}: expected a name that ends in .pvd, .h5 or .hdf5", path));
 }
 
-std::array<std::string, 3> frame_collections(const std::string& path) {
+std::optional<std::array<std::string, 3>> frame_collections(const std::string& path) {
     const std::filesystem::path name(path);
-    if (name.extension() != ".pvd") return {};
+    if (name.extension() != ".pvd") return std::nullopt;
     const auto beside = [&](const char* what) { return std::filesystem::path(name).replace_extension(what).string(); };
-    return {path, beside(".contacts.pvd"), beside(".walls.pvd")};
+    return std::array{path, beside(".contacts.pvd"), beside(".walls.pvd")};
 }
 
 std::unique_ptr<FrameWriter> make_frame_writer(FileSet& files, const std::string& path, const std::string& scene) {
-    if (frame_collections(path)[0].empty()) return std::make_unique<Hdf5Frames>(files, path, scene);
+    if (!frame_collections(path)) return std::make_unique<Hdf5Frames>(files, path, scene);
     return make_vtk_frames(files, path);
 }
 

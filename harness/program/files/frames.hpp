@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,8 +62,8 @@ void check_frames_name(const std::string& path);
 // By the ending of the name: .pvd for VTK's files, else HDF5. Each member of the writer throws OutputError.
 std::unique_ptr<FrameWriter> make_frame_writer(FileSet& files, const std::string& path, const std::string& scene);
 
-// Names of the files that lead ParaView to the frames: grains, contacts, walls; {"", "", ""} of frames in HDF5.
-std::array<std::string, 3> frame_collections(const std::string& path);
+// Names of the files that lead ParaView to the frames: grains, contacts, walls. None of frames in HDF5.
+std::optional<std::array<std::string, 3>> frame_collections(const std::string& path);
 
 // The writer of VTK's files.
 std::unique_ptr<FrameWriter> make_vtk_frames(FileSet& files, const std::string& path);

@@ -16,7 +16,7 @@ constexpr std::array parts{"grains", "contacts", "walls"};
 
 class VtkFrames final : public FrameWriter {
   public:
-    VtkFrames(FileSet& files, const std::string& path) : files_(files), collections_(frame_collections(path)) {
+    VtkFrames(FileSet& files, const std::string& path) : files_(files), collections_(frame_collections(path).value()) {
         folder_ = std::filesystem::path(path).replace_extension();
         std::error_code why;
         std::filesystem::create_directories(folder_, why);

@@ -8,9 +8,11 @@
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
-/// The grains of one rank, and the pairs among them that may touch. repartition() writes them, at each broad phase.
-/// Between steps the grains have their motion here, and pairs their impulses. Within a step the contact problem has
-/// them.
+/// The grains of one rank, and the pairs among them that may touch. repartition() writes them, at each broad phase, and
+/// step/exchange.hpp where grains come and go.
+///
+/// A step begins with the motion of the grains and the impulses of the pairs that are here, and writes them when it is
+/// accepted. In between the contact problem has them. After the step that problem is read alone, by measures and files.
 template <class M>
 struct Candidates {
     /// A pair that the broad phase has found, with the impulse that it carries from step to step.
@@ -20,10 +22,14 @@ struct Candidates {
         typename M::Impulse r = M::Impulse::Zero();  ///< on i [N s], 0 where it is no contact
         /// Value of `free_gap` for a contact that the law holds.
         static constexpr double held = std::numeric_limits<double>::infinity();
-        double free_gap = held;  ///< gap [m], unless the law keeps this contact from closing within the step
-        bool closes = false;     ///< left out, but the last attempt would close it
-        bool missed = false;     ///< has closed, so it is a contact in the next attempt
-        bool passes = false;     ///< grains that pass each other: no contact in the next attempt, unless missed
+        /// Gap [m], unless the law keeps this contact from closing within the step. The narrow phase writes it.
+        double free_gap = held;
+        ///@{
+        /// Written after each attempt at a step by detect/tunnelling.hpp, and read by the next.
+        bool closes = false;  ///< left out, but the last attempt would close it
+        bool missed = false;  ///< has closed, so it is a contact in the next attempt
+        bool passes = false;  ///< grains that pass each other: no contact in the next attempt, unless missed
+        ///@}
     };
 
     Cell<M> cell{};                                     ///< of the scene, the same on every rank

@@ -14,7 +14,8 @@ enum class Multiplicity {
 
 namespace detail::bases {
 
-/// Ranks that a rank shares grains with. repartition() alone writes it, at each broad phase.
+/// Ranks that a rank shares grains with. repartition() writes it, at each broad phase; grains that come and go between
+/// steps take their entries along (step/exchange.hpp).
 struct Halo {
     int rank = 0;                          ///< rank of this subdomain
     std::vector<int> replica_begin{0};     ///< place in `replicas` where those of each grain begin

@@ -198,13 +198,14 @@ namespace bases {
 /// What a rank knows of obstacles, and its contacts with them in the step.
 template <class M>
 struct NearObstacles {
-    std::shared_ptr<const PlacedObstacles<M>> obstacles;  ///< of the scene; null where it has none
+    std::shared_ptr<const PlacedObstacles<M>> obstacles;  ///< of the scene, set as they move; null where it has none
     /// A contact with an obstacle.
     struct Touch {
         int number;                ///< of the facet
         typename M::Vec velocity;  ///< of the obstacle there [m/s]
     };
-    /// The k-th contact with an obstacle has a wall of its own in the problem, the k-th behind those of the scene.
+    /// The k-th contact with an obstacle has a wall of its own in the problem, the k-th behind those of the scene. The
+    /// narrow phase writes them.
     std::vector<Touch> touches;
 
     /// The number that candidates have for the wall or facet of a contact with a wall, among `walls`.

@@ -144,12 +144,14 @@ struct Batch : BatchLayout<M> {
             next[0] = Law::normal(r[0] - (v[0] + bias) / wn, k);
         }
     }
-    /// The same by 1/W.
-    EIGEN_ALWAYS_INLINE void solve_by_inverse(Packet inv_wn, Packet inv_wt, const Coefficients& k, Packet* next) const {
+    /// The same by 1/W. Returns the normal impulse.
+    EIGEN_ALWAYS_INLINE Packet solve_by_inverse(Packet inv_wn, Packet inv_wt, const Coefficients& k,
+                                                Packet* next) const {
         if constexpr (framed) {
             next[0] = Law::normal(r[0] - (v[0] + bias) * inv_wn, k);
             const Packet most = Law::limit(next[0], k);
             next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * inv_wt));
+            return next[0];
         } else {
             const Packet vn = dot(v, n), rn = dot(r, n);
             const Packet normal = Law::normal(rn - (vn + bias) * inv_wn, k);
@@ -159,6 +161,7 @@ struct Batch : BatchLayout<M> {
             const Packet square = larger(dot(trial, trial), Packet(1e-300));
             const Packet scale = smaller(Packet(1), Law::limit(normal, k) * inverse_root(square));
             for (int d = 0; d < dim; ++d) next[d] = madd(scale, trial[d], normal * n[d]);
+            return normal;
         }
     }
 
@@ -181,15 +184,15 @@ struct Batch : BatchLayout<M> {
     EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const SpinBlock& block, const Coefficients& k,
                                    Packet* next) const {
         const Packet both = wn * wt, all = Packet(1) / (both * block.spin), of_both = all * block.spin;
-        solve_by_inverse(wt * of_both, wn * of_both, k, next);
-        solve_couple(block, both * all, k, next);
+        const Packet normal = solve_by_inverse(wt * of_both, wn * of_both, k, next);
+        solve_couple(block, both * all, normal, k, next);
     }
-    /// The couple of solve_contact(), behind the impulse that `next` has. inverse: of W_s.
-    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, Packet inverse, const Coefficients& k,
+    /// The couple of solve_contact(), behind the impulse that `next` has, with this normal part. inverse: of W_s.
+    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, Packet inverse, Packet normal, const Coefficients& k,
                                           Packet* next) const {
         if constexpr (framed) {
             const Packet spin = v[2] - block.coupling * (next[1] - r[1]);
-            const Packet most = Law::rolling_limit(next[0], k);
+            const Packet most = Law::rolling_limit(normal, k);
             next[2] = larger(Packet(0) - most, smaller(most, r[2] - inverse * spin));
         } else {
             Packet change[dim], turn[dim], trial[dim];
@@ -197,7 +200,7 @@ struct Batch : BatchLayout<M> {
             cross(n, change, turn);
             for (int d = 0; d < dim; ++d)
                 trial[d] = r[forces + d] - inverse * (v[forces + d] - block.coupling * turn[d]);
-            const Packet normal = dot(next, n), twist = dot(trial, n);
+            const Packet twist = dot(trial, n);
             for (int d = 0; d < dim; ++d) trial[d] = trial[d] - twist * n[d];
             const Packet square = larger(dot(trial, trial), Packet(1e-300));
             const Packet scale = smaller(Packet(1), Law::rolling_limit(normal, k) * inverse_root(square));
