@@ -144,25 +144,28 @@ struct Batch : BatchLayout<M> {
             next[0] = Law::normal(r[0] - (v[0] + bias) / wn, k);
         }
     }
-    /// The same by 1/W. Returns the normal impulse.
-    EIGEN_ALWAYS_INLINE Packet solve_by_inverse(Packet inv_wn, Packet inv_wt, const Coefficients& k,
-                                                Packet* next) const {
+    /// An impulse: normal n + scale trial.
+    struct Parts {
+        Packet normal, scale, trial[dim];
+    };
+    /// The same by 1/W. Returns its parts, in 2D the normal one.
+    EIGEN_ALWAYS_INLINE Parts solve_by_inverse(Packet inv_wn, Packet inv_wt, const Coefficients& k,
+                                               Packet* next) const {
+        Parts to;
         if constexpr (framed) {
-            next[0] = Law::normal(r[0] - (v[0] + bias) * inv_wn, k);
-            const Packet most = Law::limit(next[0], k);
+            next[0] = to.normal = Law::normal(r[0] - (v[0] + bias) * inv_wn, k);
+            const Packet most = Law::limit(to.normal, k);
             next[1] = larger(Packet(0) - most, smaller(most, r[1] - v[1] * inv_wt));
-            return next[0];
         } else {
             const Packet vn = dot(v, n), rn = dot(r, n);
-            const Packet normal = Law::normal(rn - (vn + bias) * inv_wn, k);
+            to.normal = Law::normal(rn - (vn + bias) * inv_wn, k);
             const Packet along = rn - inv_wt * vn;
-            Packet trial[dim];
-            for (int d = 0; d < dim; ++d) trial[d] = r[d] - madd(inv_wt, v[d], along * n[d]);
-            const Packet square = larger(dot(trial, trial), Packet(1e-300));
-            const Packet scale = smaller(Packet(1), Law::limit(normal, k) * inverse_root(square));
-            for (int d = 0; d < dim; ++d) next[d] = madd(scale, trial[d], normal * n[d]);
-            return normal;
+            for (int d = 0; d < dim; ++d) to.trial[d] = r[d] - madd(inv_wt, v[d], along * n[d]);
+            const Packet square = larger(dot(to.trial, to.trial), Packet(1e-300));
+            to.scale = smaller(Packet(1), Law::limit(to.normal, k) * inverse_root(square));
+            for (int d = 0; d < dim; ++d) next[d] = madd(to.scale, to.trial[d], to.normal * n[d]);
         }
+        return to;
     }
 
     /// W_s, and what friction does to spins, as delassus(); only with couples.
@@ -184,27 +187,30 @@ struct Batch : BatchLayout<M> {
     EIGEN_ALWAYS_INLINE void solve(Packet wn, Packet wt, const SpinBlock& block, const Coefficients& k,
                                    Packet* next) const {
         const Packet both = wn * wt, all = Packet(1) / (both * block.spin), of_both = all * block.spin;
-        const Packet normal = solve_by_inverse(wt * of_both, wn * of_both, k, next);
-        solve_couple(block, both * all, normal, k, next);
+        solve_couple(block, both * all, solve_by_inverse(wt * of_both, wn * of_both, k, next), k, next);
     }
-    /// The couple of solve_contact(), behind the impulse that `next` has, with this normal part. inverse: of W_s.
-    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, Packet inverse, Packet normal, const Coefficients& k,
-                                          Packet* next) const {
+    /// The couple of solve_contact(), behind the impulse that `next` has, of these parts. inverse: of W_s.
+    ///
+    /// Friction changes the impulse by scale trial - r across n, and the spins by the coupling times n x that. All that
+    /// the scale is not needed for comes first: it is the last that is known, at the end of a chain of dependent
+    /// instructions.
+    EIGEN_ALWAYS_INLINE void solve_couple(const SpinBlock& block, Packet inverse, const Parts& to,
+                                          const Coefficients& k, Packet* next) const {
         if constexpr (framed) {
             const Packet spin = v[2] - block.coupling * (next[1] - r[1]);
-            const Packet most = Law::rolling_limit(normal, k);
+            const Packet most = Law::rolling_limit(to.normal, k);
             next[2] = larger(Packet(0) - most, smaller(most, r[2] - inverse * spin));
         } else {
-            Packet change[dim], turn[dim], trial[dim];
-            for (int d = 0; d < dim; ++d) change[d] = next[d] - r[d];
-            cross(n, change, turn);
+            Packet from[dim], turn[dim], trial[dim];
+            cross(n, r, from);
+            cross(n, to.trial, turn);
             for (int d = 0; d < dim; ++d)
-                trial[d] = r[forces + d] - inverse * (v[forces + d] - block.coupling * turn[d]);
-            const Packet twist = dot(trial, n);
-            for (int d = 0; d < dim; ++d) trial[d] = trial[d] - twist * n[d];
+                trial[d] = r[forces + d] - inverse * madd(block.coupling, from[d], v[forces + d]);
+            const Packet twist = dot(trial, n), turned = inverse * block.coupling * to.scale;
+            for (int d = 0; d < dim; ++d) trial[d] = madd(turned, turn[d], trial[d] - twist * n[d]);
             const Packet square = larger(dot(trial, trial), Packet(1e-300));
-            const Packet scale = smaller(Packet(1), Law::rolling_limit(normal, k) * inverse_root(square));
-            const Packet most = Law::twisting_limit(normal, k);
+            const Packet scale = smaller(Packet(1), Law::rolling_limit(to.normal, k) * inverse_root(square));
+            const Packet most = Law::twisting_limit(to.normal, k);
             const Packet along = larger(Packet(0) - most, smaller(most, twist));
             for (int d = 0; d < dim; ++d) next[forces + d] = madd(scale, trial[d], along * n[d]);
         }

@@ -67,9 +67,9 @@ struct BatchGroup {
         return metric(batch, window) + lanes + 2 * static_cast<std::size_t>(slot) * impulse;
     }
     double* change(std::size_t batch, int slot, int window) { return iterate(batch, slot, window) + impulse; }
-    /// True if contact data exceed 4 MiB, about a core's caches. They are then prefetched: the reads of rows in between
-    /// hide from the processor that contacts are consecutive.
-    bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{4} << 20; }
+    /// True if contact data exceed 1.5 MiB, about what a core has for itself. They are then prefetched: the reads of
+    /// rows in between hide from the processor that contacts are consecutive.
+    bool streams() const { return (data.size() + past.size()) * sizeof(double) > std::size_t{3} << 19; }
     static void prefetch(const double* from, std::size_t size) {
         for (std::size_t k = 0; k < size; k += 64 / sizeof(double)) __builtin_prefetch(from + k);
     }
