@@ -10,7 +10,8 @@
 // The report of rank 0 is printed, and of any rank that fails; a failure ends all ranks at once, as the others may
 // be waiting for this one.
 int main(int argc, char** argv) {
-    MPI_Init(&argc, &argv);
+    int provided = 0;
+    MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
     int rank = 0;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     std::ostringstream report;

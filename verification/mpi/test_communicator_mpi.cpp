@@ -104,6 +104,9 @@ TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
             CHECK(total(comm.traffic().messages_of[o]) == reference.traffic().messages_of[o]);
     }
     if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
+    const auto charged = [](nscdd::Work, double, double) {};
+    CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, 0, WithinNode::memory, 0), std::invalid_argument);
+    CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, charged, 0, WithinNode::memory, 2), std::invalid_argument);
     MPI_Barrier(MPI_COMM_WORLD);
 }
 

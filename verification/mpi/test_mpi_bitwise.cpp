@@ -15,10 +15,10 @@ using namespace scenes;
 
 namespace {
 
-// What the run in process leaves, which is the same on every process; ranks 0: one a process.
+// What the run in process leaves, which is the same on every process; ranks 0: one a process. Several have two threads.
 template <template <class, class> class Scheme, class Gluing, class M>
 Outcome<M> compare_bits(const Scene<M>& scene, int steps, const SolveOptions& options, int ranks = 0) {
-    Mpi comm(MPI_COMM_WORLD, {}, ranks);
+    Mpi comm(MPI_COMM_WORLD, {}, ranks, WithinNode::memory, ranks == 0 ? 1 : 2);
     using Chosen = Scheme<M, Gluing>;
     INFO(scene.name << ", " << Chosen::name << ", " << Chosen::interface_name);
     const auto ours = run(scene, comm, steps, by_nscdd<Chosen>(options));

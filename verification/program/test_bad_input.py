@@ -276,7 +276,7 @@ class OnAllRanks(Refusals):
         self.refused(["nowhere.toml"], "run", self.folder / "nowhere.toml", "--scheme", "dcs", ranks=2)
         self.refused(["no-folder"], "run", scene, "--scheme", "dcs", "--json", self.folder / "no-folder" / "out.json", ranks=2)
         self.refused(["--subdomains 1"], "run", scene, "--scheme", "dcs", "--subdomains", 1, ranks=2)
-        self.refused(["--threads"], "run", scene, "--scheme", "dcs", "--threads", 2, ranks=2)
+        self.refused(["--threads 2", "for 2 processes"], "run", scene, "--scheme", "dcs", "-n", 3, "--threads", 2, ranks=2)
         self.refused(["nlgs is sequential"], "run", scene, "--scheme", "nlgs", ranks=2)
 
     def test_options_that_are_wrong_before_mpi_is_used(self):

@@ -58,7 +58,7 @@ class Notes(ProgramTest):
         cores = len(os.sched_getaffinity(0))
         self.assertEqual(self.notes(SCENE, "--scheme", "dcs", "-n", 2, "--threads", 1), [])
         (note,) = self.notes(SCENE, "--threads", cores + 1)
-        self.assertIn(f"--threads {cores + 1}: this machine has {cores} core", note)
+        self.assertIn(f"--threads {cores + 1}: this process may use {cores} core", note)
 
     def test_overlaps(self):
         for overlap, says in ((0.05, True), (0.02, False)):  # of a radius of 0.5

@@ -199,6 +199,11 @@ class Program(ProgramTest):
                 report, _ = self.run_case("mpi", *run, ranks=processes)
                 self.assertEqual((report["subdomains"], report["processes"], report["ranks_measured"]), (7, processes, False))
                 self.assertEqual((self.folder / "mpi.h5").read_bytes(), expected)
+        threads, _ = self.run_case("threads", *run, "--threads", 3, ranks=2)
+        self.assertEqual((threads["processes"], threads["threads"]), (2, 3))
+        self.assertEqual((self.folder / "threads.h5").read_bytes(), expected)
+        alone, _ = self.run_case("alone", "--threads", 2, ranks=2)
+        self.assertEqual((alone["scheme"], alone["subdomains"]), ("dcs", 4))
         refused = self.run_program("run", ROOT / "cases/reduced/biaxial.toml", "--packing", self.packing, "--scheme", "dcs", "--subdomains", 2, ranks=3)
         self.assertIn("nscdd: --subdomains 2: mpirun started 3 processes, which need at least one each", refused.stderr)
 

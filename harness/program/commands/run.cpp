@@ -110,7 +110,7 @@ std::string overlapping(const RunResult& result) {
 RunResult run_and_repeat(RunRequest& request, FileSet& files) {
     const auto once = [&files](RunRequest& one) {
         if (one.over_mpi) {
-            Mpi comm(MPI_COMM_WORLD, {}, *one.subdomains, within_node(one.within_node));
+            Mpi comm(MPI_COMM_WORLD, {}, *one.subdomains, within_node(one.within_node), *one.threads);
             return choose_model(one.scene)(one, comm, files);
         }
         InProcess comm(*one.subdomains, *one.threads);

@@ -57,12 +57,14 @@ void add_solve_options(CLI::App& command, SolveSettings& solver) {
 void add_subdomain_options(CLI::App& command, RunArguments& run) {
     command
         .add_option("-n,--subdomains", run.subdomains,
-                    "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a process)")
+                    "Subdomains; under mpirun dealt to its processes, of which each needs one (default: 1 a thread of "
+                    "each process)")
         ->check(whole_number(1, largest_subdomains));
-    add_text(
-        command, "--threads",
-        "That share the subdomains of one process, a subdomain each unless -n says more; auto: one a core (default: 1)",
-        [&run](const std::string& text) { read_threads(text, run); });
+    add_text(command, "--threads",
+             "That share the subdomains of a process, a subdomain each unless -n says more; auto: one a core, of one "
+             "process "
+             "(default: 1)",
+             [&run](const std::string& text) { read_threads(text, run); });
     add_grid_option(command, run);
     command
         .add_option("--imbalance", run.partition.given_imbalance,

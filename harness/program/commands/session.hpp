@@ -39,7 +39,8 @@ class Session {
   public:
     explicit Session(bool with_mpi) : with_mpi_(with_mpi) {
         if (!with_mpi_) return;
-        MPI_Init(nullptr, nullptr);
+        int provided = 0;
+        MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
         MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
         MPI_Comm_size(MPI_COMM_WORLD, &size_);
     }

@@ -74,8 +74,9 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
         lines.push_back(
             fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", *request.scheme));
     if (const int cores = int(std::thread::hardware_concurrency()); cores > 0 && request.threads.value_or(1) > cores)
-        lines.push_back(fmt::format("--threads {}: this machine has {} cores, and more threads than cores are slower",
-                                    *request.threads, cores));
+        lines.push_back(fmt::format(
+            "--threads {}: this process may use {} core{}, and more threads than cores are slower{}", *request.threads,
+            cores, cores == 1 ? "" : "s", request.over_mpi ? ": mpirun --bind-to none lets it use all" : ""));
     if (!Packet::fuses)
         lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
     return lines;

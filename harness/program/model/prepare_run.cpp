@@ -37,7 +37,7 @@ void check_scheme(const RunRequest& request) {
         throw InputError(fmt::format("{} is of sweeps, which --scheme {} does not make", option, *request.scheme));
 }
 
-// Sets subdomains, threads and, unless it is given, the scheme. Threads alone have a subdomain each.
+// Sets subdomains, threads of a process and, unless it is given, the scheme. Threads alone have a subdomain each.
 void deal_subdomains(RunRequest& request) {
     const int processes = request.share.parts;
     int threads = request.threads.value_or(1);
@@ -45,7 +45,7 @@ void deal_subdomains(RunRequest& request) {
         const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
         threads = request.over_mpi ? 1 : std::min(cores, request.subdomains.value_or(cores));
     }
-    const int subdomains = request.subdomains.value_or(request.over_mpi ? processes : threads);
+    const int subdomains = request.subdomains.value_or(request.over_mpi ? processes * threads : threads);
     request.undivided = request.scheme && !sequential(*request.scheme) && !request.subdomains && subdomains == 1;
     if (!request.scheme) request.scheme = subdomains > 1 ? "dcs" : "nlgs";
     request.subdomains = subdomains;
@@ -59,11 +59,10 @@ void deal_subdomains(RunRequest& request) {
         throw InputError(
             fmt::format("--scheme {} is sequential: give {} for more than one subdomain", *request.scheme,
                         fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or ")));
-    if (threads > 1 && request.over_mpi)
-        throw InputError("--threads is of one process: under mpirun each has one thread");
-    if (threads > subdomains)
-        throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}", threads,
-                                     subdomains == 1 ? "is" : "are", subdomains));
+    if (processes * threads > subdomains)
+        throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}{}", threads,
+                                     subdomains == 1 ? "is" : "are", subdomains,
+                                     processes > 1 ? fmt::format(" for {} processes", processes) : ""));
 }
 
 void check_partition(const RunRequest& request) {

@@ -123,10 +123,10 @@ class Simulation:
     scheme             "nlgs", "newton", "spg", "apgd" on one subdomain, "dcs" or "ccs" on any number; "nlgs" on one and "dcs"
                        on more unless given
     subdomains, threads
-                       into which space is divided, and which they are dealt to. Numbers do not depend on threads
+                       into which space is divided, and of a process, which they are dealt to. Numbers do not depend on threads
     comm               a communicator of mpi4py, or None. All its processes then make the same calls with the same arguments;
-                       grains and contacts come to its first process, and are empty on the others. One subdomain a process
-                       unless subdomains says more
+                       grains and contacts come to its first process, and are empty on the others. One subdomain a thread of
+                       each process unless subdomains says more
     partition, grid, imbalance, interface, multiplicity
                        as the options of `nscdd run` have it
     stop               {"time": 2.0} and other keys of [stop] in a scene file, which end run()
@@ -514,10 +514,12 @@ def _over_mpi(comm: Any, options: dict) -> Any:
         raise ValueError(f"comm: this build of nscdd has no MPI ({missing})") from None
     if not hasattr(comm, "Is_inter") or not comm or comm.Is_inter():  # COMM_NULL is false
         raise ValueError(f"comm: must be a communicator of mpi4py, of one group and not COMM_NULL, found {found(comm)}")
-    options.setdefault("subdomains", comm.Get_size())
-    if options["subdomains"] < comm.Get_size():
-        raise ValueError(f"subdomains: {options['subdomains']} for {comm.Get_size()} processes, which need one each")
-    return _mpi.make(comm.py2f(), options["subdomains"])
+    threads = options.get("threads", 1)
+    options.setdefault("subdomains", comm.Get_size() * threads)
+    if options["subdomains"] < comm.Get_size() * threads:
+        each = "" if threads == 1 else f" of {threads} threads"
+        raise ValueError(f"subdomains: {options['subdomains']} for {comm.Get_size()} processes{each}, which need one each")
+    return _mpi.make(comm.py2f(), options["subdomains"], threads)
 
 
 def _options(given: Mapping[str, Any]) -> dict:

@@ -10,13 +10,14 @@ namespace py = pybind11;
 
 // (capsule of a communicator, number of this process, that of all). `handle`: of Fortran, as mpi4py's Comm.py2f() gives
 // it. Collective.
-static py::tuple make(int handle, int subdomains) {
+static py::tuple make(int handle, int subdomains, int threads) {
     const MPI_Comm comm = MPI_Comm_f2c(handle);
     int rank = 0, size = 1;
     MPI_Comm_rank(comm, &rank);
     MPI_Comm_size(comm, &size);
     using Held = std::unique_ptr<nscdd::Communicator>;
-    auto held = std::make_unique<Held>(std::make_unique<nscdd::Mpi>(comm, nscdd::Meter::Charged{}, subdomains));
+    auto held = std::make_unique<Held>(
+        std::make_unique<nscdd::Mpi>(comm, nscdd::Meter::Charged{}, subdomains, nscdd::WithinNode::memory, threads));
     const py::capsule capsule(held.release(), [](void* memory) { delete static_cast<Held*>(memory); });
     return py::make_tuple(capsule, rank, size);
 }

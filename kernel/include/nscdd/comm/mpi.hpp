@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -19,6 +20,7 @@
 #include "nscdd/comm/mpi_messages.hpp"
 #include "nscdd/comm/mpi_process.hpp"
 #include "nscdd/comm/mpi_reduction.hpp"
+#include "nscdd/comm/thread_pool.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI {
 
@@ -38,13 +40,20 @@ class Mpi final : public Communicator {
     ///
     /// `charged`, if given, is called at every charge of the meter, and for the messages of channels and reductions.
     /// `size` is the number of ranks in all, the same on every process; 0 means one a process. `within` says how
-    /// messages go between processes of a node. Throws std::invalid_argument for fewer ranks than processes.
+    /// messages go between processes of a node. each_rank() deals the ranks of this process to `threads`, or to as many
+    /// as it hosts; the caller's thread alone calls MPI, so MPI_THREAD_FUNNELED is enough. Throws std::invalid_argument
+    /// for fewer ranks than processes, fewer threads than 1, and several threads with `charged`.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Meter::Charged charged = {}, int size = 0,
-                 WithinNode within = WithinNode::memory)
-        : mpi_(comm, std::move(charged), size, within) {}
+                 WithinNode within = WithinNode::memory, int threads = 1)
+        : mpi_(comm, checked(std::move(charged), threads), size, within),
+          pool_((std::min)(threads, static_cast<int>(mpi_.hosted().count()))) {}
 
     int size() const override { return mpi_.hosted().size(); }
     std::span<const int> ranks() const override { return mpi_.hosted().ranks(); }
+    void each_rank(const std::function<void(std::size_t)>& task) override {
+        const Turn::Hold hold(turn(), "each_rank", true);
+        pool_.each(ranks().size(), task);
+    }
 
     /// Throws std::logic_error for a peer that is no rank, and for a message through memory of another length than
     /// expected. For other messages finish() throws std::logic_error when one is shorter, std::runtime_error when one
@@ -190,6 +199,13 @@ class Mpi final : public Communicator {
     Seconds seconds() const override { return mpi_.seconds(); }
 
   private:
+    static Meter::Charged checked(Meter::Charged charged, int threads) {
+        if (threads < 1 || (threads > 1 && charged))
+            throw std::invalid_argument(
+                "Mpi: " + std::to_string(threads) +
+                (threads < 1 ? " threads, needs at least 1" : " threads, `charged` is for one"));
+        return charged;
+    }
     static void check_call(int code, const char* call) { detail::check_mpi(code, call); }
 
     void check_count(std::size_t buffers, const char* call) const {
@@ -205,6 +221,7 @@ class Mpi final : public Communicator {
     }
 
     detail::MpiProcess mpi_;
+    detail::ThreadPool pool_;
 
     /// Staging memory, which only grows.
     Buffer send_, recv_, gathered_;

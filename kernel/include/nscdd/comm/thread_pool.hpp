@@ -1,5 +1,5 @@
 /// @file
-/// Threads that share loops. InProcess deals its ranks to them.
+/// Threads that share loops. InProcess and Mpi deal their ranks to them.
 #pragma once
 
 #include <atomic>
