@@ -442,7 +442,10 @@ radii = { distribution = "two sizes", radii = [0.1, 0.7], fractions = [0.7, 0.3]
         self.assertAlmostEqual(self.rows()[-1]["energy_inserted"], 0.5 * mass * 4, places=9)
         self.assertLess(kolmogorov(state["radius"], np.ones(40), lambda r: (r - 0.2) / 0.2), 1.63 / math.sqrt(40))
         full = hopper.replace("rate = 60\ncount = 40", "count = 400").replace("velocity = [0, -2]", "velocity = [0, 0]").replace("220", "3")
-        self.assertTrue(20 < self.run_scene(full)[0]["exchange"]["inserted"]["grains"] < 80)  # the others wait
+        done = self.succeeds("run", self.write("full.toml", full), "--json", self.folder / "full.json")
+        came = json.loads((self.folder / "full.json").read_text())["exchange"]["inserted"]["grains"]
+        self.assertTrue(20 < came < 80)
+        self.assertIn(f"note: grains still wait for a free place in their boxes: {400 - came:.0f} of [[insert]] 0", done.stderr)
 
     def test_what_cannot_be_meant(self):
         scene = HEAD + grain(1, 0.5, "") + SIDES + FLOOR + step(1e-3, 5)

@@ -106,6 +106,18 @@ std::string overlapping(const RunResult& result) {
         100 * result.final.overlap);
 }
 
+// Grains that should have come and found no place; empty where all have come.
+std::string waiting(const RunRequest& request, const RunResult& result) {
+    const auto& insertions = request.scene.exchange.insertions;
+    const double begun = request.start_time + (double(result.steps.size()) - 1) * request.scene.step.h;  // the last step
+    std::vector<std::string> told;
+    for (std::size_t e = 0; e < insertions.size(); ++e)
+        if (const double left = insertions[e].due(begun) - result.so_far.inserted[e]; left > 0)
+            told.push_back(fmt::format("{:.0f} of [[insert]] {}", left, e));
+    return told.empty() ? ""
+                        : fmt::format("grains still wait for a free place in their boxes: {}", fmt::join(told, ", "));
+}
+
 // Runs --repeat times; the run with the median CPU time of the solver, the same on all ranks, counts. Collective.
 RunResult run_and_repeat(RunRequest& request, FileSet& files) {
     const auto once = [&files](RunRequest& one) {
@@ -157,10 +169,8 @@ void say_results(const RunRequest& request, const RunResult& result) {
             result.grains_left);
     if (result.stopped_by && !request.quiet)
         say("{}: stopped after step {}: {}\n", request.scene.name, result.last_step, result.stopped_by->text());
-    if (const std::string said = handed_over(result); !said.empty() && !request.quiet)
-        say(stderr, "nscdd: note: {}\n", said);
-    if (const std::string said = overlapping(result); !said.empty() && !request.quiet)
-        say(stderr, "nscdd: note: {}\n", said);
+    for (const std::string& said : {handed_over(result), overlapping(result), waiting(request, result)})
+        if (!said.empty() && !request.quiet) say(stderr, "nscdd: note: {}\n", said);
     if (result.unconverged_steps() > 0) say(stderr, "nscdd: {}\n", unconverged(result));
 }
 
