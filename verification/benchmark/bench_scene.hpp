@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <random>
+#include <string>
 
 #include "files/packing.hpp"
 #include "nscdd/core/rolling.hpp"
@@ -92,18 +93,21 @@ inline SolveOptions fifty() {
     return options;
 }
 
-// Runs the operation and counts: ns per contact, bytes per contact, and the share of the time in which STREAM would
-// move these bytes. A share above one: they stay in a cache.
-inline void per_contact(benchmark::State& state, double contacts, double bytes, auto&& operation) {
+// Runs the operation and counts: seconds a unit, such as a contact, bytes a unit, and the share of the time in which
+// STREAM would move these bytes. A share above one: they stay in a cache.
+inline void per(const std::string& unit, benchmark::State& state, double units, double bytes, auto&& operation) {
     const double bandwidth = stream_bandwidth();
     const auto began = std::chrono::steady_clock::now();
     for (auto _ : state) operation();
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began;
     using benchmark::Counter;
-    state.counters["contacts"] = contacts;
-    state.counters["bytes/contact"] = bytes / contacts;
+    state.counters[unit + "s"] = units;
+    state.counters["bytes/" + unit] = bytes / units;
     state.counters["of STREAM"] = bytes / bandwidth / (took.count() / static_cast<double>(state.iterations()));
-    state.counters["s/contact"] = Counter(contacts, Counter::kIsIterationInvariantRate | Counter::kInvert);
+    state.counters["s/" + unit] = Counter(units, Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+inline void per_contact(benchmark::State& state, double contacts, double bytes, auto&& operation) {
+    per("contact", state, contacts, bytes, operation);
 }
 
 using Frictional3 = Model<3, Coulomb>;

@@ -1,4 +1,4 @@
-// Cost of what a step does besides sweeps: detection, and on 8 subdomains gluing with its messages.
+// Cost of what a step does besides sweeps: detection, advance, and on 8 subdomains gluing with its messages.
 #include "bench_scene.hpp"
 
 using namespace nscdd;
@@ -53,11 +53,29 @@ template <class M>
 void narrow_phase(benchmark::State& state) {
     auto& s = Stepped<M, 1>::shared();
     const ContactProblem<M>& problem = s.parts[0].problem;
-    per_contact(state, s.contacts, s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts),
-                [&] {
-                    detail::detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h,
-                                               {.least = 2e-3});
-                });
+    per("candidate", state, double(s.parts[0].pairs.size() + s.parts[0].wall_pairs.size()),
+        s.candidate_bytes() + size_of(problem.contacts) + size_of(problem.wall_contacts), [&] {
+            detail::detect_contacts<M>(s.parts[0], s.settings.walls, s.settings.materials, s.settings.h,
+                                       {.least = 2e-3});
+        });
+}
+// The advance of a step whose solver does nothing, of grains at rest: its time is taken within the step.
+template <class M>
+void advance(benchmark::State& state) {
+    std::vector<Grain<M>> grains;
+    SimulationSettings<M> settings = scene<M>(grains);
+    settings.gravity.setZero();
+    InProcess comm(1);
+    Simulation<M> simulation(comm, settings, grains);
+    for (auto _ : state) {
+        const double before = simulation.seconds().advance.own;
+        simulation.step([](auto&&...) { return SolveReport{}; });
+        state.SetIterationTime(simulation.seconds().advance.own - before);
+    }
+    using benchmark::Counter;
+    const auto count = static_cast<double>(grains.size());
+    state.counters["grains"] = count;
+    state.counters["s/grain"] = Counter(count, Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
 // One gluing: velocities packed, exchanged in-process, averaged, unpacked.
@@ -82,6 +100,8 @@ void ccs(benchmark::State& state) {
 }
 NSCDD_BENCH_ALL(broad_phase, "broad phase")
 NSCDD_BENCH_ALL(narrow_phase, "narrow phase")
+BENCHMARK_TEMPLATE(advance, Frictional3)->Name("advance/3D/Coulomb")->UseManualTime();
+BENCHMARK_TEMPLATE(advance, Frictional2)->Name("advance/2D/Coulomb")->UseManualTime();
 NSCDD_BENCH_ALL(dcs, "gluing/dcs")
 NSCDD_BENCH_ALL(ccs, "gluing/ccs")
 
