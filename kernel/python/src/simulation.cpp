@@ -116,11 +116,17 @@ class Handle {
         live_ = make_live(std::move(request), std::move(place.comm));
     }
 
+    // Threads stay behind in the process that was forked, so that nobody can wait for them: the child keeps the run.
+    ~Handle() {
+        if (forked()) (void)live_.release();
+    }
+    Handle(const Handle&) = delete;
+
     // To look at the run, between steps.
     Live& live() {
         if (!live_) throw std::logic_error("Simulation: it ended with the process's last use of MPI");
         if (busy_) throw std::logic_error("Simulation: another thread is within step()");
-        if (threads_ > 1 && getpid() != made_in_)
+        if (forked())
             throw std::logic_error("Simulation: its threads have stayed behind in the process that was forked");
         return *live_;
     }
@@ -143,7 +149,7 @@ class Handle {
         live.stop();
     }
     void close() {
-        if (!busy_) live_.reset();
+        if (!busy_ && !forked()) live_.reset();
     }
 
     // (n, numbers of a load); forces, then torques.
@@ -215,6 +221,8 @@ class Handle {
     }
 
   private:
+    bool forked() const { return threads_ > 1 && getpid() != made_in_; }
+
     struct Busy {  // set and cleared with the GIL held
         explicit Busy(bool& of) : flag(of) { flag = true; }
         ~Busy() { flag = false; }
