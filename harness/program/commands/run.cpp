@@ -109,7 +109,8 @@ std::string overlapping(const RunResult& result) {
 // Grains that should have come and found no place; empty where all have come.
 std::string waiting(const RunRequest& request, const RunResult& result) {
     const auto& insertions = request.scene.exchange.insertions;
-    const double begun = request.start_time + (double(result.steps.size()) - 1) * request.scene.step.h;  // the last step
+    const double begun =
+        request.start_time + (double(result.steps.size()) - 1) * request.scene.step.h;  // the last step
     std::vector<std::string> told;
     for (std::size_t e = 0; e < insertions.size(); ++e)
         if (const double left = insertions[e].due(begun) - result.so_far.inserted[e]; left > 0)

@@ -40,9 +40,11 @@ class Mpi final : public Communicator {
     ///
     /// `charged`, if given, is called at every charge of the meter, and for the messages of channels and reductions.
     /// `size` is the number of ranks in all, the same on every process; 0 means one a process. `within` says how
-    /// messages go between processes of a node. each_rank() deals the ranks of this process to `threads`, or to as many
-    /// as it hosts; the caller's thread alone calls MPI, so MPI_THREAD_FUNNELED is enough. Throws std::invalid_argument
-    /// for fewer ranks than processes, fewer threads than 1, and several threads with `charged`.
+    /// messages go between processes of a node. Throws std::invalid_argument for fewer ranks than processes.
+    ///
+    /// each_rank() deals the ranks of this process to so many `threads`, or fewer where there are fewer ranks. The
+    /// caller's thread alone calls MPI, so MPI_THREAD_FUNNELED is enough. Throws std::invalid_argument for fewer
+    /// threads than 1, and for several with `charged`.
     explicit Mpi(MPI_Comm comm = MPI_COMM_WORLD, Meter::Charged charged = {}, int size = 0,
                  WithinNode within = WithinNode::memory, int threads = 1)
         : mpi_(comm, checked(std::move(charged), threads), size, within),
