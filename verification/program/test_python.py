@@ -216,7 +216,7 @@ class Notebook(unittest.TestCase):
         cells = json.loads((ROOT / "manual/17-python.ipynb").read_text())["cells"]
         self.assertFalse(any(cell.get("outputs") for cell in cells), "it is kept without what it prints")
         code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
-        program = "\nplt.figure()\n".join(code) + "\nplt.close(1)\nprint(sum(bool(plt.figure(n).axes) for n in plt.get_fignums()), 'pictures')"
+        program = "\nplt.figure()\n".join(code) + "\nprint(sum(bool(plt.figure(n).axes) for n in plt.get_fignums()), 'pictures')"
         environment = os.environ | {"PYTHONPATH": str(MODULE), "MPLBACKEND": "agg"}
         done = subprocess.run([sys.executable, "-W", "error", "-c", program], env=environment, capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, 0, done.stderr)
