@@ -104,6 +104,12 @@ TEST_CASE("MPI ranks receive what was sent, the same as in-process ranks") {
             CHECK(total(comm.traffic().messages_of[o]) == reference.traffic().messages_of[o]);
     }
     if (processes > 1) CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, processes - 1), std::invalid_argument);
+    if (Mpi two(MPI_COMM_WORLD, {}, 2 * processes, WithinNode::memory, 2); true) {
+        std::array<std::thread::id, 2> by;
+        two.each_rank([&by](std::size_t k) { by[k] = std::this_thread::get_id(); });
+        CHECK(by[0] == std::this_thread::get_id());
+        CHECK(by[1] != by[0]);
+    }
     const auto charged = [](nscdd::Work, double, double) {};
     CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, {}, 0, WithinNode::memory, 0), std::invalid_argument);
     CHECK_THROWS_AS(Mpi(MPI_COMM_WORLD, charged, 0, WithinNode::memory, 2), std::invalid_argument);
