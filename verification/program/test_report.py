@@ -10,20 +10,28 @@ from pathlib import Path
 import h5py
 import harness  # noqa: F401  (sets the path of nscdd_suite)
 import numpy as np
-from made_up import acceleration, accuracy, bits, compare, fabricate, hard, problems, rheology, velocity_error, wild
 from nscdd_suite import cli
 from nscdd_suite.page import packings, tables
 from nscdd_suite.page.load import load
 from nscdd_suite.studies.acceleration import section as acceleration_section
+from nscdd_suite.studies.acceleration.made_up import acceleration
 from nscdd_suite.studies.accuracy import figures
 from nscdd_suite.studies.accuracy.levels import at_level
+from nscdd_suite.studies.accuracy.made_up import accuracy
 from nscdd_suite.studies.bits import section as same_bits
+from nscdd_suite.studies.bits.made_up import bits
 from nscdd_suite.studies.hard import section as hard_cases
+from nscdd_suite.studies.hard.made_up import hard
 from nscdd_suite.studies.peers import section as peers
+from nscdd_suite.studies.problems.made_up import problems
 from nscdd_suite.studies.reduced import section as of_runs
+from nscdd_suite.studies.reduced.made_up import compare, fabricate
 from nscdd_suite.studies.reduced.runs import Runs
+from nscdd_suite.studies.rheology.made_up import rheology
 from nscdd_suite.studies.velocity_error import section as velocity
+from nscdd_suite.studies.velocity_error.made_up import velocity_error
 from nscdd_suite.studies.wild import section as random_scenes
+from nscdd_suite.studies.wild.made_up import wild
 
 
 def counted(**changed):

@@ -12,7 +12,6 @@ from pathlib import Path
 import h5py
 import harness
 import numpy as np
-from made_up_paper import COUNTS, paper, run, window, write_network
 from nscdd_suite import cli
 from nscdd_suite.page import style
 from nscdd_suite.studies.paper import figures as paper_figures
@@ -21,6 +20,7 @@ from nscdd_suite.studies.paper import network
 from nscdd_suite.studies.paper import rows as paper_rows
 from nscdd_suite.studies.paper import tables as paper_tables
 from nscdd_suite.studies.paper.data import Paper
+from nscdd_suite.studies.paper.made_up import COUNTS, paper, run, window, write_network
 from nscdd_suite.studies.paper.verdicts import AGREES, DIFFERS, UNTOLD, verdicts
 from nscdd_suite.study import Plan
 

@@ -2,8 +2,8 @@
 import h5py
 import numpy as np
 
-from made_up import MACHINE, made_up
-from nscdd_suite.studies.paper.items import What, splitting
+from ...made_up import MACHINE, made_up
+from .items import What, splitting
 
 GRAINS = {"isotropic": 55000, "biaxial": 13000, "triaxial": 64000, "million": 1024000}
 SPLITTINGS = {"isotropic": ("3x1x1", "2x2x1", "2x2x2"), "biaxial": ("2x1", "4x2", "8x6"), "triaxial": ("2x1x1", "2x2x2", "4x4x3")}
