@@ -14,6 +14,22 @@ function(call output)
     set(${output} "${text}" PARENT_SCOPE)
 endfunction()
 
+# pkg_config(OUTPUT NAME): flags of the installed package in INSTALLED; nothing, and "skipped", without pkg-config.
+function(pkg_config output name)
+    find_program(PKG_CONFIG pkg-config)
+    if(NOT PKG_CONFIG)
+        message("pkg-config: skipped, it is not installed")
+        set(${output} "" PARENT_SCOPE)
+        return()
+    endif()
+    file(GLOB_RECURSE found ${INSTALLED}/${name}.pc)
+    cmake_path(GET found PARENT_PATH folder)
+    set(ENV{PKG_CONFIG_PATH} "${folder}")
+    call(flags ${PKG_CONFIG} --cflags --libs ${name})
+    separate_arguments(flags UNIX_COMMAND "${flags}")
+    set(${output} "${flags}" PARENT_SCOPE)
+endfunction()
+
 # with_compiled_kernel(OUTPUT): an example of ours, by nscdd::compiled.
 function(with_compiled_kernel output)
     file(READ ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../kernel/examples/ten_balls.cpp program)

@@ -1,10 +1,11 @@
 # cmake -DBUILD=... -DWORK=... -DCXX=... -DNM=... -P compiled.cmake
 #
 # Installs nscdd::compiled from a build of ours, and builds and runs an example against it, which must not compile the
-# kernel once more.
+# kernel once more. By CMake and by pkg-config.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/call.cmake)
-call(text ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
+set(INSTALLED ${WORK}/installed)
+call(text ${CMAKE_COMMAND} --install ${BUILD} --prefix ${INSTALLED})
 with_compiled_kernel(program)
 file(WRITE ${WORK}/compiled.cpp "${program}")
 file(WRITE ${WORK}/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
@@ -14,7 +15,7 @@ add_executable(compiled compiled.cpp)
 target_link_libraries(compiled PRIVATE nscdd::compiled)
 ")
 call(text ${CMAKE_COMMAND} -S ${WORK} -B ${WORK}/build -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_BUILD_TYPE=Release
-    -DCMAKE_PREFIX_PATH=${WORK}/installed)
+    -DCMAKE_PREFIX_PATH=${INSTALLED})
 call(text ${CMAKE_COMMAND} --build ${WORK}/build)
 call(answer ${WORK}/build/compiled)
 if(NOT answer MATCHES "step 1000: 10 contacts, +[0-9]+ iterations, energy 0 J")
@@ -24,4 +25,12 @@ file(GLOB_RECURSE object ${WORK}/build/compiled.cpp.o)
 call(symbols ${NM} -C --undefined-only ${object})
 if(NOT symbols MATCHES "Simulation<.*>::Simulation" OR NOT symbols MATCHES "by_nscdd<")
     message(FATAL_ERROR "the program compiles the kernel itself; it lacks:\n${symbols}")
+endif()
+pkg_config(flags nscdd-compiled)
+if(flags)
+    call(text ${CXX} -std=c++20 -O2 ${WORK}/compiled.cpp ${flags} -o ${WORK}/packaged)
+    call(by_pkg_config ${WORK}/packaged)
+    if(NOT by_pkg_config STREQUAL answer)
+        message(FATAL_ERROR "by pkg-config the program prints\n${by_pkg_config}")
+    endif()
 endif()

@@ -285,12 +285,32 @@ class Arrays(unittest.TestCase):
         self.assertTrue(np.array_equal(last, kept_last))
         self.assertTrue(np.array_equal(speeds, kept["velocity"][:, 2]))
 
+    def test_a_view_of_contacts_has_what_the_copies_have(self):
+        for dimension, friction in ((2, 0.3), (3, 0.3), (3, 0.0)):
+            simulation = heap(dimension, friction=friction)
+            simulation.run(60)
+            ids, contacts = simulation.view()["id"], simulation.contacts
+            pairs, at_walls = simulation.view("contacts"), simulation.view("wall_contacts")
+            i, j = np.r_[ids[pairs["i"]], ids[at_walls["i"]]], np.r_[ids[pairs["j"]], -1 - at_walls["j"]]
+            order = np.lexsort((j, i))
+            self.assertGreater(min(len(pairs), len(at_walls)), 0)
+            self.assertTrue(same(i[order], contacts["i"]) and same(j[order], contacts["j"]))
+            for key in ("normal", "impulse" if friction else "normal_impulse"):
+                self.assertTrue(same(np.concatenate([pairs[key], at_walls[key]])[order], contacts[key]))
+            kept = pairs.copy(), at_walls.copy()
+            simulation.run(20)
+            self.assertTrue(np.array_equal(pairs, kept[0]) and np.array_equal(at_walls, kept[1]))
+        with self.assertRaisesRegex(ValueError, "view: one of grains, contacts, wall_contacts, not 'walls'"):
+            simulation.view("walls")
+        with self.assertRaisesRegex(ValueError, "read-only"):
+            pairs["impulse" if friction else "normal_impulse"] = 0
+
     def test_who_looks_does_not_change_what_comes(self):
         plain, seen, views = heap(), heap(), []
         for _ in range(25):
             plain.step()
             seen.step()
-            views.append(seen.view())
+            views += [seen.view(), seen.view("contacts"), seen.view("wall_contacts")]
         self.assertTrue(same(plain.positions, seen.positions) and same(plain.contacts, seen.contacts))
 
     def test_several_subdomains_have_no_view(self):

@@ -40,8 +40,16 @@ struct LiveCell {
     std::vector<double> size, tilt, gradient;  // (dim) [m], (dim, dim) [m], (dim, dim) [1/s]
 };
 
-// The grains of one subdomain where the kernel keeps them, in its order: `count` records of `stride` bytes.
-struct GrainsInPlace {
+// Rows of the grains by ascending id; on the process that hosts rank 0, none elsewhere.
+struct GrainRows {
+    State state;
+    std::vector<int> ids;
+    std::vector<double> masses;
+};
+
+// What one subdomain has, where the kernel keeps it and in its order: `count` records of `stride` bytes.
+enum class Records { grains, contacts, wall_contacts };
+struct RecordsInPlace {
     struct Field {
         const char* name;
         std::size_t offset;  // [bytes] within a record
@@ -50,7 +58,7 @@ struct GrainsInPlace {
     const void* first = nullptr;
     std::size_t count = 0, stride = 0;
     std::vector<Field> fields;
-    std::shared_ptr<void> owner;  // while it lives the memory keeps the grains of now, whatever the run does
+    std::shared_ptr<void> owner;  // while it lives the memory keeps the records of now, whatever the run does
 };
 
 // All but the plain reads throw: InputError for what the caller cannot have, RefusedStep, and what Simulation throws.
@@ -72,16 +80,14 @@ class Live {
     virtual double time() const = 0;             // [s]
     virtual std::string stopped_by() const = 0;  // key of [stop] that the last step has met; "": none
 
-    virtual State grains() const = 0;          // rows of grains by id
-    virtual std::vector<int> ids() const = 0;  // ascending, as the rows of all arrays
-    virtual std::vector<double> masses() const = 0;
+    virtual GrainRows grains() const = 0;
     virtual int load_size() const = 0;              // numbers of a load: forces, then torques if grains turn
     virtual std::vector<double> loads() const = 0;  // (n, load_size) by id, constant [N, N m]
     // Both (n, load_size) by id; velocities [m/s] are followed by spins [rad/s].
     virtual void set_loads(const std::vector<double>& loads) = 0;
     virtual void set_velocities(const std::vector<double>& velocities) = 0;
     virtual State::Contacts contacts() const = 0;  // of the last step, by ids
-    virtual GrainsInPlace grains_in_place() = 0;   // on one subdomain
+    virtual RecordsInPlace in_place(Records) = 0;  // on one subdomain
     virtual SeriesRow measures() const = 0;        // sums over the scene
 
     virtual LiveCell cell() const = 0;

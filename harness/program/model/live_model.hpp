@@ -16,10 +16,7 @@ template <class M>
 class LiveModel final : public Live {
   public:
     LiveModel(RunRequest request, std::unique_ptr<Communicator> comm)
-        : comm_(std::move(comm)),
-          request_(std::move(request)),
-          kept_(std::make_shared<Grains>()),
-          exchange_(request_.scene, request_.so_far) {
+        : comm_(std::move(comm)), request_(std::move(request)), exchange_(request_.scene, request_.so_far) {
         BuiltScene<M> built = build_scene<M>(request_, *comm_);
         keep_automatic_step(request_, built);
         request_.packing = {};
@@ -87,16 +84,11 @@ class LiveModel final : public Live {
     std::string stopped_by() const override { return stopped_by_ ? stopped_by_->condition : ""; }
     double time() const override { return time_now(*simulation_, request_); }
 
-    State grains() const override { return gather_grain_rows(*simulation_); }
-    std::vector<int> ids() const override {
-        std::vector<int> ids;
-        for (const auto& gathered : gather_grains(*simulation_)) ids.push_back(gathered.grain.id);
-        return ids;
-    }
-    std::vector<double> masses() const override {
-        std::vector<double> masses;
-        for (const auto& gathered : gather_grains(*simulation_)) masses.push_back(gathered.grain.mass);
-        return masses;
+    GrainRows grains() const override {
+        const auto gathered = gather_grains(*simulation_);
+        GrainRows rows{grain_rows(gathered), ids_of(gathered), {}};
+        for (const auto& g : gathered) rows.masses.push_back(g.grain.mass);
+        return rows;
     }
     State::Contacts contacts() const override { return gather_contact_rows(*simulation_); }
 
@@ -110,23 +102,41 @@ class LiveModel final : public Live {
     void set_loads(const std::vector<double>& loads) override { set(&Grain<M>::load, loads); }
     void set_velocities(const std::vector<double>& velocities) override { set(&Grain<M>::velocity, velocities); }
 
-    GrainsInPlace grains_in_place() override {
-        if (comm_->size() > 1) throw InputError("grains of several subdomains are not in one place: take copies by id");
-        const Grains& grains = simulation_->parts()[0].grains;
-        const auto* record = grains.data();
-        const auto at = [record](const auto& member) {
-            return static_cast<std::size_t>(reinterpret_cast<const std::byte*>(&member) -
-                                            reinterpret_cast<const std::byte*>(record));
+    RecordsInPlace in_place(Records which) override {
+        if (comm_->size() > 1) throw InputError("what several subdomains have is not in one place: take copies by id");
+        const auto& part = simulation_->parts()[0];
+        RecordsInPlace place;
+        const auto of = [&place](const auto& records, const auto& kept, auto fields) {
+            place = {records.data(), records.size(), sizeof(records[0]), {}, kept.memory};
+            const typename std::decay_t<decltype(records)>::value_type like;  // there may be none
+            fields(like, [&](const char* name, const auto& member, int numbers) {
+                const auto at = reinterpret_cast<const std::byte*>(&member) - reinterpret_cast<const std::byte*>(&like);
+                place.fields.push_back({name, static_cast<std::size_t>(at), numbers});
+            });
         };
-        GrainsInPlace place{record, grains.size(), sizeof(Grain<M>), {}, kept_};
-        place.fields = {{"id", at(record->id), 0},
-                        {"material", at(record->material), 0},
-                        {"radius", at(record->radius), 1},
-                        {"mass", at(record->mass), 1},
-                        {"inertia", at(record->inertia), 1},
-                        {"position", at(record->position), M::dim},
-                        {"velocity", at(record->velocity), M::dim}};
-        if constexpr (M::friction) place.fields.push_back({"spin", at(record->velocity[M::dim]), M::spins});
+        if (which == Records::grains)
+            of(part.grains, grains_, [](const Grain<M>& grain, auto field) {
+                field("id", grain.id, 0);
+                field("material", grain.material, 0);
+                field("radius", grain.radius, 1);
+                field("mass", grain.mass, 1);
+                field("inertia", grain.inertia, 1);
+                field("position", grain.position, M::dim);
+                field("velocity", grain.velocity, M::dim);
+                if constexpr (M::friction) field("spin", grain.velocity[M::dim], M::spins);
+            });
+        else
+            of(which == Records::contacts ? part.problem.contacts : part.problem.wall_contacts,
+               which == Records::contacts ? contacts_ : wall_contacts_, [](const Contact<M>& contact, auto field) {
+                   field("i", contact.i, 0);
+                   field("j", contact.j, 0);
+                   field("normal", contact.normal, M::dim);
+                   if constexpr (M::friction)
+                       field("impulse", contact.r, M::dim);
+                   else
+                       field("normal_impulse", contact.r, 1);
+                   if constexpr (M::rolling) field("couple", contact.r[M::dim], M::couples);
+               });
         return place;
     }
 
@@ -206,8 +216,6 @@ class LiveModel final : public Live {
     }
 
   private:
-    using Grains = std::vector<Grain<M>>;
-
     std::vector<std::string> wall_names() const {
         std::vector<std::string> names;
         for (const auto& wall : request_.scene.walls) names.push_back(wall.name);
@@ -222,20 +230,30 @@ class LiveModel final : public Live {
             fail(w, std::string("no ") + what + " drives it, give one when it is made");
     }
 
-    // The simulation is ours and not const. Between two steps it has no pointer into its lists of grains, and takes
-    // loads and velocities as they are there.
-    Grains& grains_of(std::size_t part) { return const_cast<Grains&>(simulation_->parts()[part].grains); }
+    static std::vector<int> ids_of(const std::vector<GatheredGrain<M>>& grains) {
+        std::vector<int> ids;
+        for (const auto& g : grains) ids.push_back(g.grain.id);
+        return ids;
+    }
+
+    // The simulation is ours and not const. Between two steps it has no pointer into its lists of grains and contacts,
+    // and takes loads and velocities as they are there.
+    template <class Records>
+    static Records& ours(const Records& records) {
+        return const_cast<Records&>(records);
+    }
 
     // Sets a member of all copies of all grains; `values` are (n, M::dof) by id.
     void set(typename M::Velocity Grain<M>::*member, const std::vector<double>& values) {
         if (values.size() != grain_count() * M::dof ||
             !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
             throw InputError("loads and velocities must be finite, and as many as the grains");
-        const std::vector<int> all = ids();  // grains may have come and gone, so that ids are not rows
+        const std::vector<int> all =
+            ids_of(gather_grains(*simulation_));  // grains may have come and gone, so that ids are not rows
         const bool here = all.size() == grain_count();
         detach(true);
         for (std::size_t k = 0; k < simulation_->parts().size(); ++k)
-            for (Grain<M>& grain : grains_of(k)) {
+            for (Grain<M>& grain : ours(simulation_->parts()[k].grains)) {
                 const auto row = here ? std::ranges::lower_bound(all, grain.id) - all.begin() : grain.id;
                 if (row * M::dof >= static_cast<std::ptrdiff_t>(values.size()))
                     throw std::logic_error("over MPI grains that have come cannot be given loads or velocities");
@@ -243,21 +261,36 @@ class LiveModel final : public Live {
             }
     }
 
-    // Lets those who look at the grains keep the memory that they look at; the run goes on in a copy.
+    // Lets those who look at grains or contacts keep the memory that they look at; the run goes on in a copy.
     void detach(bool goes_on) {
-        if (kept_.use_count() == 1 || !simulation_) return;
-        Grains& grains = grains_of(0);
-        Grains copy = goes_on ? grains : Grains();
-        kept_->swap(grains);
-        grains.swap(copy);
-        kept_ = std::make_shared<Grains>();
+        if (!simulation_) return;
+        const auto& part = simulation_->parts()[0];
+        grains_.detach(part.grains, goes_on);
+        contacts_.detach(part.problem.contacts, goes_on);
+        wall_contacts_.detach(part.problem.wall_contacts, goes_on);
     }
+
+    template <class Record>
+    struct Kept {
+        std::shared_ptr<std::vector<Record>> memory =
+            std::make_shared<std::vector<Record>>();  // empty; who shares it looks
+
+        void detach(const std::vector<Record>& records, bool goes_on) {
+            if (memory.use_count() == 1) return;
+            std::vector<Record> copy;
+            if (goes_on) copy = records;
+            memory->swap(ours(records));
+            ours(records).swap(copy);
+            memory = std::make_shared<std::vector<Record>>();
+        }
+    };
 
     std::unique_ptr<Communicator> comm_;
     RunRequest request_;
     AnyStepSolver<M> solve_;
     std::optional<Simulation<M>> simulation_;
-    std::shared_ptr<Grains> kept_;  // empty; who shares it looks at the grains of the simulation
+    Kept<Grain<M>> grains_;
+    Kept<Contact<M>> contacts_, wall_contacts_;
     Exchange<M> exchange_;
     std::optional<StopTest<M>> stop_;
     std::optional<Stopped> stopped_by_;

@@ -72,14 +72,14 @@ State state_head(const Simulation<M>& simulation, const RunRequest& request) {
     return head;
 }
 
-// Rows of the grains with these ids; on the process that hosts rank 0, nothing elsewhere. Collective.
+// Rows of these grains.
 template <class M>
-State gather_grain_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
+State grain_rows(const std::vector<GatheredGrain<M>>& grains) {
     State rows;
     const auto append = [](std::vector<double>& to, const auto& vector) {
         to.insert(to.end(), vector.data(), vector.data() + vector.size());
     };
-    for (const auto& g : gather_grains(simulation, ids)) {
+    for (const auto& g : grains) {
         append(rows.packing.x, g.grain.position);
         rows.packing.radius.push_back(g.grain.radius);
         append(rows.velocity, typename M::Vec(g.grain.velocity.template head<M::dim>()));
@@ -96,7 +96,8 @@ State gather_grain_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
     return rows;
 }
 
-// Rows of the contacts whose first grain has one of these ids; as above.
+// Rows of the contacts whose first grain has one of these ids; on the process that hosts rank 0, nothing elsewhere.
+// Collective.
 template <class M>
 State::Contacts gather_contact_rows(const Simulation<M>& simulation, detail::Ids ids = {}) {
     State::Contacts rows;
@@ -117,10 +118,10 @@ State::Contacts gather_contact_rows(const Simulation<M>& simulation, detail::Ids
     return rows;
 }
 
-// Both.
+// Rows of the grains with these ids as well; as above.
 template <class M>
 State gather_rows(const Simulation<M>& simulation, detail::Ids ids) {
-    State rows = gather_grain_rows(simulation, ids);
+    State rows = grain_rows(gather_grains(simulation, ids));
     rows.contacts = gather_contact_rows(simulation, ids);
     return rows;
 }

@@ -136,7 +136,7 @@ class Simulation:
                        of the solver, the keys of [solver] in a scene file
 
     Arrays that are handed out are of the moment, by ascending id, and read-only: a step makes new ones, and those that you
-    keep stay what they were. view() gives the grains where the kernel has them, without a copy.
+    keep stay what they were. view() shows grains and contacts where the kernel has them, without a copy.
 
     One thread at a time may use a simulation; two simulations may be used by two threads. step() releases the GIL.
     """
@@ -378,14 +378,21 @@ class Simulation:
         """(n) number of subdomains in which the grain had contacts in the last step."""
         return self._live.rows()["multiplicities"]
 
-    def view(self) -> np.ndarray:
-        """The grains where the kernel has them, without a copy: a structured array of one subdomain.
+    def view(self, of: str = "grains") -> np.ndarray:
+        """What the kernel has, where it has it, without a copy: a structured array of one subdomain.
 
-        Fields are id, material, radius, mass, inertia, position, velocity and, with friction, spin. Rows are in the kernel's
-        order, which a step may change: `id` says whose they are. The array is read-only and safe. Where you still have it
+        "grains"         id, material, radius, mass, inertia, position, velocity and, with friction, spin
+        "contacts"       of the last step, between grains: i, j, normal, impulse, couple as in `contacts`, but i and j are rows
+                         of view(). Without friction, normal_impulse stands for impulse
+        "wall_contacts"  the same, where j is the number of a wall, after these of a facet of an obstacle
+
+        Rows are in the kernel's order, which a step may change. The array is read-only and safe. Where you still have it
         when the next step begins, it keeps its memory and its values, and the simulation goes on in a copy of it.
         """
-        return self._live.grains_in_place()
+        ways = {"grains": self._live.grains_in_place, "contacts": self._live.contacts_in_place, "wall_contacts": self._live.wall_contacts_in_place}
+        if of not in ways:
+            raise ValueError(f"view: one of {', '.join(ways)}, not {of!r}")
+        return ways[of]()
 
     # ---- contacts and sums
 

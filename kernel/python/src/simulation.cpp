@@ -170,7 +170,8 @@ class Handle {
     const py::dict& rows() {
         Live& live = this->live();
         if (rows_) return *rows_;
-        State state = live.grains();
+        GrainRows grains = live.grains();
+        State& state = grains.state;
         const auto n = static_cast<py::ssize_t>(state.packing.size()),
                    dim = py::ssize_t(live.request().scene.dimension);
         py::dict rows;
@@ -181,8 +182,8 @@ class Handle {
         rows["materials"] = owned(std::move(state.material), {n});
         rows["subdomains"] = owned(std::move(state.subdomain), {n});
         rows["multiplicities"] = owned(std::move(state.multiplicity), {n});
-        rows["ids"] = owned(live.ids(), {n});
-        rows["masses"] = owned(live.masses(), {n});
+        rows["ids"] = owned(std::move(grains.ids), {n});
+        rows["masses"] = owned(std::move(grains.masses), {n});
         return rows_.emplace(std::move(rows));
     }
     const py::dict& contacts() {
@@ -201,8 +202,8 @@ class Handle {
         rows["subdomain"] = owned(std::move(found.subdomain), {n});
         return contacts_.emplace(std::move(rows));
     }
-    py::array grains_in_place() {
-        GrainsInPlace place = live().grains_in_place();
+    py::array in_place(Records which) {
+        RecordsInPlace place = live().in_place(which);
         py::list names, formats, offsets;
         for (const auto& field : place.fields) {
             names.append(field.name);
@@ -337,7 +338,9 @@ void add_simulation(py::module_& module) {
         .def("save", [](Handle& h, const std::string& path) { h.live().save(path); })
         .def("rows", &Handle::rows)
         .def("contacts", &Handle::contacts)
-        .def("grains_in_place", &Handle::grains_in_place)
+        .def("grains_in_place", [](Handle& live) { return live.in_place(Records::grains); })
+        .def("contacts_in_place", [](Handle& live) { return live.in_place(Records::contacts); })
+        .def("wall_contacts_in_place", [](Handle& live) { return live.in_place(Records::wall_contacts); })
         .def("measures", [](Handle& h) { return as_dict(h.live().measures()); })
         .def("cell", [](Handle& h) { return as_dict(h.live().cell()); })
         .def("wall_count", [](Handle& h) { return h.live().wall_count(); })
