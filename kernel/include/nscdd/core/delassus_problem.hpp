@@ -31,7 +31,7 @@ struct DelassusProblem {
     /// Of one contact: normal, then tangential [N s or m/s], then the couple or the spin [N m s or rad/s].
     using Vec = Eigen::Matrix<double, size, 1, Eigen::DontAlign>;
     using Block = Eigen::Matrix<double, size, size, Eigen::DontAlign>;  ///< of W [1/kg; 1/(kg m); 1/(kg m^2)]
-    using Limits = std::array<double, parts>;  ///< mu, then mu_r [m]: the largest |r_t| and |c| over r_n
+    using Limits = std::array<double, std::size_t{parts}>;  ///< mu, then mu_r [m]: the largest |r_t| and |c| over r_n
 
     ///@{
     /// W by rows of blocks. Those of row c are blocks[k], in block column columns[k], for row_begin[c] <= k <
