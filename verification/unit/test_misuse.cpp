@@ -287,6 +287,7 @@ TEST_CASE("options without an end are refused", "[misuse]") {
     std::vector<DelassusProblem<2>::Vec> r;
     for (const BlockOptions bad : {BlockOptions{.tolerance = not_a_number}, BlockOptions{.check_every = 0}})
         CHECK(lacks(refusal([&] { block_nlgs(none, r, bad); }), "tolerance") == "");
+    for (const int bad : {-1, 9}) CHECK(lacks(refusal([&] { block_nlgs(none, r, {.window = bad}); }), "window") == "");
 }
 
 TEST_CASE("what is no scene is refused by name", "[misuse]") {

@@ -7,7 +7,7 @@ from ..study import Study
 # In the order of the page.
 NAMES = (
     *("paper", "physics", "rheology", "gallery", "peers", "reduced", "bits", "hard", "accuracy", "problems", "acceleration"),
-    *("velocity_error", "wild", "partitions", "scaling", "million", "memory", "step_cost", "python_step"),
+    *("velocity_error", "wild", "partitions", "scaling", "million", "memory", "step_cost", "python_step", "python_solve"),
 )
 
 
