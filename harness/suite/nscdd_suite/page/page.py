@@ -118,10 +118,6 @@ def captions(section):
     return beside(section, "captions.toml")
 
 
-def missing(text):
-    return f'<p class="missing">Not in these results: {escape(text)}.</p>'
-
-
 def warnings(data):
     """That a record is of a quick job, and what it lacks."""
     quick = ["<p>From a quick job, made small to test the command: its numbers say nothing.</p>"] if data.get("quick") else []

@@ -3,7 +3,7 @@ import dataclasses
 from html import escape
 
 from ...page import packings
-from ...page.page import Block, captions, command_list, commits, figure_block, folded, machines, missing, table_block
+from ...page.page import Block, captions, command_list, commits, figure_block, folded, machines, table_block
 from ...page.style import save
 from ...page.tables import count, exceeds, number, row_ok
 from ...times import CORES
@@ -27,12 +27,12 @@ def source(paper, entries):
 
 
 def block(paper, anchor, content, entries, text="", make=table_block, kinds=(), wide=True, **told):
-    """The table or figure of an anchor with its texts, those of `text` where several share them; what these results lack where it is not there."""
+    """The table or figure of an anchor with its texts, those of `text` where several share them; nothing where it is not there."""
+    if not content:
+        return ""
     texts = TEXTS[text or anchor]
     files = [escape(str(value)) for key, value in paper.record["platform"].items() if key != "name"]
     told["platform"] = f"Simulated: <code>{'</code>, <code>'.join(files)}</code>. "
-    if not content:
-        return missing(texts["lacks"].format(**told))
     caption, title = (texts[name].format(**told) for name in ("caption", "title"))
     return make(content, title, caption, source(paper, entries), kinds or texts["kinds"], wide=wide, anchor=anchor)
 
@@ -166,7 +166,7 @@ def section(results, out):
         results.failures += failures(record)
     if len(records) != 1:
         names = ", ".join(record["command"] for record in records)
-        return [missing(f"one record of the paper; there are {len(records)}: {names}")] if records else []
+        return [warning("Not one record of the paper:", f" {len(records)}, by {escape(names)}.")] if records else []
     paper, folder = Paper(records[0]), results.files(records[0])
     drawn = network.predict(folder / NETWORK) if (folder / NETWORK).is_file() else None
     spheres = packings.read_state(folder / SPHERES) if (folder / SPHERES).is_file() else None
