@@ -30,10 +30,12 @@ class Counted(ProgramTest):
         (self.results / "hard.json").write_text(json.dumps({"schema": "nscdd.hard/1", "rows": [ROW | changed]}))
 
     def counted(self, keep=False):
-        """(what it says, results/counted.json)"""
+        """(what it says, results/counted.json, None where results become the records)"""
         with unittest.mock.patch.object(counted, "RECORDS", self.records):
             said = "\n".join(counted.compare(self.results, keep)) + "\n"
-        return said, json.loads((self.results / "counted.json").read_text())
+        told = self.results / "counted.json"
+        self.assertEqual(told.exists(), not keep)  # a record says nothing beside itself
+        return said, None if keep else json.loads(told.read_text())
 
     def test_without_records_nothing_is_compared_and_it_says_so(self):
         said, told = self.counted()

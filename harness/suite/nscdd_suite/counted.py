@@ -69,7 +69,7 @@ def committed(kind):
 
 
 def compare(folder, keep=False):
-    """Writes counted.json, which the page shows, and yields lines about it. `keep`: what is there becomes the committed records, whole."""
+    """Writes counted.json, which the page shows, and yields lines about it. `keep`: what is there becomes the committed records, whole, instead."""
     if not folder.is_dir():
         raise record.InputError(f"counted: {folder}: no such folder")
     now = {kind: read(folder, kind) for kind in kinds(folder)}
@@ -80,6 +80,9 @@ def compare(folder, keep=False):
             require_whole(folder, kind, now[kind])
         for kind in now:
             shutil.copyfile(folder / f"{kind}.json", RECORDS / f"{kind}.json")
+        (folder / "counted.json").unlink(missing_ok=True)  # a record says nothing beside itself
+        yield f"counted: the records of {', '.join(now)} are those of {folder}"
+        return
     known = [kind for kind in now if (RECORDS / f"{kind}.json").exists()]
     yield from (f"counted: {RECORDS / kind}.json is not there: nothing to compare {kind} with" for kind in now if kind not in known)
     new, old = ({name: value for kind in known for name, value in of(kind).items()} for of in (now.get, committed))
