@@ -39,19 +39,19 @@ struct LocalTask {
                                    .max_iterations = options.max_iterations},
                                   descent, [this](const auto& now) { return measure(now); });
     }
-    NewtonReport newton() const
+    NewtonReport newton(int cap = NewtonOptions().max_iterations) const
         requires WithoutCouples<Problem>
     {
-        return newton_solve<UmfPack>(problem, r, {.tolerance = options.tolerance},
+        return newton_solve<UmfPack>(problem, r, {.tolerance = options.tolerance, .max_iterations = cap},
                                      [this](const auto& now) { return measure(now); });
     }
-    // Accelerated sweeps, as long as each doubling of them halves the error. Then Newton's method, once: from
-    // there, and where it fails from no impulses; where both fail, sweeps go on from the best answer. Its steps are
-    // counted with the sweeps. A test follows each doubling, so few sweeps do for an easy problem.
+    // Accelerated sweeps, until two doublings of them have not halved the error. Then Newton's method from there, and
+    // from no impulses where that does not help; then sweeps go on from the best answer. Its steps are counted with the
+    // sweeps, and each time it may make more of them. A test follows each doubling: few sweeps do for an easy problem.
     SolveReport sweep_or_newton() const {
         constexpr int least = 100;  // sweeps before Newton's method, which costs more than they do
         SolveReport report;
-        bool asked = false;
+        int stalled = 0, cap = 100;
         double last = std::numeric_limits<double>::infinity();
         BlockOptions some = options;
         some.window = 2;  // 0.45 of the plain sweeps to 1e-8, 5 takes 0.57 (reports/findings/other-codes.md)
@@ -62,12 +62,14 @@ struct LocalTask {
             report.iterations += before;
             if (report.converged || report.iterations >= options.max_iterations) return report;
             if constexpr (WithoutCouples<Problem>) {
-                if (asked || report.iterations < least || report.residual <= 0.5 * last) continue;
-                asked = true;
+                stalled = report.residual <= 0.5 * last ? 0 : stalled + 1;
+                if (report.iterations < least || stalled < 2) continue;
+                const double before_newton = report.residual;
                 auto best = r;
                 for (const bool anew : {false, true}) {
+                    if (anew && report.residual <= 0.1 * before_newton) break;
                     if (anew) std::ranges::fill(r, Problem::Vec::Zero());
-                    const NewtonReport by_newton = newton();
+                    const NewtonReport by_newton = newton(cap);
                     report.iterations += by_newton.iterations;
                     if (by_newton.residual < report.residual) {
                         report.residual = by_newton.residual, report.converged = by_newton.converged;
@@ -76,6 +78,7 @@ struct LocalTask {
                     if (report.converged || report.iterations >= options.max_iterations) break;
                 }
                 r = best;
+                cap = std::min(4 * cap, NewtonOptions().max_iterations);
                 if (report.converged || report.iterations >= options.max_iterations) return report;
             }
         }
