@@ -1,7 +1,7 @@
 """The section of a study that has none of its own: a table of all rows of its record."""
 from html import escape
 
-from .page import folded, origin, rows_from, table_block
+from .page import Block, folded, origin, rows_from
 from .tables import NONE, shown, table
 
 SPREAD = {"least", "mean", "largest"}  # over ranks: their mean is shown
@@ -47,7 +47,7 @@ def rows_block(title, rows, sources, caption="", kinds=()):
     if same:
         caption += f"In all rows: {'; '.join(f'{escape(name)} {value}' for name, value in same.items())}. "
     source = origin(sources) + (rows_from(made_by) if made_by else "")
-    return table_block(html, escape(title), caption, source, kinds, wide=True)
+    return Block(html, escape(title), caption, source, kinds, wide=True)
 
 
 def parts(study, data):

@@ -41,9 +41,6 @@ class Block:
         )
 
 
-table_block = Block
-
-
 def figure_block(file, title, *more, **how):
     """`file`: name of the image beside the page."""
     plain = re.sub("<[^>]*>", "", title)

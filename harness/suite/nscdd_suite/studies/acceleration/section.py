@@ -2,7 +2,7 @@
 import statistics
 from html import escape
 
-from ...page.page import captions, table_block
+from ...page.page import Block, captions
 from ...page.tables import count, number, table
 
 NOISE = 0.05  # of the ratio of two CPU times
@@ -46,9 +46,9 @@ def hard_costs(record):
 def parts(record, source, out):
     texts, kinds = captions(__file__), ("counted", "measured")
     if record["rows"]:
-        yield table_block(saved(record), "What acceleration saves", texts["rows"], source, kinds, wide=True)
+        yield Block(saved(record), "What acceleration saves", texts["rows"], source, kinds, wide=True)
     if record.get("hard"):
         ratios = [cost_ratio(row) for row in record["hard"]]
         numbers = {"of": len(ratios), "noise": 100 * NOISE, "same": sum(abs(r - 1) <= NOISE for r in ratios)}
         numbers |= {"less": sum(r < 1 - NOISE for r in ratios), "more": sum(r > 1 + NOISE for r in ratios), "mean": statistics.geometric_mean(ratios)}
-        yield table_block(hard_costs(record), "Hard cases that cost more accelerated", texts["hard"].format(**numbers), source, kinds, wide=True)
+        yield Block(hard_costs(record), "Hard cases that cost more accelerated", texts["hard"].format(**numbers), source, kinds, wide=True)

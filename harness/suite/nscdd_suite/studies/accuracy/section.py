@@ -2,7 +2,7 @@
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, figure_block, table_block
+from ...page.page import Block, captions, figure_block
 from ...page.style import save
 from . import figures
 from .figures import ALL_AT, COSTS, ERRORS, KINDS
@@ -25,18 +25,18 @@ def curves_caption(record, cost, error):
 
 def parts(record, source, out):
     if record["scenes"]:
-        yield table_block(figures.scene_table(record), "Scenes of the work-precision curves", CAPTIONS["scenes"], source, ("counted",), wide=True)
+        yield Block(figures.scene_table(record), "Scenes of the work-precision curves", CAPTIONS["scenes"], source, ("counted",), wide=True)
         for cost in COSTS:
             for error in ERRORS:
                 title, caption = f"{COSTS[cost][0].upper()}{COSTS[cost][1:]} against {ERRORS[error]}", curves_caption(record, cost, error)
                 file = save(figures.draw_curves(record, figures.chosen(record), cost, error), out, f"accuracy-{cost}-{error}")
                 yield figure_block(file, escape(title), caption, source, (KINDS[cost],), wide=True)
         title, caption = f"All solvers at \u03b7 = {ALL_AT:g}", CAPTIONS["solvers"].format(level=ALL_AT)
-        yield table_block(figures.solver_table(record), title, caption, source, ("measured", "counted"), wide=True)
+        yield Block(figures.solver_table(record), title, caption, source, ("measured", "counted"), wide=True)
         caption = CAPTIONS["distances"].format(norm=tables.symbols("|V_free|_M"))
-        yield table_block(figures.distance_table(record), "Distance of NLGS from the reference answer", caption, source)
+        yield Block(figures.distance_table(record), "Distance of NLGS from the reference answer", caption, source)
     if table := figures.siconos_table(record):
-        yield table_block(table, "CPU time beside Siconos at equal error", CAPTIONS["siconos"], source, ("measured",), wide=True)
+        yield Block(table, "CPU time beside Siconos at equal error", CAPTIONS["siconos"], source, ("measured",), wide=True)
     for cost, label in (("cpu", "CPU time"), ("sweeps", "sweeps")) if record["profiles"] else ():
         caption = CAPTIONS["profiles"].format(cost=label) + (" Newton has no sweeps." if cost == "sweeps" else "")
         file = save(figures.draw_profiles(record, cost, label), out, f"accuracy-profile-{cost}")

@@ -9,13 +9,11 @@ Each runs the regression without the simulator: all counts and checksums of answ
 counted numbers must be those of reports/results/hard.json; under qemu only those that take no second here. A build takes 3 minutes of two cores, its runs 7;
 under qemu half an hour. Needs scripts/setup --clang --aarch64.
 """
-import os
 import shutil
-import subprocess
 from pathlib import Path
 
 from ... import record
-from ...program import Failed
+from ...program import Failed, call
 from ...study import Study
 from ..regression import ACCEPTED
 from .compilers import BUILDS, build
@@ -54,9 +52,7 @@ class Bits(Study):
 
 def suite(program, *words):
     """The suite's own command with another program."""
-    done = subprocess.run(["scripts/suite", *map(str, words)], env=os.environ | {"NSCDD": str(program)}, capture_output=True, text=True)
-    if done.returncode not in (0, 1):
-        raise Failed(f"{' '.join(map(str, words))}: {done.stderr[-300:]}")
+    call(["env", f"NSCDD={program}", "scripts/suite", *words], fine=(0, 1))
 
 
 def row(name, folder, quick):

@@ -2,7 +2,7 @@
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, table_block
+from ...page.page import Block, captions
 
 
 def table(record):
@@ -27,4 +27,4 @@ def parts(record, source, out):
     rows = record["rows"]
     same, of = tables.count(sum(row["numbers"] - len(row["differ"]) for row in rows)), tables.count(sum(row["numbers"] for row in rows))
     caption = captions(__file__)["rows"].format(builds=len(rows), same=same, of=of, commit=escape(record["accepted"]))
-    yield table_block(table(record), "The same bits by several compilers and processors", caption, source, ("counted",), wide=True)
+    yield Block(table(record), "The same bits by several compilers and processors", caption, source, ("counted",), wide=True)

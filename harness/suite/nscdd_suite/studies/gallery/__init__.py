@@ -3,7 +3,6 @@
 A scene is a TOML of at most 60 lines in cases/gallery, with a packing beside it. Where the quantity is of several runs, the others differ from
 the scene by a line or two, which `more` says. Nothing is timed."""
 import dataclasses
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -60,7 +59,7 @@ def warm(source, out):
 
 
 def published():
-    return tomllib.loads(Path(ROOT, "cases/gallery/published.toml").read_text())
+    return record.toml(Path(ROOT, "cases/gallery/published.toml"))
 
 
 def case(name):
@@ -101,7 +100,7 @@ class Gallery(Study):
 
     def run_of(self, plan, stem, file, packing, scene):
         run = plan.folder / stem
-        steps = QUICK_STEPS if plan.quick else tomllib.loads(Path(ROOT, file).read_text())["step"]["count"]
+        steps = QUICK_STEPS if plan.quick else record.toml(Path(ROOT, file))["step"]["count"]
         outputs = [f"{run}.csv", f"{run}.h5", f"{run}.json", f"{run}.frames.h5"]
         command = [NSCDD, "run", file, "--packing", packing, "--steps", steps, "--quiet", "--series", outputs[0]]
         command += ["--state", outputs[1], "--json", outputs[2], "--frames", outputs[3], "--frame-every", max(1, steps // scene.frames)]

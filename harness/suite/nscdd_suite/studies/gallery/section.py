@@ -2,7 +2,7 @@
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, table_block
+from ...page.page import Block, captions
 from . import published
 
 TEXTS = captions(__file__)
@@ -20,4 +20,4 @@ def parts(record, source, out):
         lines.append([escape(texts["title"]), escape(row["quantity"]), *numbers, verdict(row, record.get("quick")), escape(row.get("note", ""))])
         lines[-1] += [escape(texts[key]) for key in ("law", "rule", "source")]
     head = "scene | quantity | ours | published | allowed | verdict | beside it | law | rule | source"
-    yield table_block(tables.table([head], lines, "Gallery"), "Gallery", TEXTS["table"], source, ("counted",), wide=True)
+    yield Block(tables.table([head], lines, "Gallery"), "Gallery", TEXTS["table"], source, ("counted",), wide=True)

@@ -4,7 +4,7 @@ import re
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, figure_block, origin, table_block, warnings
+from ...page.page import Block, captions, figure_block, origin, warnings
 from ...page.style import CCS, DCS, NLGS, SUBDOMAINS, plt, save
 
 RELATIONS = {"=": "", "<=": "\u2264\u202f", ">=": "\u2265\u202f"}
@@ -104,7 +104,7 @@ def section(results, out):
     texts, source = captions(__file__), "".join(origin([record]) for record in records)
     parts = [line for record in records for line in warnings(record)]
     caption = texts["rows"].format(scenes=len({row["case"] for row in rows}), schemes=len(schemes_of(rows)))
-    parts.append(table_block("\n".join(all_rows(rows)), "Hard cases by family", caption, source, wide=True))
+    parts.append(Block("\n".join(all_rows(rows)), "Hard cases by family", caption, source, wide=True))
     if figure := draw_columns(rows):
         parts.append(figure_block(save(figure, out, "hard-columns"), "Iterations of columns", texts["columns"], source, ("counted",)))
     if figure := draw_orders(rows):

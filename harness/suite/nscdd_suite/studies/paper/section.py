@@ -3,7 +3,7 @@ import dataclasses
 from html import escape
 
 from ...page import packings
-from ...page.page import Block, captions, command_list, commits, figure_block, folded, machines, table_block
+from ...page.page import Block, captions, command_list, commits, figure_block, folded, machines
 from ...page.style import save
 from ...page.tables import count, exceeds, number, row_ok
 from ...times import CORES
@@ -26,7 +26,7 @@ def source(paper, entries):
     return f'<div class="from">{escape(machines([record]))}; commit {escape(commits(made_by))}. From {command_list([record["command"], *commands])}</div>'
 
 
-def block(paper, anchor, content, entries, text="", make=table_block, kinds=(), wide=True, **told):
+def block(paper, anchor, content, entries, text="", make=Block, kinds=(), wide=True, **told):
     """The table or figure of an anchor with its texts, those of `text` where several share them; nothing where it is not there."""
     if not content:
         return ""

@@ -5,7 +5,7 @@ from html import escape
 
 from ...measure import SICONOS
 from ...page import tables
-from ...page.page import captions, figure_block, rows_from, table_block
+from ...page.page import Block, captions, figure_block, rows_from
 from ...page.style import CCS, DCS, NLGS, plt, save
 from ..accuracy.levels import costs, of
 from .choice import customary_steps, frontier, median, named, settled, stable_steps, usable
@@ -101,11 +101,11 @@ def parts(record, source, out):
         caption = CAPTIONS["bed"].format(grains=tables.count(bed["grains"]), seconds=bed["seconds"])
         yield figure_block(file, "CPU time against mean overlap", caption, source, measured)
     if bed["ratios"]:
-        yield table_block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured, wide=True)
+        yield Block(ratio_table(bed), "LAMMPS against ours", escape(bed["how"]) + " A ratio below 1: LAMMPS is cheaper.", source, measured, wide=True)
     if bed["ours"]:
         made_by = source + rows_from([row["command"] for row in [*bed["ours"], *bed["lammps"]]])
-        yield table_block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", made_by, measured, wide=True)
+        yield Block(run_table(bed), "All runs of the settling bed", "In brackets how many runs the median is of.", made_by, measured, wide=True)
     if record["siconos"]:
         made_by = source + rows_from([command for row in record["siconos"] for command in row["commands"]])
-        yield table_block(siconos_table(record), "Siconos against ours", CAPTIONS["siconos"], made_by, measured, wide=True)
-    yield table_block(cited_table(record), "Cited", CAPTIONS["cited"], '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)
+        yield Block(siconos_table(record), "Siconos against ours", CAPTIONS["siconos"], made_by, measured, wide=True)
+    yield Block(cited_table(record), "Cited", CAPTIONS["cited"], '<div class="from">From <code>cases/peers/cited.json</code>.</div>', (), wide=True)

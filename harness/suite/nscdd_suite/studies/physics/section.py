@@ -4,7 +4,7 @@ from html import escape
 import numpy as np
 
 from ...page import tables
-from ...page.page import captions, figure_block, table_block
+from ...page.page import Block, captions, figure_block
 from ...page.style import DCS, INK, NLGS, SUBDOMAINS, plt, save
 from . import FIGURES
 
@@ -146,7 +146,7 @@ def row_table(record):
 def parts(record, source, out):
     agree, differ, untold = (sum(row["verdict"] == verdict for row in record["rows"]) for verdict in MARK)
     yield f"<p>{len(record['rows'])} comparisons: {agree} agree, {differ} differ, {untold} cannot be told.</p>"
-    yield table_block(row_table(record), *CAPTIONS["rows"].values(), source, wide=True)
+    yield Block(row_table(record), *CAPTIONS["rows"].values(), source, wide=True)
     yield "<p>Sources:</p><ol>" + "".join(f"<li>{escape(reference)}</li>" for reference in references(record)) + "</ol>"
     for name, file in draw_all(record, out).items():
         yield figure_block(file, *CAPTIONS[name].values(), source, wide=True)

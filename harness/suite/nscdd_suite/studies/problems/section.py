@@ -1,6 +1,6 @@
 """Problems of other codes: the section of the page."""
 from ...page import tables
-from ...page.page import figure_block, table_block
+from ...page.page import Block, figure_block
 from ...page.style import save
 from ..accuracy.figures import draw_profiles, profile
 from . import LEVELS, OURS, THEIRS, converged
@@ -39,7 +39,7 @@ def parts(record, source, out):
         seconds = {row["solver"]: row["cpu"] for row in own if converged(row, row["solver"], least)}
         lines.append([problem, own[0]["dimension"], own[0]["contacts"], *(seconds.get(solver) for solver in solvers)])
     caption = PROBLEMS.format(level=least)
-    yield table_block(
+    yield Block(
         tables.table([["problem", "dimension", "contacts", *solvers]], lines, "Problems of other codes"),
         "Problems of other codes",
         caption,

@@ -3,7 +3,7 @@ from html import escape
 from pathlib import Path
 
 from ...page import packings
-from ...page.page import captions, figure_block, origin, table_block, warnings
+from ...page.page import Block, captions, figure_block, origin, warnings
 from ...page.style import SCHEMES, save
 from ...page.tables import bounded, by_number, count, exceeds, number, percent, row_ok, table
 from ...times import CORES, TRIES
@@ -104,10 +104,10 @@ def communication(runs, summary, scene="isotropic"):
     html, summary["mpi_share"] = mpi_share(timed)
     if used := flat(timed):
         caption, heading = CAPTIONS["mpi"].format(grains=count(used[0]["grains"]), steps=used[0]["steps"]), "Share of time in MPI, after Table 1 of the paper"
-        yield table_block(html, heading, caption + left_out(runs, scene), origin(used), ("measured",))
+        yield Block(html, heading, caption + left_out(runs, scene), origin(used), ("measured",))
     if used := flat(counted):
         caption = CAPTIONS["exchanged"] + interval(used)
-        yield table_block(exchanged(counted), "What an iteration exchanges", caption, origin(used), ("counted",), wide=True)
+        yield Block(exchanged(counted), "What an iteration exchanges", caption, origin(used), ("counted",), wide=True)
 
 
 def pictures(runs, out):
@@ -167,8 +167,8 @@ def agreement(runs, compares):
         source = origin([run for run in runs if key(run) in set(map(key, compares))] or runs)
         if command := next((one["command"] for one in compares if one.get("command")), None):
             source += f'<div class="from">Compared by commands such as <code>{escape(command)}</code>.</div>'
-        yield table_block(agreement_table(compares), "Agreement with the reference", CAPTIONS["agreement"], source, wide=True)
-    yield table_block(run_table(runs), "All runs", CAPTIONS["all_runs"], origin(runs, "Counted; seconds measured"), ("counted", "measured"), wide=True)
+        yield Block(agreement_table(compares), "Agreement with the reference", CAPTIONS["agreement"], source, wide=True)
+    yield Block(run_table(runs), "All runs", CAPTIONS["all_runs"], origin(runs, "Counted; seconds measured"), ("counted", "measured"), wide=True)
 
 
 def judge(results, runs, compares):

@@ -10,7 +10,6 @@ import itertools
 import math
 import shutil
 import statistics
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +42,7 @@ def law(scene, inertial):
 
 
 def published():
-    return tomllib.loads(Path(ROOT, "cases/rheology/published.toml").read_text())
+    return record.toml(Path(ROOT, "cases/rheology/published.toml"))
 
 
 class Rheology(Study):
@@ -86,7 +85,7 @@ class Rheology(Study):
 
     def rows(self, plan):
         made = [(point, self.stem(plan, *point)) for point in points()]
-        rows = [row(*point, stem, plan.quick) for point, stem in made if Path(f"{stem}.json").exists()]
+        rows = [row(*point, stem) for point, stem in made if Path(f"{stem}.json").exists()]
         rows += filter(None, (plan.made(f"lammps {self.stem(plan, *point, 'nlgs').name}") for point in also_by_lammps()))
         return {"rows": rows, "sources": {scene: told["source"] for scene, told in published().items()}} if rows else {}
 
@@ -115,7 +114,7 @@ def angles(stress):
     return {"angle": math.degrees(math.asin((most - least) / (most + least))), "angle_triaxial": lade_duncan(math.sqrt(1 - 27 / invariant))}
 
 
-def row(scene, inertial, solver, stem, quick):
+def row(scene, inertial, solver, stem):
     run = record.load(f"{stem}.json")
     _, normal, shear, _ = SCENES[scene]
     with open(f"{stem}.csv") as file:

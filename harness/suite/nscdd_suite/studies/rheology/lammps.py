@@ -1,12 +1,12 @@
 """The same grains by LAMMPS: stiff springs instead of rigid grains, at the volume that our run ended with."""
 import math
-import tomllib
 from pathlib import Path
 
 import h5py
 import numpy as np
 
 from ...program import ROOT, call, shown
+from ...record import toml
 
 STIFFNESS = 1e4  # over stress and, of spheres, diameter: mean overlaps of 1e-4 diameters
 STEP = 0.15  # over the time of two grains' spring, of which an undamped contact lasts pi
@@ -43,7 +43,7 @@ def line(*values):
 
 def by_lammps(scene, rate, stem, strain, mean, law):
     """One run: its row. Stresses are of contacts alone, as ours are."""
-    friction = tomllib.loads(Path(ROOT, f"cases/rheology/{scene}.toml").read_text())["pair"][0]["friction"]
+    friction = toml(Path(ROOT, f"cases/rheology/{scene}.toml"))["pair"][0]["friction"]
     dim, data, out = 2 if scene == "disks" else 3, Path(f"{stem}.data"), Path(f"{stem}.means")
     grains, fraction = write_start(f"{stem}.h5", rate, data)
     swing = math.sqrt(STIFFNESS / (0.5 * (math.pi / 4 if dim == 2 else math.pi / 6)))  # of two grains of diameter 1

@@ -1,7 +1,7 @@
 """Stress ratio and solid fraction of sheared grains: figure and table of the page."""
 import numpy as np
 
-from ...page.page import captions, figure_block, table_block
+from ...page.page import Block, captions, figure_block
 from ...page.style import INK, SUBDOMAINS, plt, save
 from ...page.tables import table
 from . import SCENES, law, published
@@ -37,4 +37,4 @@ def parts(record, source, out):
     lines = [[row[key] for key in (*columns, "iterations_a_step", "unconverged_steps")] for row in record["rows"]]
     names = "scene | solver | grains | inertial number | mean | \u00b1 | law | mean | \u00b1 | law | iterations a step | steps not converged"
     head = [" *4 | stress ratio *3 | solid fraction *3 |  *2", names]
-    yield table_block(table(head, lines, "Homogeneous shear"), "Homogeneous shear", TEXTS["table"], source, ("counted",), wide=True)
+    yield Block(table(head, lines, "Homogeneous shear"), "Homogeneous shear", TEXTS["table"], source, ("counted",), wide=True)

@@ -3,7 +3,7 @@ import math
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, figure_block, table_block
+from ...page.page import Block, captions, figure_block
 from ...page.style import INK, SUBDOMAINS, plt, save
 from ..accuracy.levels import at_level
 
@@ -115,12 +115,12 @@ def parts(record, source, out):
     texts = captions(__file__)
     caption = texts["distances"].format(distance=tables.symbols("|V - V*|_M / |V* - V_free|_M"))
     yield figure_block(save(draw(record), out, "velocity-error"), "Distance against \u03b7 and against the velocity error", caption, source, wide=True)
-    yield table_block(ratio_table(record), "The distance over each measure", texts["ratios"], source, wide=True)
+    yield Block(ratio_table(record), "The distance over each measure", texts["ratios"], source, wide=True)
     levels, iterations = certainty(record)
     left_out = unreached(iterations)
     caption = texts["levels"] + (texts["price"] if len(left_out) < len(iterations) else ".")
     if left_out:
         caption += " " + texts["left_out"].format(left_out=escape("; ".join(left_out)))
-    yield table_block(level_table(levels, iterations), "What a measure must be for a distance", caption, source, wide=True)
+    yield Block(level_table(levels, iterations), "What a measure must be for a distance", caption, source, wide=True)
     if record["cost"]:
-        yield table_block(cost_table(record), "Iterations to a velocity error", texts["cost"], source, ("counted",), wide=True)
+        yield Block(cost_table(record), "Iterations to a velocity error", texts["cost"], source, ("counted",), wide=True)

@@ -3,7 +3,7 @@ import math
 from html import escape
 
 from ...page import tables
-from ...page.page import captions, table_block
+from ...page.page import Block, captions
 
 CAPTIONS = captions(__file__)
 
@@ -46,6 +46,6 @@ def parts(record, source, out):
     numbers = {key: tables.count(value) for key, value in (record["not_judged"] | {"scenes": record["scenes"]}).items()}
     caption = CAPTIONS["rows"].format(**numbers, distance=tables.symbols("|V - V*|_M / |V* - V_free|_M"))
     for by, text in (("solver", caption), ("family", "As above.")):
-        yield table_block(spread_table(record, by), f"Random scenes by {by}, worst first", text, source, ("counted",), wide=True)
+        yield Block(spread_table(record, by), f"Random scenes by {by}, worst first", text, source, ("counted",), wide=True)
     heading = "Accepted steps of random scenes, the farthest from the answer first"
-    yield table_block(worst_table(record), heading, CAPTIONS["worst"], source, ("counted",), wide=True)
+    yield Block(worst_table(record), heading, CAPTIONS["worst"], source, ("counted",), wide=True)
