@@ -11,8 +11,8 @@
     scripts/suite times 'A' 'B'                # does the command B take longer than A?
     scripts/suite regression                   # are counts and answers of small scenes those that were accepted? --accept REASON: now they are
 
-Results are in results/: NAME.json is the record of a study, NAME/ has its files. What this very program has made from the same inputs
-is not made again; --anew makes it again, --keep takes what is there. Exit code 1 if a job failed or a number is out of its bound.
+Results are in results/: NAME.json is the record of a study, NAME/ has its files. What this very program has made from the same inputs, and measured
+on this processor, is not made again; --anew makes it again, --keep takes what is there. Exit code 1 if a job failed or a number is out of its bound.
 """
 import argparse
 import os

@@ -1,12 +1,14 @@
 """The one engine: jobs that make files from others, two at a time where nothing is timed, with progress, a log each, and time left."""
 import concurrent.futures
 import dataclasses
+import functools
 import hashlib
 import json
 import os
 import re
 import shlex
 import subprocess
+import sys
 import threading
 import time
 import traceback
@@ -15,9 +17,11 @@ from pathlib import Path
 
 from . import record
 from .program import ROOT, Failed, environment, words
-from .times import TRIES, busy, cores_of
+from .times import TRIES, busy, cores_of, processor
 
 MADE = ".made"  # folder beside what jobs make: of each, from what it was made, or "failed"
+SUITE = Path(__file__).parent
+MAKE_NO_NUMBER = {"cli", "compare_times", "counted", "jobs", "study", "captions", "figures", "made_up", "section"}  # files of the suite and of its studies
 
 
 def clock(seconds):
@@ -27,6 +31,18 @@ def clock(seconds):
 def left(elapsed, done, total):
     """ ", about 1:23 left" by the share of the cost that is done; nothing before there is one."""
     return f", about {clock(elapsed * (total - done) / done)} left" if done > 0 else ""
+
+
+@functools.cache
+def source(name):
+    """Digest of the files that say what a module's functions do: those of its study, of studies that it imports something from, and those that all share."""
+    module, found = sys.modules[name], {*SUITE.iterdir()}
+    for one in {module, *(sys.modules.get(getattr(value, "__module__", None)) for value in list(vars(module).values()))}:
+        file = Path(getattr(one, "__file__", None) or "-")
+        if one is module or file.is_relative_to(SUITE / "studies"):
+            found.update(file.parent.iterdir() if file.parent.parent == SUITE / "studies" else [file])
+    texts = (path.read_bytes() for path in sorted(found) if path.suffix in (".py", ".toml") and path.stem not in MAKE_NO_NUMBER)
+    return hashlib.sha256(b"".join(texts)).hexdigest()
 
 
 @dataclasses.dataclass(eq=False)
@@ -42,23 +58,32 @@ class Job:
     alone: bool = False  # its times are reported
     small: bool = False  # one of hundreds, of which one in twenty is announced
     fine: tuple = (0, 3)  # exit codes that are no failure
+    folder: Path = Path("-")  # of the study: files there are made, and read where `needs` names them
 
     def __post_init__(self):
         self.outputs, self.needs = ([str(path) for path in paths] for paths in (self.outputs, self.needs))
         self.commands = [words(command) for command in self.commands]
         self.log = re.sub(r"\W+", "-", self.title) + ".log"
+        self.read, self.function = {*self.needs, *(word for command in self.commands for word in command)}, getattr(self.work, "func", self.work)
+        about = [getattr(self.work, "args", ()), getattr(self.function, "__self__", None)]
+        self.told = json.dumps(about, default=self.plain) if self.work else self.commands  # now: the work may give its arguments more fields
+
+    def plain(self, value):
+        """An argument of its function, for JSON: a path, whose file it reads, or a name and fields."""
+        if isinstance(value, Path):
+            if not value.is_relative_to(self.folder):
+                self.read.add(str(value))
+            return str(value)
+        fields = [field.name for field in dataclasses.fields(value) if field.compare] if dataclasses.is_dataclass(value) else getattr(value, "__dict__", ())
+        return [getattr(value, "__qualname__", type(value).__name__), {name: getattr(value, name) for name in fields}]
 
     def unmade(self):
         return [output for output in self.outputs if not Path(output).exists()]
 
     def inputs(self):
-        """Digest of what it makes its outputs from: its commands, or its function and the source of that; the files that it reads."""
-        told, read = self.commands, {*self.needs, *(word for command in self.commands for word in command)}
-        if self.work:
-            told = json.dumps(getattr(self.work, "args", ()), default=lambda value: str(value) if isinstance(value, Path) else type(value).__name__)
-            read.add(getattr(self.work, "func", self.work).__code__.co_filename)
-        whole = hashlib.sha256(repr(told).encode())
-        for path in sorted(read - set(self.outputs)):
+        """Digest of what it makes its outputs from: its commands, or its function's arguments and source; the files that it reads; the processor of times."""
+        whole = hashlib.sha256(repr([self.told, self.work and source(self.function.__module__), self.alone and processor()]).encode())
+        for path in sorted(self.read - set(self.outputs)):
             if os.path.isfile(path) and not os.access(path, os.X_OK):  # of the program the folder has a checksum (study.py)
                 with open(path, "rb") as file:
                     whole.update(hashlib.file_digest(file, "sha256").digest())

@@ -20,10 +20,10 @@ class Plan:
 
     results: Path
     name: str
-    only: str = ""
+    only: str = dataclasses.field(default="", compare=False)  # no job's result is from what is not compared
     quick: bool = False
-    command: str = ""  # as typed, for the record
-    keep: bool = False  # takes what another program has made, or was made from other inputs
+    command: str = dataclasses.field(default="", compare=False)  # as typed, for the record
+    keep: bool = dataclasses.field(default=False, compare=False)  # takes what another program has made, or was made from other inputs
 
     def __post_init__(self):
         self.folder = self.results / self.name / ("quick" if self.quick else "")
@@ -34,7 +34,7 @@ class Plan:
     def add(self, title, outputs, commands=(), **how):
         """A job, once: two studies' parts may need the same file. Returns its first output."""
         if not any(job.outputs[0] == str(outputs[0]) for job in self.jobs):
-            self.jobs.append(Job(title, outputs, commands, **how))
+            self.jobs.append(Job(title, outputs, commands, folder=self.folder, **how))
         return outputs[0]
 
     def rows(self, title, work, *arguments, **how):

@@ -1,13 +1,22 @@
 """Which measured times are believed, those of processes that had their cores (harness/program/files/load.hpp); and which of two are different."""
+import functools
 import math
 import resource
 import statistics
 import time
+from pathlib import Path
 
 CORES = 0.95  # CPU over wall time, below which a process was kept waiting
 TRIES = 3  # of a measurement, until it is believed
 LEAST_PAIRS = 11  # runs of each side; of fewer no order is as rare as SIGNIFICANT
 SIGNIFICANT, MATERIAL = 0.001, 0.01  # probability among equal commands; a median ratio that is worth a word
+
+
+@functools.cache
+def processor():
+    """Its name, as records have it: times of another one are no times of this one."""
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
 
 
 def busy(cores):

@@ -32,9 +32,9 @@ class Acceleration(Study):
         for name in SCENES:
             scene, grains = name if name in WARM else "isotropic", 0 if name in WARM else int(name.split()[0])
             packing = plan.pack(f"cases/packings/{scene}.toml", grains=QUICK_GRAINS if plan.quick else grains, loose=plan.quick)
-            plan.rows(name, measured, name, [f"cases/reduced/{scene}.toml", "--packing", packing], plan, needs=[packing], cost=30, alone=True)
+            plan.rows(name, measured, name, [Path(f"cases/reduced/{scene}.toml"), "--packing", packing], plan, needs=[packing], cost=30, alone=True)
         for name in hard_cases(plan.quick):
-            plan.rows(f"hard/{name}", hard_row, name, plan.folder, alone=True, small=True)
+            plan.rows(f"hard/{name}", hard_row, name, plan.folder, needs=[f"cases/hard/{name}.toml"], alone=True, small=True)
 
     def rows(self, plan):
         rows = [row for name in SCENES for row in plan.made(name)]

@@ -47,13 +47,14 @@ class Peers(Study):
     def jobs(self, plan):
         if not shutil.which("lmp"):
             plan.leave_out("LAMMPS: lmp is not installed")
-        plan.rows("settle", lambda: Settle(plan).all(), alone=True, cost=1 if plan.quick else 1000)
+        inputs = ("cases/peers/settle.toml", "cases/peers/settle.lmp")
+        plan.rows("settle", lambda plan: Settle(plan).all(), plan, needs=inputs, alone=True, cost=1 if plan.quick else 1000)
         if not installed("siconos", "scipy"):
             plan.leave_out("Siconos NSGS: Siconos or SciPy is not installed (scripts/setup --siconos)")
             return
         for name in SICONOS_SCENES[:1] if plan.quick else SICONOS_SCENES:
             scene = Scene(f"cases/reduced/{name}.toml", plan, 160 if plan.quick else 0, "cases/packings")
-            plan.rows(f"siconos {name}", lambda scene=scene: siconos(scene, plan.quick), needs=[scene.packing], alone=True, cost=1 if plan.quick else 200)
+            plan.rows(f"siconos {name}", siconos, scene, plan.quick, needs=[scene.packing], alone=True, cost=1 if plan.quick else 200)
 
     def rows(self, plan):
         bed = plan.made("settle") or {"ours": [], "lammps": []}

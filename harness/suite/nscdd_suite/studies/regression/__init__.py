@@ -44,8 +44,9 @@ class Regression(Study):
             raise record.InputError("regression: --accept takes a reason, all scenes, and speed-ups")
         for scene, (steps, _) in SCENES.items():
             packing = plan.pack(f"cases/packings/{scene}.toml")
+            needs = [packing, f"cases/reduced/{scene}.toml"]
             for method in METHODS:
-                plan.rows(f"{scene} {method}", measure, plan.folder, packing, scene, method, self.simulator, needs=[packing], cost=steps)
+                plan.rows(f"{scene} {method}", measure, plan.folder, packing, scene, method, self.simulator, needs=needs, cost=steps)
 
     def rows(self, plan):
         done = {f"{scene} {method}": found for scene in SCENES for method in METHODS if (found := plan.made(f"{scene} {method}"))}

@@ -78,7 +78,7 @@ class Rheology(Study):
         for scene, inertial in also_by_lammps():
             stem = self.stem(plan, scene, inertial, "nlgs")
             work = (lammps.by_lammps, scene, rate(scene, inertial), stem, A_STEP * QUICK_STEPS if plan.quick else SHEARED_ON, mean, law)
-            plan.rows(f"lammps {stem.name}", *work, needs=[f"{stem}.h5"], cost=0.4 / inertial)
+            plan.rows(f"lammps {stem.name}", *work, needs=[f"{stem}.h5", f"cases/rheology/{scene}.toml", "cases/rheology/shear.lmp"], cost=0.4 / inertial)
 
     def stem(self, plan, scene, inertial, solver):
         return plan.folder / f"{scene}-{inertial:g}{'-dcs' if solver == 'dcs' else ''}"
