@@ -1,12 +1,22 @@
 """The suite's engine, with a made-up study: what is made, what is made again, and what is told."""
 import contextlib
+import fcntl
+import functools
 import io
 import os
+import sys
+import types
 import unittest.mock
 
 from harness import ROOT, ProgramTest
 from nscdd_suite import cli, jobs, program, record
+from nscdd_suite.measure import Budget
+from nscdd_suite.studies import studies
 from nscdd_suite.study import Plan, Study
+
+
+def work(*arguments, **how):
+    """Of a job that is never run."""
 
 
 class Letters(Study):
@@ -89,6 +99,98 @@ class Engine(ProgramTest):
         self.assertEqual(made("b", keep=True), ([], [{"letter": "a"}]))
         self.assertEqual(made("b"), (["copy", "first", "third"], [{"letter": "b"}]))
 
+    def inputs(self, work, *arguments, **how):
+        """Digest of what a job of Python is made from, by its source as it is now."""
+        jobs.source.cache_clear()
+        return jobs.Job("made", [self.folder / "out"], work=functools.partial(work, *arguments), folder=self.folder / "letters", **how).inputs()
+
+    def test_a_job_of_python_is_of_its_arguments_and_the_files_that_they_name(self):
+        scene, own = self.write("scene.toml", "a"), self.folder / "letters/own"
+        arguments = ([scene, 1], own, Plan(self.folder, "letters"), Budget(), types.SimpleNamespace(path=scene, sweeps=1))
+        first = self.inputs(work, *arguments)
+        own.parent.mkdir()
+        own.write_text("what it makes itself")
+        same = Plan(self.folder, "letters", only="x", command="x", keep=True)
+        self.assertEqual(self.inputs(work, *arguments[:2], same, *arguments[3:]), first)
+        for place, other in ((0, [scene, 2]), (2, Plan(self.folder, "letters", quick=True)), (3, Budget(3)), (4, types.SimpleNamespace(path=scene, sweeps=2))):
+            self.assertNotEqual(self.inputs(work, *arguments[:place], other, *arguments[place + 1 :]), first, other)
+        scene.write_text("b")
+        self.assertNotEqual(self.inputs(work, *arguments), first)
+
+    def test_a_job_of_python_is_of_the_source_of_its_study(self):
+        (self.folder / "studies/one").mkdir(parents=True)
+        files = {name: self.write(name, "") for name in ("shared.py", "cli.py", "studies/one/exact.py", "studies/one/cases.toml", "studies/one/captions.toml")}
+        module = types.ModuleType("one")
+        module.__file__ = str(self.write("studies/one/__init__.py", "def work(): pass"))
+        exec("def work(): pass", vars(module))
+        with unittest.mock.patch.dict(sys.modules, one=module), unittest.mock.patch.object(jobs, "SUITE", self.folder):
+            for name, path in files.items():
+                before = self.inputs(module.work)
+                path.write_text("# changed")
+                (self.assertEqual if name.endswith(("cli.py", "captions.toml")) else self.assertNotEqual)(self.inputs(module.work), before, name)
+
+    def test_jobs_of_studies_read_the_files_of_their_cases(self):
+        plan = Plan(self.folder, "hard")
+        studies()["hard"].jobs(plan)
+        self.assertIn("cases/hard/column-10-2d.toml", next(job.read for job in plan.jobs if job.title == "column-10-2d nlgs"))
+
+    def test_times_of_another_processor_are_made_again(self):
+        timed, counted = ((lambda alone=alone: self.inputs(work, alone=alone)) for alone in (True, False))
+        before = timed(), counted()
+        with unittest.mock.patch.object(jobs, "processor", lambda: "another"):
+            self.assertNotEqual(timed(), before[0])
+            self.assertEqual(counted(), before[1])
+
+    def test_a_failure_stays_until_its_job_succeeds(self):
+        def jobs(study, plan):
+            plan.add("fails", [plan.folder / "a"], [["sh", "-c", f"echo > {plan.folder}/a; test -e {self.folder}/mended"]])
+            plan.rows("third", lambda: [{"letter": "c"}])
+
+        def failures(only):
+            self.run_study(only)
+            return [job["title"] for job in record.load(self.folder / "letters/job.json")["jobs"] if job["exit"]]
+
+        with unittest.mock.patch.object(Letters, "jobs", jobs):
+            self.assertEqual([failures("fails"), failures("third"), failures("third")], [["fails"]] * 3)
+            self.write("mended", "")
+            self.assertEqual([failures("fails"), failures("third")], [[], []])
+
+    def test_another_run_in_the_same_folder_is_refused(self):
+        with (self.folder / ".lock").open("a") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            with self.assertRaisesRegex(record.InputError, f"another run is at work in {self.folder}: "):
+                self.run_study()
+        self.assertTrue(self.run_study()[0])
+
+    def test_what_matches_nothing_moves_nothing(self):
+        self.run_study()
+        unittest.mock.patch.object(program, "checksum", lambda: "another").start()
+        with self.assertRaisesRegex(record.InputError, "nothing matches 'zzzz'"):
+            self.run_study("zzzz")
+        self.assertTrue((self.folder / "letters/b").exists())
+        self.assertFalse((self.folder / "letters-before").exists())
+
+    def test_a_record_for_lack_of_a_file_comes_after_the_summary(self):
+        self.run_study()
+        said = io.StringIO()
+        with unittest.mock.patch.object(Letters, "rows", lambda study, plan: {"rows": (plan.folder / "d").read_text()}), contextlib.redirect_stderr(said):
+            good, told, _ = self.run_study("^bad")
+        self.assertFalse(good)
+        self.assertTrue(told.endswith("letters: 0 of 1 jobs succeeded in 0:00\n  failed: bad\n"), told)
+        self.assertRegex(said.getvalue(), r"^letters: .*letters.json is not written: .*No such file.*\n$")
+
+    def test_studies_that_lack_a_tool_are_left_out(self):
+        ran, errors = [], io.StringIO()
+        with (
+            unittest.mock.patch("shutil.which", lambda tool: None),
+            unittest.mock.patch.object(program, "missing", lambda: None),
+            unittest.mock.patch.object(Study, "run", lambda study, plan, anew: ran.append(study.name) is None),
+            contextlib.redirect_stderr(errors),
+        ):
+            self.assertEqual(cli.main(["run", "million", "hard", "--results", str(self.folder)]), 1)
+        self.assertEqual(ran, ["hard"])
+        self.assertEqual(errors.getvalue(), "suite: left out: million, for lack of mpirun: scripts/setup installs it\n")
+
     def test_nothing_of_somebody_else_is_moved_or_deleted(self):
         (self.folder / "letters").mkdir()
         mine = self.write("letters/mine.txt", "mine")
@@ -152,6 +254,8 @@ class Engine(ProgramTest):
         for words, problem in (
             (["run", "nothing"], "no study 'nothing'"),
             (["run", "reduced", "--only", "nowhere"], "nothing matches 'nowhere'"),
+            (["run", "table1", "--only", "x"], "--only is for whole studies"),
+            (["times", 'sh -c "', "true"], "times: not a command: No closing quotation"),
             (["report", str(self.folder), "--out", str(self.folder / "page")], "no"),
         ):
             said = io.StringIO()
@@ -160,6 +264,14 @@ class Engine(ProgramTest):
                 self.assertEqual(cli.main([*words, *results]), 1)
                 self.assertEqual(said.getvalue().count("\n"), 1, said.getvalue())
                 self.assertIn(problem, said.getvalue())
+
+    def test_a_picture_that_cannot_be_drawn_is_one_line(self):
+        for name in ("pvpython", "xvfb-run"):
+            self.write(name, "#!/bin/sh\necho Traceback >&2; echo no such frame >&2; exit 3\n").chmod(0o755)
+        frames, said = self.write("frames.pvd", ""), io.StringIO()
+        with unittest.mock.patch.dict(os.environ, PATH=f"{self.folder}:{os.environ['PATH']}"), contextlib.redirect_stderr(said):
+            self.assertEqual(cli.main(["picture", str(frames)]), 1)
+        self.assertEqual(said.getvalue(), f"picture: {frames}: pvpython: exit code 3: no such frame\n")
 
 
 if __name__ == "__main__":

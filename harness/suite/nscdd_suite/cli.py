@@ -19,7 +19,6 @@ import os
 import re
 import shutil
 import sys
-import tempfile
 from pathlib import Path
 
 from . import compare_times, counted, program
@@ -63,19 +62,18 @@ def run(options):
     wanted = asked(options.names)
     if why := program.missing():
         raise InputError(f"suite: {why}")
-    good = True
+    if options.only and any(wanted.values()):
+        raise InputError("suite: --only is for whole studies: not beside a part such as table1")
+    good, tools = True, {name: () if options.list else getattr(studies()[name], "tools", ()) for name in wanted}
+    lacking = {name: found for name in wanted if (found := [tool for tool in tools[name] if not shutil.which(tool)])}
     for name, items in wanted.items():
-        study, only = studies()[name], ",".join(items) or options.only
-        plan = plan_of(options, name, only, options.quick)
-        for tool in getattr(study, "tools", ()):
-            if not shutil.which(tool):
-                raise InputError(f"suite: {name}: {tool} is not there: scripts/setup installs it")
+        plan = plan_of(options, name, ",".join(items) or options.only, options.quick)
         if options.list:
-            with tempfile.TemporaryDirectory() as options.results:  # a plan writes the inputs of its jobs
-                study.jobs(plan := plan_of(options, name, only, options.quick))
-            print(*(job.title for job in study.choose(plan)), sep="\n")
-        else:
-            good = study.run(plan, options.anew) and good
+            print(*(job.title for job in studies()[name].planned(plan)), sep="\n")
+        elif name not in lacking:
+            good = studies()[name].run(plan, options.anew) and good
+    if left_out := "; ".join(f"{name}, for lack of {' and '.join(tools)}" for name, tools in lacking.items()):
+        raise InputError(f"suite: left out: {left_out}: scripts/setup installs it")
     return good
 
 

@@ -51,7 +51,10 @@ def compare(options):
     """Exit code. Raises Failed, InputError and OSError."""
     if options.pairs < LEAST_PAIRS:
         raise record.InputError(f"times: --pairs must be at least {LEAST_PAIRS}, found {options.pairs}")
-    commands = [shlex.split(text) for text in (options.a, options.b)]
+    try:
+        commands = [shlex.split(text) for text in (options.a, options.b)]
+    except ValueError as error:
+        raise record.InputError(f"times: not a command: {error}") from None
     if not all(commands):
         raise record.InputError("times: a command is empty")
     key, began, pairs = "wall" if options.wall else "cpu", time.monotonic(), []

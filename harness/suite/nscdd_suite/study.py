@@ -1,11 +1,15 @@
 """The interface of a study: one question, the jobs that answer it, the record of the answer, and its section of the page."""
+import contextlib
 import dataclasses
+import fcntl
 import functools
 import importlib
 import importlib.util
+import io
 import itertools
 import shlex
 import sys
+import tempfile
 from pathlib import Path
 
 from . import program, record
@@ -105,6 +109,12 @@ class Study:
         """The jobs that plan.only asks for, and what they need."""
         return chosen(plan.jobs, plan.only)
 
+    def planned(self, plan):
+        """The jobs that it asks for, planned in a folder aside, as a plan writes inputs of its jobs."""
+        with tempfile.TemporaryDirectory() as folder:
+            self.jobs(plan := dataclasses.replace(plan, results=Path(folder)))
+            return self.choose(plan)
+
     def whole(self, plan, data):
         """The record that is written; a study may keep rows of an earlier one."""
         return data
@@ -133,9 +143,16 @@ class Study:
 
     def run(self, plan, anew=False):
         """Makes what is not there yet, and the record. True if all went well."""
+        with alone_in(plan.results):
+            return self.make(plan, anew)
+
+    def make(self, plan, anew):
         path = plan.results / f"{self.name}.json"
         if plan.quick and path.exists() and not record.read(path).get("quick"):
             raise record.InputError(f"{self.name}: {path} is of a whole job: give --quick a --results of its own")
+        with contextlib.redirect_stdout(io.StringIO()):
+            if plan.only and not self.planned(plan):  # said before anything is moved
+                raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
         for folder in (plan.folder, plan.packings):
             by = {"program": program.checksum(), "quick": plan.quick and folder == plan.folder}
             if not plan.keep and not made_by(folder, by):
@@ -144,10 +161,8 @@ class Study:
             record.write(folder / MADE_BY, by)
         self.jobs(plan)
         jobs = self.choose(plan)
-        if not jobs and plan.left_out and not plan.only:
-            return True  # all of it, and it said so
         if not jobs:
-            raise record.InputError(f"{self.name}: nothing matches '{plan.only}'")
+            return True  # all of it is left out, and it said so
         for output in (output for job in jobs for output in job.outputs) if anew else ():
             Path(output).unlink(missing_ok=True)  # now, or a run that is stopped would leave them to be taken for its own
         todo = unfinished(jobs, plan.keep)
@@ -155,9 +170,17 @@ class Study:
             print(f"{self.name}: {len(jobs) - len(todo)} of {len(jobs)} jobs are done already")
         runner = Runner(todo, plan.logs)
         runner.run_all()
-        failed, data = runner.failed(), None
-        record.write(plan.folder / "job.json", {"schema": "nscdd.job/1", "seconds": round(runner.elapsed(), 2), "failed": len(failed), "jobs": runner.records})
-        if rows := self.rows(plan):
+        failed, data, problem = runner.failed(), None, None
+        told = plan.folder / "job.json"
+        before = {entry["title"]: entry for entry in (record.load(told)["jobs"] if told.exists() else ()) if entry["exit"]}
+        before = [before[job.title] for job in plan.jobs if job.title in before and job not in todo and not job.done(plan.keep)]
+        seconds, count = round(runner.elapsed(), 2), len(failed) + len(before)
+        record.write(told, {"schema": "nscdd.job/1", "seconds": seconds, "failed": count, "jobs": [*runner.records, *before]})
+        try:
+            rows = self.rows(plan)
+        except OSError as error:
+            rows, problem = {}, f"{self.name}: {path} is not written: {error}"
+        if rows:
             data = {"schema": f"nscdd.{self.name}/1", "command": plan.command, **self.provenance(plan), "quick": plan.quick, **rows}
             data = self.whole(plan, data | ({"left_out": plan.left_out} if plan.left_out else {}))
             record.write(path, data)
@@ -167,7 +190,22 @@ class Study:
         print(f"{self.name}: {len(todo) - len(failed)} of {len(todo)} jobs succeeded in {clock(runner.elapsed())}")
         for entry in failed:
             print(f"  failed: {entry['title']}")
+        if problem:
+            print(problem, file=sys.stderr)
+            return False
         return not failed and (data is None or self.passes(data))  # files alone, such as packings, make no record
+
+
+@contextlib.contextmanager
+def alone_in(results):
+    """Nobody else makes studies there meanwhile. Raises InputError."""
+    results.mkdir(parents=True, exist_ok=True)
+    with (results / ".lock").open("a") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise record.InputError(f"suite: another run is at work in {results}: wait for it, or give another --results") from None
+        yield
 
 
 def made_by(folder, program_and_kind):

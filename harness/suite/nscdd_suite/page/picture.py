@@ -138,4 +138,7 @@ def draw(path, out, step, colour, rate, size=960):
     screen = [] if os.environ.get("DISPLAY") else ["xvfb-run", "-a"]  # Debian's ParaView draws on one, if not a real one
     if screen and not shutil.which(screen[0]):
         raise InputError("picture: pvpython needs a display: give one, or install xvfb, whose xvfb-run makes one")
-    subprocess.run([*screen, "pvpython", "--force-offscreen-rendering", script, path, out, colour, str(-1 if step is None else step)], check=True)
+    command = [*screen, "pvpython", "--force-offscreen-rendering", script, path, out, colour, str(-1 if step is None else step)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise InputError(f"picture: {path}: pvpython: exit code {done.returncode}: {' '.join(done.stderr.splitlines()[-1:])}")
