@@ -320,6 +320,12 @@ class Verdict(Case):
         self.assertIn("All 15 rows of the hard cases are within their bounds", self.page())
         self.assertEqual(self.summary()["hard_rows"], 15)
 
+    def test_links_to_records_are_of_those_beside_the_page(self):
+        for out, link in (("page", "[record](../results/hard.json)"), ("results/page", "[record](../hard.json)"), ("elsewhere/page", "record hard.json |")):
+            self.out = self.folder.parent / out
+            self.assertEqual(self.report(), (0, ""))
+            self.assertIn(f"counted numbers of the {link}", (self.out / "artifact.md").read_text())
+
     def test_solved_exchange_files_are_passed_over(self):
         (self.folder / "solved.json").write_text('{"schema": "nscdd.fclib/1"}')
         self.assertEqual(self.report(), (0, ""))
@@ -393,6 +399,23 @@ class Input(Case):
         (self.folder / "job.json").write_text('{"schema": "nscdd.job/1"}')
         self.assert_one_line("job.json", "jobs")
 
+    def test_a_record_without_a_schema_that_lacks_something_is_one_line(self):
+        for record, lacks in ((problems, "rows"), (problems, "machine"), (rheology, "machine"), (problems, {"rows": [{}]})):
+            told = record() | lacks if isinstance(lacks, dict) else {key: value for key, value in record().items() if key != lacks}
+            path = self.folder / f"{record.__name__}.json"
+            path.write_text(json.dumps(told))
+            self.assert_one_line(path.name, "not a whole record")
+            path.unlink()
+
+    def test_no_folder_and_no_place_for_the_page_are_one_line(self):
+        file = self.folder / "hard.json"
+        for self.folder, self.out, problem in (
+            (self.folder / "nosuch", self.out, "nosuch: no such folder"),
+            (file, self.out, "hard.json: no such folder"),
+            (self.folder, file, "hard.json: expected a folder, found a file"),
+        ):
+            self.assert_one_line(problem)
+
     def test_empty_folder_is_one_line(self):
         for path in self.folder.iterdir():
             path.unlink()
@@ -405,7 +428,10 @@ class Input(Case):
         self.assertEqual(self.report()[0], 0)
         self.assertEqual(len(re.findall("<h2 id", self.page())), 1)
         self.assertNotIn("Not in these results", self.page())
-        self.assertIn("agreement was not checked", self.page())
+        self.assertIn("The run converged; agreement was not checked", self.page())
+        appendix = (self.out / "artifact.md").read_text()
+        self.assertNotIn("scripts/suite run reduced", appendix)
+        self.assertIn(" | in its caption |  | ", appendix)
 
     def test_a_kind_of_file_that_is_not_ours_is_one_line(self):
         (self.folder / "other.json").write_text('{"schema": "other.run/1"}')

@@ -48,10 +48,13 @@ def artifact(studies, sections, results, out):
         for name, _, parts in sections:
             study = studies[name]
             count = numbers(results, name)
-            expected = f"{count:,} counted numbers of the [record]({os.path.relpath(results / f'{name}.json', out)})" if count else "the table or figure"
-            cost = hours(study, folder)
+            beside = out.parent in (results, results.parent)  # else the page may be moved without them
+            link = f"[record]({os.path.relpath(results / f'{name}.json', out)})" if beside else f"record {name}.json"
+            expected = f"{count:,} counted numbers of the {link}" if count else "the table or figure"
+            own = name == "reduced" and not (results / "reduced.json").exists()  # runs of a user
+            command, cost = ("in its caption", "") if own else (f"`scripts/suite run {name}`", hours(study, folder))
             for block in blocks(parts):
                 band = "; ".join(dict.fromkeys(BANDS[kind] for kind in block.kinds))
                 title = f"[{block.label}](index.html#{block.anchor}) {plain(block.title)}"
-                lines.append(f"| {title} | `scripts/suite run {name}` | {cost} | {expected} | {band} |")
+                lines.append(f"| {title} | {command} | {cost} | {expected} | {band} |")
     return "\n".join(lines) + "\n"

@@ -53,6 +53,8 @@ class Results:
 
 def load(folder):
     """Reads every *.json of a folder, and runs, comparisons and failed jobs of the studies that made them there. Raises InputError."""
+    if not Path(folder).is_dir():
+        raise InputError(f"report: {folder}: no such folder")
     results = Results(folder, {})
     add(results, results.folder.glob("*.json"), (*OF_THE_PROGRAM, *studies()))
     add(results, results.folder.glob("*/job.json"), ("job",))

@@ -5,7 +5,7 @@ import sys
 from datetime import datetime, timezone
 from html import escape
 
-from ..record import aside
+from ..record import InputError, aside
 from ..studies import studies
 from .artifact import artifact
 from .load import load
@@ -56,11 +56,24 @@ def facts(results, dates):
     return [(name, text) for name, text in told.items() if text]
 
 
+def section(study, results, out):
+    """What a study has on the page. Raises InputError where its record, for which there is no schema, is not as it should be."""
+    records = results.records(study.name)
+    try:
+        commits(records), machines(records)  # of which the head of the page tells
+        return study.section(results, out)
+    except (KeyError, TypeError, AttributeError) as error:
+        files = ", ".join(str(one.path) for one in records) or results.folder
+        raise InputError(f"{files}: not a whole record of {study.name}: {error!r}") from error
+
+
 def make(folder, out):
     """Writes the page; returns whether it passes: every run converged, every comparison is within its bounds and no job failed. Raises InputError."""
+    if out.exists() and not out.is_dir():
+        raise InputError(f"report: --out {out}: expected a folder, found a file")
     results = load(folder)
     out.mkdir(parents=True, exist_ok=True)
-    sections = [(study.name, study.title, parts) for study in studies().values() if (parts := study.section(results, out))]
+    sections = [(study.name, study.title, parts) for study in studies().values() if (parts := section(study, results, out))]
     number(sections)
     results.failures += [f"job failed (exit {job['exit']}): {job['title']}" for record in results.records("job") for job in record["jobs"] if job["exit"]]
     dates = sorted(source["date"] for source in results.sources if "date" in source) or [""]

@@ -180,11 +180,12 @@ def judge(results, runs, compares):
             results.failures.append(f"{name}: said to disagree with {one['reference']}")
     checked = set(map(key, compares))
     unchecked = [run.name for run in runs if run["scheme"] != "nlgs" and key(run) not in checked]
+    converged = f"All {len(runs)} runs converged" if len(runs) > 1 else "The run converged"
     if runs and not compares:
-        results.open.append((f"All {len(runs)} runs converged; agreement was not checked:", "no comparison with a reference is in these results."))
+        results.open.append((f"{converged}; agreement was not checked:", "no comparison with a reference is in these results."))
     elif runs:
         rows = sum(len(one["rows"]) for one in compares)
-        results.good.append(f"All {len(runs)} runs converged and all {rows} comparisons with the reference are within their bounds.")
+        results.good.append(f"{converged} and all {rows} comparisons with the reference are within their bounds.")
     if compares and unchecked:
         results.open.append((f"{len(unchecked)} not compared with a reference:", f"{', '.join(unchecked)}."))
 
