@@ -348,12 +348,12 @@ class Files(FclibTest):
         self.solve(path, "--solver", "nlgs", "--tolerance", "1e-12", "--max-sweeps", 10000, code=3)
         report, _ = self.solve(path, "--tolerance", "1e-12")
         self.assertEqual(report["solver"], "auto")
-        self.assertLess(report["iterations"], 500)
+        self.assertLess(report["iterations"], 2000)
         self.validate(report)
         few, _ = self.solve(path, "--tolerance", "1e-12", "--max-sweeps", 50, code=3)  # a cap of sweeps is kept
         self.assertEqual(few["iterations"], 50)
-        beyond, _ = self.solve(path, "--tolerance", "1e-18", "--max-sweeps", 200, code=3)  # Newton's steps end it
-        self.assertGreater(beyond["iterations"], 200)
+        beyond, _ = self.solve(path, "--tolerance", "1e-18", "--max-sweeps", 1100, code=3)  # Newton's steps end it
+        self.assertGreater(beyond["iterations"], 1100)
 
     def test_what_has_no_answer_is_not_solved(self):
         """Two contacts on one body close from both sides: impulses grow without end, and beside them any velocity is round-off."""

@@ -49,7 +49,7 @@ struct LocalTask {
     // from no impulses where that does not help; then sweeps go on from the best answer. Its steps are counted with the
     // sweeps, and each time it may make more of them. A test follows each doubling: few sweeps do for an easy problem.
     SolveReport sweep_or_newton() const {
-        constexpr int least = 100;  // sweeps before Newton's method, which costs more than they do
+        constexpr int least = 1000;  // sweeps before Newton's method, of which a few steps cost as much
         SolveReport report;
         int stalled = 0, cap = 100;
         double last = std::numeric_limits<double>::infinity();
