@@ -57,6 +57,7 @@ class Reader {
         read_.options.max_newton_contacts = 2000;
         read_.options = read_.options.accelerated();
         read_.settings.materials = Materials<M>(lmp->atom->ntypes + 1);
+        read_.settings.materials.set(0, 0, {});  // no friction unless the input says so
         read_.settings.may_be_empty = true;
         read_.settings.partition = by_bisection<M>();  // the program's
     }
