@@ -248,8 +248,8 @@ class LiveModel final : public Live {
         if (values.size() != grain_count() * M::dof ||
             !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
             throw InputError("loads and velocities must be finite, and as many as the grains");
-        const std::vector<int> all =
-            ids_of(gather_grains(*simulation_));  // grains may have come and gone, so that ids are not rows
+        // Grains may have come and gone, so that ids are not rows.
+        const std::vector<int> all = ids_of(gather_grains(*simulation_));
         const bool here = all.size() == grain_count();
         detach(true);
         for (std::size_t k = 0; k < simulation_->parts().size(); ++k)

@@ -54,7 +54,7 @@ struct LocalTask {
         int stalled = 0, cap = 100;
         double last = std::numeric_limits<double>::infinity();
         BlockOptions some = options;
-        some.window = 2;  // 0.45 of the plain sweeps to 1e-8, 5 takes 0.57 (reports/findings/other-codes.md)
+        some.window = 2;  // the fewest sweeps (reports/findings/other-codes.md)
         for (;; last = report.residual) {
             some.max_iterations = std::min(std::max(1, report.iterations), options.max_iterations - report.iterations);
             const int before = report.iterations;
