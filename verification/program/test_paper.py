@@ -90,7 +90,7 @@ class Reproduce(unittest.TestCase):
             self.assertEqual((done.returncode, "suite: no study 'nope'" in done.stderr), (1, True), done.stderr)
 
     def test_studies_and_parts_by_name(self):
-        self.assertEqual(set(studies()) - set(cli.asked(["all"])), {"bits", "million", "python_step", "step_cost"})
+        self.assertEqual(set(studies()) - set(cli.asked(["all"])), {"bits", "million", "python_solve", "python_step", "step_cost"})
         self.assertEqual(list(cli.asked(["hard", "all"]))[0], "hard")
         self.assertEqual(cli.asked(["table1", "hard", "fig2"]), {"paper": ("table1", "fig2"), "hard": ()})
         self.assertEqual(cli.asked(["table1", "paper", "fig3"]), {"paper": ()})
