@@ -14,6 +14,7 @@ double error_of(const nscdd::AnyStepSolver<M>& solve, int ranks) {
     constexpr double gravity = 10;
     nscdd::SimulationSettings<M> settings;
     settings.h = 1e-3;
+    settings.materials.set(0, 0, {.friction = 0.3});
     settings.gravity = -gravity * M::Vec::UnitY();
     settings.walls.resize(1);
     settings.walls[0].normal = M::Vec::UnitY();
