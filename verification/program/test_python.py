@@ -313,6 +313,13 @@ class Arrays(unittest.TestCase):
             views += [seen.view(), seen.view("contacts"), seen.view("wall_contacts")]
         self.assertTrue(same(plain.positions, seen.positions) and same(plain.contacts, seen.contacts))
 
+    def test_a_scene_of_arrays_reads_no_memory_that_is_free(self):
+        scene = "import numpy as np, nscdd; cell = nscdd.Cell(size=[3.3, 3.3], gradient=np.eye(2, k=1) / 2)"
+        scene += "; print(nscdd.Simulation([[0.5, 0.5], [1.6, 0.5]], 0.4, density=1.0, h=0.01, friction=0.5, cell=cell).cell['gradient'])"
+        where = {"PYTHONMALLOC": "debug", "PYTHONPATH": str(pathlib.Path(nscdd.__file__).parents[1])}  # overwrites what is free
+        done = subprocess.run([sys.executable, "-c", scene], env=os.environ | where, capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stdout.split()), (0, ["[[0.", "0.5]", "[0.", "0.", "]]"]), done.stderr)
+
     def test_several_subdomains_have_no_view(self):
         with self.assertRaisesRegex(ValueError, "take copies by id"):
             heap(subdomains=2).view()

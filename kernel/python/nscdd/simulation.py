@@ -384,7 +384,8 @@ class Simulation:
         "grains"         id, material, radius, mass, inertia, position, velocity and, with friction, spin
         "contacts"       of the last step, between grains: i, j, normal, impulse, couple as in `contacts`, but i and j are rows
                          of view(). Without friction, normal_impulse stands for impulse
-        "wall_contacts"  the same, where j is the number of a wall, after these of a facet of an obstacle
+        "wall_contacts"  the same, where j is the number of a wall; from the number of walls on, j is some facet of an
+                         obstacle, numbered anew in each step: `contacts` says which
 
         Rows are in the kernel's order, which a step may change. The array is read-only and safe. Where you still have it
         when the next step begins, it keeps its memory and its values, and the simulation goes on in a copy of it.

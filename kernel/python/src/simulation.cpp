@@ -29,7 +29,8 @@ void visit_value(py::handle value, auto&& visit) {
         return visit(py::int_(py::reinterpret_borrow<py::object>(value)).cast<std::int64_t>());
     if (PySequence_Check(value.ptr())) {
         toml::array array;
-        for (py::handle item : py::reinterpret_borrow<py::sequence>(value)) append(array, item);
+        // An object, not a handle: an array makes its items as they are asked for, and nobody else keeps them.
+        for (const py::object item : py::reinterpret_borrow<py::sequence>(value)) append(array, item);
         return visit(std::move(array));
     }
     visit(py::float_(py::reinterpret_borrow<py::object>(value)).cast<double>());  // TypeError where it is no number
