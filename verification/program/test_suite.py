@@ -155,6 +155,19 @@ class Engine(ProgramTest):
             self.write("mended", "")
             self.assertEqual([failures("fails"), failures("third")], [[], []])
 
+    def test_a_record_made_in_parts_has_the_command_of_the_whole(self):
+        def jobs(study, plan):
+            plan.rows("third", lambda: [{"letter": "c"}])
+            plan.rows("fourth", lambda: [{"letter": "d"}])
+
+        def command(only):
+            with contextlib.redirect_stdout(io.StringIO()):
+                Letters().run(Plan(self.folder, "letters", only, command=f"scripts/suite run letters --only {only}"))
+            return record.read(self.folder / "letters.json", "letters")["command"]
+
+        with unittest.mock.patch.object(Letters, "jobs", jobs):
+            self.assertEqual([command("third"), command("fourth")], ["scripts/suite run letters --only third", "scripts/suite run letters"])
+
     def test_another_run_in_the_same_folder_is_refused(self):
         with (self.folder / ".lock").open("a") as file:
             fcntl.flock(file, fcntl.LOCK_EX)

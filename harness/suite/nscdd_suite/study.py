@@ -141,6 +141,11 @@ class Study:
         last = max(runs, key=lambda run: run["date"])
         return {key: last[key] for key in record.PROVENANCE}
 
+    def command(self, plan):
+        """As typed; where parts have come to the whole, that of the whole."""
+        whole = plan.only and not unfinished(plan.jobs, plan.keep)
+        return typed(["run", self.name, *(["--quick"] if plan.quick else [])]) if whole else plan.command
+
     def run(self, plan, anew=False):
         """Makes what is not there yet, and the record. True if all went well."""
         with alone_in(plan.results):
@@ -181,7 +186,7 @@ class Study:
         except OSError as error:
             rows, problem = {}, f"{self.name}: {path} is not written: {error}"
         if rows:
-            data = {"schema": f"nscdd.{self.name}/1", "command": plan.command, **self.provenance(plan), "quick": plan.quick, **rows}
+            data = {"schema": f"nscdd.{self.name}/1", "command": self.command(plan), **self.provenance(plan), "quick": plan.quick, **rows}
             data = self.whole(plan, data | ({"left_out": plan.left_out} if plan.left_out else {}))
             record.write(path, data)
             self.draw(plan, data)
