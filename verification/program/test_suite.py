@@ -129,6 +129,11 @@ class Engine(ProgramTest):
                 path.write_text("# changed")
                 (self.assertEqual if name.endswith(("cli.py", "captions.toml")) else self.assertNotEqual)(self.inputs(module.work), before, name)
 
+    def test_a_command_that_is_a_module_of_the_suite_reads_its_source(self):
+        for module in ("tiling", "studies.python_step"):
+            (source,) = (path for path in jobs.Job("made", [self.folder / "out"], [program.python(module, 2)]).read if path.endswith(".py"))
+            self.assertTrue(os.path.isfile(source) and not os.access(source, os.X_OK), source)
+
     def test_jobs_of_studies_read_the_files_of_their_cases(self):
         plan = Plan(self.folder, "hard")
         studies()["hard"].jobs(plan)

@@ -65,6 +65,8 @@ class Job:
         self.commands = [words(command) for command in self.commands]
         self.log = re.sub(r"\W+", "-", self.title) + ".log"
         self.read, self.function = {*self.needs, *(word for command in self.commands for word in command)}, getattr(self.work, "func", self.work)
+        modules = (word.removeprefix("nscdd_suite.") for command in self.commands for word in command if word.startswith("nscdd_suite."))
+        self.read |= {f"{SUITE / module.replace('.', '/')}.py" for module in modules}  # of program.python()
         about = [getattr(self.work, "args", ()), getattr(self.function, "__self__", None)]
         self.told = json.dumps(about, default=self.plain) if self.work else self.commands  # now: the work may give its arguments more fields
 
