@@ -10,6 +10,7 @@ import unittest.mock
 
 from harness import ROOT, ProgramTest
 from nscdd_suite import cli, jobs, program, record
+from nscdd_suite.jobs import chosen
 from nscdd_suite.measure import Budget
 from nscdd_suite.studies import studies
 from nscdd_suite.study import Plan, Study
@@ -165,13 +166,16 @@ class Engine(ProgramTest):
             plan.rows("third", lambda: [{"letter": "c"}])
             plan.rows("fourth", lambda: [{"letter": "d"}])
 
-        def command(only):
+        def command(only, **how):
             with contextlib.redirect_stdout(io.StringIO()):
-                Letters().run(Plan(self.folder, "letters", only, command=f"scripts/suite run letters --only {only}"))
+                Letters().run(Plan(self.folder, "letters", only, command=f"as typed {only}", **how))
             return record.read(self.folder / "letters.json", "letters")["command"]
 
         with unittest.mock.patch.object(Letters, "jobs", jobs):
-            self.assertEqual([command("third"), command("fourth")], ["scripts/suite run letters --only third", "scripts/suite run letters"])
+            self.assertEqual([command("third"), command("fourth")], ["as typed third", "scripts/suite run letters"])
+            self.assertEqual(command("third", keep=True), "scripts/suite run letters --keep")
+            with unittest.mock.patch.object(Letters, "choose", lambda study, plan: chosen(plan.jobs, plan.only or "third")):
+                self.assertEqual(command("fourth"), "as typed fourth")  # a run without --only would leave it out
 
     def test_another_run_in_the_same_folder_is_refused(self):
         with (self.folder / ".lock").open("a") as file:

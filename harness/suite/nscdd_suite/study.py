@@ -1,5 +1,6 @@
 """The interface of a study: one question, the jobs that answer it, the record of the answer, and its section of the page."""
 import contextlib
+import copy
 import dataclasses
 import fcntl
 import functools
@@ -142,9 +143,14 @@ class Study:
         return {key: last[key] for key in record.PROVENANCE}
 
     def command(self, plan):
-        """As typed; where parts have come to the whole, that of the whole."""
-        whole = plan.only and not unfinished(plan.jobs, plan.keep)
-        return typed(["run", self.name, *(["--quick"] if plan.quick else [])]) if whole else plan.command
+        """As typed; where parts have come to the whole, and that is what runs without `only`, that of the whole."""
+        if not plan.only or unfinished(plan.jobs, plan.keep):
+            return plan.command
+        without = copy.copy(plan)
+        without.only = ""
+        repeats = len(self.choose(without)) == len(plan.jobs)
+        given = [option for option, is_given in (("--quick", plan.quick), ("--keep", plan.keep)) if is_given]
+        return typed(["run", self.name, *given]) if repeats else plan.command
 
     def run(self, plan, anew=False):
         """Makes what is not there yet, and the record. True if all went well."""
