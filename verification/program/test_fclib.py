@@ -19,6 +19,7 @@ import numpy as np
 
 from fclib_files import dense, law_errors, write_global, write_local
 from harness import SCENE, ProgramTest
+from nscdd_suite import program
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SHARED = pathlib.Path(os.environ.get("NSCDD_SHARED", ROOT / ".." / "shared"))
@@ -476,6 +477,18 @@ class Siconos(FclibTest):
             with self.subTest(dim=dim):
                 self.assertLess(difference, 1e-4)
                 self.assertLessEqual(judge("check_fclib.py", path, theirs)["natmap_siconos44"], 1.001e-9)
+
+
+@unittest.skipUnless(importlib.util.find_spec("pinocchio"), "Pinocchio is not installed")
+class Pinocchio(FclibTest):
+    def test_pinocchio_solves_an_export_to_the_same_velocities(self):
+        path, theirs = self.export(3, "--tolerance", "1e-9"), self.folder / "pinocchio.hdf5"
+        told = program.call(program.python("pinocchio_solve", path, "--tolerance", "1e-12", "--max-iterations", 50000, "-o", theirs)).stdout
+        with h5py.File(path) as a, h5py.File(theirs) as b:
+            ours, others = a["solution/u"][...], b["solution/u"][...]
+        difference = np.linalg.norm(ours - others) / np.linalg.norm(ours)
+        print(f"Pinocchio {json.loads(told)['iterations']} iterations, velocities differ by {difference:.2g}")
+        self.assertLess(difference, 1e-4)
 
 
 if __name__ == "__main__":

@@ -198,7 +198,7 @@ class Agreement(RollingTest):
 
     @needs_siconos
     def test_exports(self):
-        from nscdd_suite import siconos_solve
+        from nscdd_suite import other_solver
 
         rows, counts = [], {}
         for number, (name, dim, step) in enumerate(problems()):
@@ -206,7 +206,7 @@ class Agreement(RollingTest):
             report, solution = self.solve(path, "--tolerance", "1e-9")
             with h5py.File(path) as file:
                 exported = file["solution/r"][...]  # by accelerated sweeps without a matrix
-            found = self.agrees(path.stem, siconos_solve.read(path), (solution["r"], exported), counts)
+            found = self.agrees(path.stem, other_solver.read(path), (solution["r"], exported), counts)
             rows.append((path.stem, report["contacts"], report["iterations"], *found))
         self.tell(rows, counts)
         self.assertGreaterEqual(len(rows), 30)
@@ -215,7 +215,7 @@ class Agreement(RollingTest):
     @needs_siconos
     @unittest.skipUnless(SHARED.is_dir(), f"no problems of Siconos in {SHARED}")
     def test_problems_of_siconos(self):
-        from nscdd_suite import siconos_solve
+        from nscdd_suite import other_solver
 
         rows, counts = [], {}
         for path in sorted((*SHARED.glob("*.hdf5"), *SHARED.glob("*.dat"))):
@@ -224,9 +224,9 @@ class Agreement(RollingTest):
                 if problem is None:
                     continue
                 path = self.folder / (path.stem + ".hdf5")
-                siconos_solve.write(path, *problem, np.zeros(len(problem[2])))
+                other_solver.write(path, *problem, np.zeros(len(problem[2])))
             report, solution = self.solve(path, "--tolerance", "1e-9")
-            found = self.agrees(path.stem, siconos_solve.read(path), (solution["r"],), counts)
+            found = self.agrees(path.stem, other_solver.read(path), (solution["r"],), counts)
             rows.append((path.stem, report["contacts"], report["iterations"], *found))
         self.tell(rows, counts)
         self.assertGreater(len(rows), 0)
@@ -242,7 +242,7 @@ class Agreement(RollingTest):
 
 
 def read_dat(path):
-    """A local problem of Siconos' text files with a dense W, as siconos_solve.read() has it; None for what is another."""
+    """A local problem of Siconos' text files with a dense W, as other_solver.read() has it; None for what is another."""
     import scipy.sparse
 
     numbers = path.read_text().split()

@@ -111,17 +111,17 @@ class Scene:
         return command
 
 
-def siconos_commands(problem, tolerance, solved, sweeps=Budget.sweeps, solver="NSGS", repeat=1):
-    """What solves an exported problem, and what measures the answer."""
+def their_commands(problem, tolerance, solved, sweeps=Budget.sweeps, solver="NSGS", repeat=1, module="siconos_solve"):
+    """What solves an exported problem by a solver of another code, and what measures the answer."""
     return (
-        python("siconos_solve", problem, "--solver", solver, "--tolerance", tolerance, "--max-iterations", sweeps, "--repeat", repeat, "-o", solved),
+        python(module, problem, "--solver", solver, "--tolerance", tolerance, "--max-iterations", sweeps, "--repeat", repeat, "-o", solved),
         [NSCDD, "solve-fclib", solved, "--solver", "none", "--json", Path(solved).with_suffix(".json")],
     )
 
 
-def siconos(problem, tolerance, solved, budget=Budget(), solver="NSGS", repeat=1):
+def theirs(problem, tolerance, solved, budget=Budget(), solver="NSGS", repeat=1, module="siconos_solve"):
     """Iterations, CPU time, and our measures of the answer; None when out of time."""
-    solve, judge = siconos_commands(problem, tolerance, solved, budget.sweeps, solver, repeat)
+    solve, judge = their_commands(problem, tolerance, solved, budget.sweeps, solver, repeat, module)
     try:
         answer = json.loads(call(solve, fine=(0,), seconds=budget.seconds).stdout.splitlines()[-1])
     except Failed:

@@ -12,7 +12,7 @@ import scipy.sparse as sparse
 import scipy.sparse.coo  # noqa: F401, by which Siconos makes matrices
 import siconos.numerics as numerics
 
-from .siconos_solve import write_problem
+from .other_solver import write_problem
 
 
 def matrix(found):

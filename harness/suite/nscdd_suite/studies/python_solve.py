@@ -56,9 +56,9 @@ def measure(path, repeats):
     sys.path.insert(0, str(Path(shutil.which(NSCDD)).resolve().parents[1] / "python"))  # of this build, else an installed one
     import nscdd
 
-    from .. import siconos_solve
+    from .. import other_solver, siconos_solve
 
-    problem = siconos_solve.read(path)
+    problem = other_solver.read(path)
     as_object = siconos_solve.with_friction(*problem[:4])
     rows, cores = [], []
     for tolerance in TOLERANCES:

@@ -4,7 +4,7 @@ import shutil
 import h5py
 import numpy as np
 
-from ...measure import ANY, LONG, SICONOS, Scene, asked, distance, ladder, ours, siconos
+from ...measure import ANY, LONG, SICONOS, Scene, asked, distance, ladder, ours, theirs
 from ...program import NSCDD, Failed, made, shown
 
 REFERENCE, REFERENCE_WORST = 1e-11, 1e-10  # eta asked of the reference answer, and the most that is taken
@@ -71,7 +71,7 @@ class Curves(Scene):
             exact = file["solution/r"][...]
 
         def measure(tolerance):
-            if row := siconos(problem, tolerance, solved, self.budget):
+            if row := theirs(problem, tolerance, solved, self.budget):
                 with h5py.File(solved) as file:
                     error = file["solution/r"][...] - exact
                 row["distance"] = float(np.sqrt(max(0.0, error @ (w @ error)))) / self.free_norm

@@ -159,8 +159,8 @@ def siconos(scene, quick):
     export = scene.export(scene.cold, 1e-2, problem)
 
     def by_siconos(tolerance):
-        row = measure.siconos(problem, tolerance, solved)
-        return row and row | {"commands": [shown(command) for command in (export, *measure.siconos_commands(problem, tolerance, solved))]}
+        row = measure.theirs(problem, tolerance, solved)
+        return row and row | {"commands": [shown(command) for command in (export, *measure.their_commands(problem, tolerance, solved))]}
 
     def by_ours(arguments, tolerance):
         command = [*scene.command(arguments, tolerance, out), "--max-iterations", Budget.sweeps]

@@ -3,7 +3,7 @@ from ...page import tables
 from ...page.page import Block, figure_block
 from ...page.style import save
 from ..accuracy.figures import draw_profiles, profile
-from . import LEVELS, OURS, THEIRS, converged
+from . import LEVELS, OTHERS, OURS, converged
 
 LEAST = 1e-4  # s: shorter times say how warm a process was, so they count as this one
 PROFILES = """
@@ -20,7 +20,7 @@ def at_least(rows):
 def first_on(rows, level):
     """For each solver the share of problems on which it is the fastest [%]."""
     ratios, count = profile([row for row in at_least(rows) if row["tolerance"] == level], "cpu")
-    return {solver: 100 * sum(ratio == 1 for ratio in ratios.get(solver, ())) / count for solver in (*OURS, *THEIRS) if count}
+    return {solver: 100 * sum(ratio == 1 for ratio in ratios.get(solver, ())) / count for solver in (*OURS, *OTHERS) if count}
 
 
 def said(rows, level):
@@ -32,7 +32,7 @@ def parts(record, source, out):
     file = save(draw_profiles({"profiles": at_least(rows)}, "cpu", "CPU time"), out, "problems-profile")
     caption = PROFILES.format(least=LEAST, first=" ".join(said(rows, level) for level in LEVELS))
     yield figure_block(file, "Performance profiles on problems of other codes", caption, source, ("measured",), wide=True)
-    solvers, least = [name for name in (*OURS, *THEIRS) if any(row["solver"] == name for row in rows)], min(LEVELS)
+    solvers, least = [name for name in (*OURS, *OTHERS) if any(row["solver"] == name for row in rows)], min(LEVELS)
     lines = []
     for problem in dict.fromkeys(row["problem"] for row in rows):
         own = [row for row in rows if row["problem"] == problem]
