@@ -36,6 +36,7 @@ void FixNscdd::init() {
     for (int k = 0; k < modify->nfix; ++k)
         if (modify->fix[k] != this && std::strcmp(modify->fix[k]->style, style) == 0)
             error->all(FLERR, std::string("Fix nscdd: there are two, and one has all contacts"));
+    if (update->whichflag == 2) error->all(FLERR, std::string("Fix nscdd: works without minimize"));
     if (std::strncmp(update->integrate_style, "respa", 5) == 0)
         error->all(FLERR, std::string("Fix nscdd: works without run_style respa"));
 }

@@ -192,6 +192,8 @@ Eigen::VectorXd read_fclib_impulses(const std::string& path, Eigen::Index compon
 }
 
 LocalProblem condense(const GlobalProblem& problem) {
+    if (problem.m.rows() == 0)  // SparseLU divides by it
+        return {problem.dim, Sparse(problem.w.size(), problem.w.size()), problem.w, problem.friction, problem.rolling};
     Masses masses(problem.m);
     const Sparse moved = masses.solve(problem.h);
     const Sparse transposed = problem.h.transpose();
@@ -205,6 +207,7 @@ LocalProblem condense(const GlobalProblem& problem) {
 }
 
 Eigen::VectorXd body_velocities(const GlobalProblem& problem, const Eigen::VectorXd& r) {
+    if (problem.m.rows() == 0) return {};
     return Masses(problem.m).solve(Eigen::VectorXd(problem.h * r + problem.f));
 }
 

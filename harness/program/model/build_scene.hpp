@@ -157,9 +157,45 @@ void add_own_grains(const RunRequest& request, std::vector<Grain<M>>& grains) {
         if constexpr (M::friction) grain.velocity.template tail<M::spins>() = single.spin;
         if (single.fixed) fix(grain);
     }
-    for (const Region& region : scene.fixed)
-        for (Grain<M>& grain : grains)
-            if (region.contains(grain.position)) fix(grain);
+}
+
+template <class M>
+typename M::Vec vector_of(const std::vector<double>& stored) {
+    return Eigen::Map<const typename M::Vec>(stored.data());
+}
+
+// Of rows in C order.
+template <class M>
+typename M::Gradient matrix_of(const std::vector<double>& stored) {
+    return Eigen::Map<const typename M::Gradient>(stored.data()).transpose();
+}
+
+// Where the scene repeats, as it is at the start of the run.
+template <class M>
+Cell<M> cell_of(const RunRequest& request) {
+    const SceneCell& source = request.scene.cell;
+    Cell<M> cell;
+    for (std::size_t k = 0; k < source.axes.size(); ++k) {
+        const int axis = source.axes[k];
+        cell.periodic[static_cast<std::size_t>(axis)] = true;
+        cell.size[axis] = cell_side(request.scene, k, request.box);
+    }
+    for (std::size_t row = 0; row < source.gradient.size(); ++row)
+        cell.gradient.row(static_cast<Eigen::Index>(row)) = source.gradient[row].transpose();
+    for (const auto& [axis, stress] : source.stress) {
+        cell.driven[static_cast<std::size_t>(axis)] = true;
+        cell.stress[axis] = stress;
+    }
+    if (!request.packing.tilt.empty() && static_cast<int>(source.axes.size()) == M::dim)
+        cell.tilt = matrix_of<M>(request.packing.tilt);
+    const State::Cell& from = request.from.cell;
+    if (!from.size.empty()) {
+        cell.size = vector_of<M>(from.size);
+        cell.tilt = matrix_of<M>(from.tilt);
+        const typename M::Gradient gradient = matrix_of<M>(from.gradient);
+        for (const auto& [axis, stress] : source.stress) cell.gradient(axis, axis) = gradient(axis, axis);
+    }
+    return cell;
 }
 
 }  // namespace build_detail
@@ -170,7 +206,13 @@ template <class M>
 BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const Scene& scene = request.scene;
     BuiltScene<M> built{build_detail::stored_grains<M>(request), {}, {}, {}, {}};
+    SimulationSettings<M>& settings = built.settings;
+    settings.cell = build_detail::cell_of<M>(request);
     build_detail::add_own_grains<M>(request, built.grains);
+    if (!request.goes_on())  // a state says which grains are fixed
+        for (const Region& region : scene.fixed)
+            for (Grain<M>& grain : built.grains)
+                if (region.contains(settings.cell.wrapped(grain.position))) fix(grain);
     if (request.has_fixed && (!scene.cell.gradient.empty() || !scene.cell.stress.empty()))
         throw InputError(scene.file + ": a grain is fixed, which a [cell] with a gradient or a stress would move");
     if (request.from.packing.total() + request.packing.total() + scene.grains.size() == 0 &&
@@ -179,7 +221,6 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     const double mass = sum_in_any_order(
         comm, std::views::transform(built.grains, [](const Grain<M>& g) { return g.fixed() ? 0 : g.mass; }));
 
-    SimulationSettings<M>& settings = built.settings;
     settings.h = scene.step.h;
     settings.theta = scene.step.theta;
     settings.may_be_empty = scene.exchange.any();
@@ -190,33 +231,8 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
     settings.partition = choose_partition<M>(request.partition);
     settings.multiplicity = request.multiplicity;
-    for (std::size_t k = 0; k < scene.cell.axes.size(); ++k) {
-        const int axis = scene.cell.axes[k];
-        settings.cell.periodic[static_cast<std::size_t>(axis)] = true;
-        settings.cell.size[axis] = cell_side(scene, k, request.box);
-    }
-    for (std::size_t row = 0; row < scene.cell.gradient.size(); ++row)
-        settings.cell.gradient.row(static_cast<Eigen::Index>(row)) = scene.cell.gradient[row].transpose();
-    for (const auto& [axis, stress] : scene.cell.stress) {
-        settings.cell.driven[static_cast<std::size_t>(axis)] = true;
-        settings.cell.stress[axis] = stress;
-    }
     if (settings.cell.any_driven()) settings.cell.mass = scene.cell.mass.value_or(6 * mass);
     const State& from = request.from;
-    const auto vector = [](const std::vector<double>& stored) {
-        return Eigen::Map<const typename M::Vec>(stored.data());
-    };
-    const auto matrix = [](const std::vector<double>& stored) {
-        return typename M::Gradient(Eigen::Map<const typename M::Gradient>(stored.data()).transpose());  // from C order
-    };
-    if (!request.packing.tilt.empty() && static_cast<int>(scene.cell.axes.size()) == M::dim)
-        settings.cell.tilt = matrix(request.packing.tilt);
-    if (!from.cell.size.empty()) {
-        settings.cell.size = vector(from.cell.size);
-        settings.cell.tilt = matrix(from.cell.tilt);
-        const typename M::Gradient gradient = matrix(from.cell.gradient);
-        for (const auto& [axis, stress] : scene.cell.stress) settings.cell.gradient(axis, axis) = gradient(axis, axis);
-    }
     for (std::size_t w = 0; w < scene.walls.size(); ++w) {
         const SceneWall& source = scene.walls[w];
         Wall<M>& wall = settings.walls.emplace_back();
@@ -273,9 +289,9 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
         broad_phase.time = from.broad_phase.time;
         broad_phase.cell = settings.cell;
         if (!from.cell.size.empty()) {
-            broad_phase.cell.size = vector(from.cell.broad_phase_size);
-            broad_phase.cell.tilt = matrix(from.cell.broad_phase_tilt);
-            broad_phase.stretch = matrix(from.cell.stretch);
+            broad_phase.cell.size = build_detail::vector_of<M>(from.cell.broad_phase_size);
+            broad_phase.cell.tilt = build_detail::matrix_of<M>(from.cell.broad_phase_tilt);
+            broad_phase.stretch = build_detail::matrix_of<M>(from.cell.stretch);
         }
     }
     return built;

@@ -42,6 +42,9 @@ class LiveModel final : public Live {
             why.step += static_cast<int>(request_.start_step);
             refused_.emplace(StepRefused::describe(why, wall_names()), why);
             throw RefusedStep(*refused_);
+        } catch (const std::runtime_error& error) {  // such as numbers that are no longer finite
+            refused_.emplace(error.what(), StepRefused::Refusal{.step = static_cast<int>(steps()) + 1});
+            throw RefusedStep(*refused_);
         }
         stopped_by_ = stop_->after(*simulation_, time());
         if (recorder_) recorder_->after(report, stopped_by_.has_value());
@@ -244,6 +247,7 @@ class LiveModel final : public Live {
     }
 
     // Sets a member of all copies of all grains; `values` are (n, M::dof) by id.
+    // Of fixed grains velocities stay 0.
     void set(typename M::Velocity Grain<M>::*member, const std::vector<double>& values) {
         if (values.size() != grain_count() * M::dof ||
             !std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
@@ -254,6 +258,7 @@ class LiveModel final : public Live {
         detach(true);
         for (std::size_t k = 0; k < simulation_->parts().size(); ++k)
             for (Grain<M>& grain : ours(simulation_->parts()[k].grains)) {
+                if (grain.fixed() && member == &Grain<M>::velocity) continue;
                 const auto row = here ? std::ranges::lower_bound(all, grain.id) - all.begin() : grain.id;
                 if (row * M::dof >= static_cast<std::ptrdiff_t>(values.size()))
                     throw std::logic_error("over MPI grains that have come cannot be given loads or velocities");

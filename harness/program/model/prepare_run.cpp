@@ -79,6 +79,11 @@ void check_partition(const RunRequest& request) {
                                      product, *request.subdomains));
 }
 
+bool may_have_fixed(const RunRequest& request) {
+    return !request.scene.fixed.empty() || request.from.has_fixed || !request.packing.fixed.empty() ||
+           std::ranges::any_of(request.scene.grains, &SceneGrain::fixed);
+}
+
 // Reads what the run starts from: its share of a state or of a packing.
 void read_start(RunRequest& request) {
     const RunArguments::Start& start = request.start;
@@ -101,8 +106,6 @@ void read_start(RunRequest& request) {
         request.packing = read_packing(*packing, share);
         fit_packing(request.packing, *packing, scene);
     }
-    request.has_fixed = !scene.fixed.empty() || request.from.has_fixed || !request.packing.fixed.empty() ||
-                        std::ranges::any_of(scene.grains, &SceneGrain::fixed);
     request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     if (!request.goes_on()) return;
     if (!start.adopt) require_same_scene(request.from, *start.from, scene, request.packing);
@@ -141,7 +144,8 @@ RunRequest prepare_run(const RunArguments& arguments, const Provenance& provenan
     RunRequest request = begin_request(arguments, provenance, share, over_mpi);
     set_scene(request, read_scene(arguments.start.scene));
     read_start(request);
-    if (request.scene.step.count < 1)
+    request.has_fixed = may_have_fixed(request);
+    if (request.scene.step.count < 1 && !arguments.caller_counts)
         throw InputError(request.scene.file + ": step: count is missing: give it, or --steps");
     const std::int64_t last_step = request.start_step + request.scene.step.count;
     const int every = request.frame_every();
@@ -156,11 +160,12 @@ RunRequest prepare_run(const RunArguments& arguments, Scene scene, Packing packi
     set_scene(request, std::move(scene));
     if (request.goes_on()) {
         read_start(request);
-        return request;
+    } else {
+        if (packing.total() > 0) fit_packing(packing, request.scene.file, request.scene);
+        request.box = packing.box;
+        request.packing = std::move(packing);
     }
-    if (packing.total() > 0) fit_packing(packing, request.scene.file, request.scene);
-    request.box = packing.box;
-    request.packing = std::move(packing);
+    request.has_fixed = may_have_fixed(request);
     return request;
 }
 

@@ -58,6 +58,7 @@ struct RunArguments {
         std::optional<int> log_every;                        // steps between lines
     } outputs;
     bool quiet = false;
+    bool caller_counts = false;  // steps are made one by one: neither steps nor the scene's count need be given
 };
 
 // Of nlgs alone: solve the last step on to these options and keep its problem, in local or global form.

@@ -164,7 +164,7 @@ class SceneReader {
             mix.seed = table.integer("seed", detail::OptionRange{0}, 1);
             if (table.has("material")) table.fail("material", "is given, and materials too");
             scene_.packing_material = mix.materials[0];
-        } else {
+        } else if (table.has("material")) {
             scene_.packing_material = material(table);
         }
         for (TomlTable& part : table.tables("region")) {

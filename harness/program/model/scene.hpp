@@ -99,7 +99,7 @@ struct Scene {
     std::string law;          // of registry/laws.hpp; unless it is given coulomb, or frictionless where that suffices
     Eigen::VectorXd gravity;  // (dim) [m/s^2]
     std::optional<std::string> packing_file;  // of [packing], beside the scene file
-    int packing_material = 0;                 // of its grains; the first material if there is no [packing]
+    int packing_material = 0;                 // of its grains; the first material unless it is given
     MaterialMix packing_mix;                  // materials of its grains, where there are several
     std::vector<SceneMaterial> materials;     // at least one
     std::vector<ScenePair> pairs;

@@ -65,6 +65,11 @@ __all__ = [
 ]
 
 
+def __dir__() -> list:
+    """With the names of nscdd.exchange, for help()."""
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name: str) -> Any:
     """Names of nscdd.exchange, which needs h5py, when they are asked for."""
     if name in ("read_csv", "read_vtkhdf", "write_csv", "write_vtkhdf"):

@@ -82,15 +82,35 @@ def structured(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 def read_series(path: Path) -> dict:
-    """Reads a time series, .csv or HDF5: {column: (steps, ...)}. reports/series.md has the columns and their units."""
-    name = name_of(path)
-    if name.endswith(".csv"):
-        table = np.genfromtxt(name, delimiter=",", names=True, deletechars="", ndmin=1)
-        return {column: table[column] for column in table.dtype.names}
-    import h5py
+    """Reads a time series, .csv or HDF5: {column: (steps, ...)}. reports/series.md has the columns and their units.
 
-    with h5py.File(name, "r") as file:
-        return {key: file[key][()] for key in file if key != "box_at_start"}
+    Raises ValueError naming the file.
+    """
+    name = name_of(path)
+    try:
+        if name.endswith(".csv"):
+            return _columns(name)
+        import h5py
+
+        with h5py.File(name, "r") as file:
+            if found := [key for key in file if not isinstance(file[key], h5py.Dataset)]:
+                raise ValueError(f"{found[0]} is a group, which a series does not have")
+            return {key: file[key][()] for key in file if key != "box_at_start"}
+    except (OSError, ValueError) as error:
+        raise ValueError(f"{name}: no time series: {' '.join(str(error).split())}") from None
+
+
+def _columns(name: str) -> dict:
+    """Of a .csv with a line of names."""
+    with open(name) as file:
+        names, rows = file.readline().strip().split(","), file.read().splitlines()
+    table = np.empty((len(rows), len(names)))
+    for k, row in enumerate(rows):
+        numbers = row.split(",")
+        if len(numbers) != len(names):
+            raise ValueError(f"line {k + 2} has {len(numbers)} numbers for {len(names)} columns")
+        table[k] = [float(number) for number in numbers]
+    return dict(zip(names, table.T.copy()))
 
 
 def read_problem(path: Path) -> dict:

@@ -3,7 +3,9 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import itertools
 import math
+import os
 import warnings
 import weakref
 from collections.abc import Iterable
@@ -117,7 +119,7 @@ class Simulation:
     cell               nscdd.Cell
     box                (dim) faces of walls with `side` are at 0 and there [m]
     gravity            (dim) [m/s^2]
-    h, theta           time step [s], or "auto", which chooses it as in a scene file, and says so in a warning; share of it
+    h, theta           time step [s], or "auto", which chooses it as in a scene file (the attribute h has it); share of it
                        after the detection of contacts
     state              file of save() to go on from, in the place of all that says where grains are
     scheme             "nlgs", "newton", "spg", "apgd" on one subdomain, "dcs" or "ccs" on any number; "nlgs" on one and "dcs"
@@ -130,7 +132,7 @@ class Simulation:
     partition, grid, imbalance, interface, multiplicity
                        as the options of `nscdd run` have it
     stop               {"time": 2.0} and other keys of [stop] in a scene file, which end run()
-    tables             further tables of a scene file, such as {"grain": [{...}]}
+    tables             further tables of a scene file but [packing], such as {"grain": [{...}]}
     method, tolerance, max_iterations, check_every, window, sweeps, relaxation, max_velocity_error, max_energy_gain,
     max_penetration, max_gap_error, max_distance, max_newton_contacts
                        of the solver, the keys of [solver] in a scene file
@@ -210,9 +212,11 @@ class Simulation:
             "obstacle": [obstacle.table(k, names[0]) for k, obstacle in enumerate(_all("obstacles", Obstacle, obstacles))],
             "cell": cell.table(dimension) if cell is not None else None,
             "stop": None if stop is None else dict(instance("Simulation: stop", stop, Mapping, "a dictionary")),
-            "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every, "count": 1},
+            "step": {"h": h, "theta": theta, "broad_phase_every": broad_phase_every},
             **instance("Simulation: tables", {} if tables is None else tables, Mapping, "a dictionary"),
         }
+        if "packing" in scene:
+            raise ValueError("Simulation: tables: [packing] is of scene files, which read() reads; here grains are arrays")
         if material is not None:
             more["material"] = _material_rows(material, names, len(r))
         if box is not None:
@@ -240,15 +244,16 @@ class Simulation:
         return self._live.step()
 
     def run(self, n: Optional[int] = None, callback: Optional[Callback] = None) -> Optional[_core.StepReport]:
-        """Makes n steps, of a scene file as many as it says, and returns the last report.
+        """Makes n steps, and returns the last report. Without n it makes as many as the scene file says, or goes on to what
+        `stop` says.
 
         callback(simulation, report) is called after each step; it may return True to end the run. Its exceptions end the
         run too, between two steps, and so does Ctrl-C: all can go on from there. [stop] of a scene ends it as in the program.
         """
         report = None
-        if n is None and (n := self._live.count()) < 1:
-            raise ValueError("step: count is missing in the scene: give run() a number of steps")
-        for _ in range(integer("run: n", n, 0, math.inf)):
+        if n is None and (n := self._live.count() or None) is None and not self._live.may_stop():
+            raise ValueError("run: give a number of steps: the scene has neither a count nor a stop")
+        for _ in itertools.count() if n is None else range(integer("run: n", n, 0, math.inf)):
             report = self._live.step()
             if (callback is not None and callback(self, report)) or self._live.stopped_by():
                 break
@@ -296,7 +301,7 @@ class Simulation:
 
     @property
     def velocities(self) -> np.ndarray:
-        """(n, dim) [m/s]. Set it to give the grains others, between two steps."""
+        """(n, dim) [m/s]. Set it to give the grains others, between two steps; fixed ones keep theirs, 0."""
         return self._live.rows()["velocities"]
 
     @velocities.setter
@@ -444,6 +449,21 @@ class Simulation:
         if lost := [name for name, there in self._unsaved.items() if there]:
             warnings.warn(f"save: a state does not have {', '.join(lost)}: give them again to who goes on from {name_of(path)}", stacklevel=2)
 
+    def write_scene(self, path: Path) -> None:
+        """Writes the scene as a file of the program, without its grains, which save() writes.
+
+            sim.save("pile.h5"), sim.write_scene("pile.toml")
+
+        `nscdd run pile.toml --from pile.h5 --steps 100` goes on with the same bits as sim.run(100). Files of obstacles and
+        motions are named from the folder of the scene. A scene that read() has read is in its file already.
+        """
+        name = name_of(path)
+        text = self._live.scene_text(os.path.dirname(name) or ".")
+        if self._comm is None or self._comm.rank == 0:
+            with open(part := f"{name}.part", "w") as file:
+                file.write(text)
+            os.replace(part, name)
+
     @contextlib.contextmanager
     def record(self, *series: Path, frames: Optional[Path] = None, every: int = 1) -> Iterator["Simulation"]:
         """Writes a row of each step within `with` into time series (.h5 or .csv), and every so many steps a frame.
@@ -453,7 +473,11 @@ class Simulation:
 
         Files take their places at the end of the block, also where an exception ends it. reports/series.md has the columns.
         """
-        self._live.record([name_of(path) for path in series], [] if frames is None else [name_of(frames)], integer("record: every", every, 1))
+        rows, pictures = [name_of(path) for path in series], [] if frames is None else [name_of(frames)]
+        names = [os.path.realpath(name) for name in rows + pictures]
+        if twice := [name for k, name in enumerate(names) if name in names[:k]]:
+            raise ValueError(f"record: {twice[0]} is given twice")
+        self._live.record(rows, pictures, integer("record: every", every, 1))
         try:
             yield self
         finally:
@@ -496,6 +520,8 @@ def read(
     state    file to go on from; with adopt=True one of another scene
     The other options are those of Simulation, and take the place of what the scene says.
     """
+    if adopt and state is None:
+        raise ValueError("read: adopt is of a state to go on from: give state")
     options = _options(locals())
     simulation = Simulation.__new__(Simulation)
     simulation._set(_core.from_file(name_of(scene), options, _over_mpi(comm, options)), comm)

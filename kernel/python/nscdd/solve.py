@@ -8,7 +8,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _core
-from ._checks import array, number, points, whole
+from ._checks import array, number, points, require, whole
 from .files import read_problem
 
 
@@ -158,7 +158,7 @@ def solve_contacts(
 
     def shaped(name: str, values: Any, shape: tuple, positive: bool = False) -> np.ndarray:
         rows = np.full(shape, values) if np.ndim(values) == 0 and len(shape) == 1 else values
-        return array(f"solve_contacts: {name}", rows, shape, finite=False, positive=positive)
+        return array(f"solve_contacts: {name}", rows, shape, positive=positive)
 
     if m and not (0 <= i.min() and i.max() < n and j.max() < n):
         raise ValueError(f"solve_contacts: i and j must be below {n}, and i not negative")
@@ -181,12 +181,15 @@ def solve_contacts(
         "radius": radius,
         "wall_velocity": walls,
     }
+    normal, friction = shaped("normals", normals, (m, dim)), shaped("mu", mu, (m,))
+    require("solve_contacts: normals", np.abs(np.einsum("ij,ij->i", normal, normal) - 1) <= 1e-6, "of length 1", normal)
+    require("solve_contacts: mu", friction >= 0, ">= 0", friction)
     contacts = {
         "i": i,
         "j": j,
-        "normal": shaped("normals", normals, (m, dim)),
+        "normal": normal,
         "bias": shaped("bias", bias, (m,)) if bias is not None else np.maximum(gap, 0) / h,
-        "friction": shaped("mu", mu, (m,)),
+        "friction": friction,
         "lever_i": lever_i,
         "lever_j": lever_j,
         "impulse": shaped("start", start, (m, dim)) if start is not None else None,
@@ -226,9 +229,11 @@ def _csc(name: str, matrix: Any, shape: tuple) -> dict:
         _check_indices(name, matrix)
     else:
         matrix = array(f"solve: {name}", matrix, shape)
-    csc = scipy.sparse.csc_matrix(matrix)
+    csc = scipy.sparse.csc_matrix(matrix)  # which shares the arrays of one by columns
+    if not csc.has_canonical_format:
+        csc = csc.copy()
+        csc.sum_duplicates()
     csc.data = array(f"solve: entries of {name}", csc.data, (None,))
-    csc.sum_duplicates()
     if csc.shape != shape:
         raise ValueError(f"solve: {name} must have shape {shape}, found {csc.shape}")
     return {"data": csc.data, "indices": csc.indices.astype(np.int32), "indptr": csc.indptr.astype(np.int32)}

@@ -44,6 +44,7 @@ py::dict read_state_dict(const std::string& path) {
     state.packing.material = std::move(state.material);
     state.packing.materials = state.materials.name;
     state.packing.periodic = state.cell.periodic;
+    state.packing.tilt = state.cell.tilt;
     py::dict out = as_dict(std::move(state.packing));
     set(out, "gradient", std::move(state.cell.gradient), {dim, dim});
     py::dict walls, contacts;

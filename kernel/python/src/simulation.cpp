@@ -1,7 +1,9 @@
 // nscdd._core.Live: a run whose caller makes the steps.
 #include <unistd.h>
 
+#include <filesystem>
 #include <optional>
+#include <sstream>
 
 #include "model/live.hpp"
 #include "model/prepare_run.hpp"
@@ -111,7 +113,9 @@ struct Place {
 
 class Handle {
   public:
-    Handle(RunRequest request, Place place) : made_in_(getpid()), threads_(*request.threads) {
+    // scene: that a simulation of arrays has, as in a scene file.
+    Handle(RunRequest request, Place place, toml::table scene = {})
+        : scene_(std::move(scene)), made_in_(getpid()), threads_(*request.threads) {
         if (!place.comm) place.comm = std::make_unique<InProcess>(*request.subdomains, threads_);
         const py::gil_scoped_release release;
         live_ = make_live(std::move(request), std::move(place.comm));
@@ -203,6 +207,23 @@ class Handle {
         rows["subdomain"] = owned(std::move(found.subdomain), {n});
         return contacts_.emplace(std::move(rows));
     }
+    // The scene as text of a file in that folder.
+    std::string scene_text(const std::string& folder) {
+        if (scene_.empty()) throw InputError("the scene is in " + live().request().scene.file + " already");
+        toml::table scene = scene_;
+        for (const char* kind : {"wall", "obstacle"})
+            if (toml::array* const things = scene[kind].as_array())
+                things->for_each([&folder](toml::table& thing) {
+                    for (const char* key : {"stl", "file"})
+                        if (toml::value<std::string>* const name = thing[key].as_string())
+                            *name = std::filesystem::relative(std::filesystem::absolute(**name),
+                                                              std::filesystem::absolute(folder))
+                                        .string();
+                });
+        std::ostringstream text;
+        text << scene << '\n';
+        return text.str();
+    }
     py::array in_place(Records which) {
         RecordsInPlace place = live().in_place(which);
         py::list names, formats, offsets;
@@ -232,6 +253,7 @@ class Handle {
         bool& flag;
     };
 
+    toml::table scene_;
     std::unique_ptr<Live> live_;
     pid_t made_in_;
     int threads_;
@@ -267,8 +289,11 @@ std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& na
     packing.after = total - rows.end;
     RunArguments arguments = to_arguments(options);
     arguments.start.adopt = arguments.start.from.has_value();  // the scene does not say which grains it had
+    toml::table table = to_table(scene);
     RunRequest request =
-        prepare_run(arguments, scene_of(to_table(scene), name), std::move(packing), place.share, place.comm != nullptr);
+        prepare_run(arguments, scene_of(table, name), std::move(packing), place.share, place.comm != nullptr);
+    if (const auto solver = find<py::dict>(options, "solver"))
+        if (toml::table given = to_table(*solver); !given.empty()) table.insert_or_assign("solver", std::move(given));
     request.masses = take("masses");
     const Packing& start = request.goes_on() ? request.from.packing : request.packing;
     if (!request.masses.empty()) {
@@ -277,13 +302,14 @@ std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& na
         const auto first = request.masses.begin() + static_cast<std::ptrdiff_t>(start.before);
         request.masses = {first, first + static_cast<std::ptrdiff_t>(start.size())};
     }
-    return std::make_unique<Handle>(std::move(request), std::move(place));
+    return std::make_unique<Handle>(std::move(request), std::move(place), std::move(table));
 }
 
 std::unique_ptr<Handle> from_file(const std::string& path, const py::dict& options, const py::object& over_mpi) {
     Place place(over_mpi);
     RunArguments arguments = to_arguments(options);
     arguments.start.scene = path;
+    arguments.caller_counts = true;
     RunRequest request = prepare_run(arguments, {}, place.share, place.comm != nullptr);
     return std::make_unique<Handle>(std::move(request), std::move(place));
 }
@@ -337,6 +363,7 @@ void add_simulation(py::module_& module) {
         .def("set_loads", &Handle::set_loads)
         .def("set_velocities", &Handle::set_velocities)
         .def("save", [](Handle& h, const std::string& path) { h.live().save(path); })
+        .def("scene_text", &Handle::scene_text)
         .def("rows", &Handle::rows)
         .def("contacts", &Handle::contacts)
         .def("grains_in_place", [](Handle& live) { return live.in_place(Records::grains); })
@@ -362,6 +389,7 @@ void add_simulation(py::module_& module) {
         .def("law", [scene](Handle& h) { return scene(h).law; })
         .def("h", [scene](Handle& h) { return scene(h).step.h; })
         .def("count", [scene](Handle& h) { return scene(h).step.count; })
+        .def("may_stop", [scene](Handle& h) { return scene(h).stop.any(); })
         .def("material_names",
              [scene](Handle& h) {
                  std::vector<std::string> names;

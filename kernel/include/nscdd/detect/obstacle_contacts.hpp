@@ -10,7 +10,7 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 /// Two points nearer than this are one, over the radius of the grain; so are a point and a facet. Facets within this
 /// angle are one plane, which a file of numbers with seven digits bends.
 constexpr double one_point = 1e-4;
-/// An overlap with an obstacle within the step that is left to the next one, over the radius.
+/// An overlap with an obstacle within the step that may be left to the next one, over the radius.
 constexpr double touches_unseen = 0.01;
 
 /// A facet near a grain.
@@ -106,10 +106,11 @@ void drop_inner_edges(Subdomain<M>& part, std::vector<NearFacet<M>>& near, const
 }
 
 /// Acceleration that keeps a grain at the inside of a cylinder [m/s^2]: along a tangent it leaves it by half of this
-/// times the square of its time. 0 at the outside. normal: of the contact.
+/// times the square of its time. 0 at the outside, and where the grain would go past the middle within the step: no
+/// chord of the cylinder is as long. normal: of the contact.
 template <class M>
 double bend(const PlacedObstacles<M>& obstacles, std::size_t obstacle, const Grain<M>& grain,
-            const typename M::Vec& normal) {
+            const typename M::Vec& normal, double h) {
     const Cylinder<M>& cylinder = *obstacles.obstacles()[obstacle].surface->cylinder();
     const Frame<M>& frame = obstacles.next()[obstacle];
     const typename M::Vec centre = frame.place(cylinder.centre);
@@ -121,7 +122,21 @@ double bend(const PlacedObstacles<M>& obstacles, std::size_t obstacle, const Gra
         const typename M::Vec axis = frame.turn * cylinder.axis;
         along -= along.dot(axis) * axis;
     }
-    return along.squaredNorm() / (cylinder.radius - grain.radius);
+    const double room = cylinder.radius - grain.radius;
+    return h * along.norm() > room ? 0 : along.squaredNorm() / room;
+}
+
+/// Whether the path of a grain within the step only passes an edge. The contact holds the grain on the plane across its
+/// normal, which is off the path's end by how far the normal turns: an overlap up to that, and to touches_unseen, is
+/// left to the next step. A grain that falls on an edge is held.
+template <class M>
+bool passes_edge(const PlacedObstacles<M>& obstacles, const NearFacet<M>& facet, const Grain<M>& grain,
+                 const typename M::Vec& way) {
+    const double straight = facet.next.distance + way.dot(facet.next.normal),
+                 end = obstacles.closest(facet.number, obstacles.next(), grain.position + way).distance,
+                 unseen = std::clamp(end - straight, 0.0, touches_unseen * grain.radius);
+    return !(when_meets<M>(obstacles, facet.number, obstacles.next(), grain.position, grain.position + way,
+                           grain.radius - unseen) < 1);
 }
 
 /// Appends the contacts of a grain with obstacles. Its candidates with them are wall_pairs[begin] to wall_pairs[end -
@@ -186,13 +201,12 @@ void add_obstacle_contacts(Subdomain<M>& part, std::size_t begin, std::size_t en
         }
         const double taken = own.dot(n) - v.dot(n) - facet.gap / h;
         const bool passes = facet.next.edge && facet.gap > 0 && taken > 0 && taken * h > passing_way * grain.radius &&
-                            !(when_meets<M>(obstacles, facet.number, obstacles.next(), grain.position,
-                                            grain.position + h * v, (1 - touches_unseen) * grain.radius) < 1);
+                            passes_edge<M>(obstacles, facet, grain, h * v);
         if (!acts<M>(candidate, pairing, facet.gap, facet.alert, passes)) continue;
         Contact<M>& contact = part.problem.wall_contacts.emplace_back();
         fill(contact, candidate, pairing, facet.gap, h, n, v.dot(n) - own_before, grain.radius, 0.0);
         if (obstacle.surface->cylinder() && !facet.next.edge && !(pairing.restitution > 0))
-            contact.bias -= 0.5 * h * bend(obstacles, o, grain, n);
+            contact.bias -= 0.5 * h * bend(obstacles, o, grain, n, h);
         contact.j = obstacles.walls() + static_cast<int>(part.touches.size());
         part.touches.push_back({facet.number, own});
         part.wall_source.push_back(static_cast<int>(facet.candidate));
