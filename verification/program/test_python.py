@@ -109,6 +109,58 @@ class Program(ProgramTest):
             with self.assertRaisesRegex(ValueError, "material come from the state"):
                 nscdd.Simulation(state=self.folder / "half.h5", **given, **walls)
 
+    def test_a_scene_of_arrays_is_written_for_the_program(self):
+        (self.folder / "there").mkdir()
+        stl = "solid\nfacet normal 0 0 1\nouter loop\nvertex -9 -9 0\nvertex 9 -9 0\nvertex 0 9 0\nendloop\nendfacet\nendsolid\n"
+        self.write("floor.stl", stl)
+        for things in (dict(walls=[FLOOR]), dict(obstacles=[nscdd.Obstacle(stl=self.folder / "floor.stl", name="floor")])):
+            made = nscdd.Simulation(
+                PAIR, 0.5, tolerance=1e-6, scheme="dcs", subdomains=2, tables={"fix": [{"low": [5] * 3, "high": [6] * 3}]}, **things, **GLASS
+            )
+            made.run(2)
+            made.save(self.folder / "begun.h5")
+            made.write_scene(self.folder / "there/scene.toml")
+            made.run(4)
+            options = ("--from", self.folder / "begun.h5", "--steps", 4, "--scheme", "dcs", "--subdomains", 2)
+            self.compare(self.state_of_run(self.folder / "there/scene.toml", *options), made)
+        with self.assertRaisesRegex(ValueError, "the scene is in .*scene.toml already"):
+            nscdd.read(self.folder / "there/scene.toml", state=self.folder / "begun.h5").write_scene(self.folder / "again.toml")
+
+    def test_a_state_has_fixed_grains_and_the_tilt_of_a_cell(self):
+        fixed = dict(tables={"fix": [{"low": [-1, -1, 0], "high": [1, 1, 1]}]}, **GLASS)
+        whole = nscdd.Simulation(PAIR, 0.5, **fixed)
+        whole.velocities, whole.spins = np.ones((2, 3)), np.ones((2, 3))
+        self.assertEqual((list(whole.velocities[0]), list(whole.spins[0])), ([0] * 3, [0] * 3))
+        whole.run(3)
+        self.assertTrue(np.array_equal(whole.positions[0], PAIR[0]))
+        whole.save(self.folder / "fixed.h5")
+        self.assertEqual(list(nscdd.load(self.folder / "fixed.h5").fixed), [1, 0])
+        self.assertEqual(list(np.isinf(nscdd.Simulation(state=self.folder / "fixed.h5", **fixed).masses)), [True, False])
+        sheared = nscdd.Cell((3, 3, 3), gradient=[[0, 1.0, 0], [0, 0, 0], [0, 0, 0]])
+        with self.assertRaisesRegex(ValueError, "a grain is fixed, which a .cell. with a gradient"):
+            nscdd.Simulation(PAIR, 0.5, cell=sheared, **fixed)
+        flows = nscdd.Simulation(PAIR, 0.5, cell=sheared, **(GLASS | {"gravity": None}))
+        flows.run(10)
+        flows.save(self.folder / "tilt.h5")
+        self.assertGreater(flows.cell["tilt"][0, 1], 0.02)
+        self.assertTrue(same(nscdd.load(self.folder / "tilt.h5").tilt, flows.cell["tilt"]))
+
+    def test_series_that_are_none(self):
+        self.assertEqual(list(nscdd.read_series(self.write("good.csv", "step,time\n1,0.5\n"))["time"]), [0.5])
+        heap(3).save(self.folder / "state.h5")
+        for name, text, told in (
+            ("none.csv", None, "No such file"),
+            ("empty.csv", "", ""),
+            ("short.csv", "step,time\n1\n", "line 2 has 1 numbers for 2 columns"),
+            ("text.csv", "step,time\n1,a\n", "could not convert"),
+            ("none.h5", None, ""),
+            ("state.h5", None, "is a group"),
+        ):
+            path = self.folder / name if text is None else self.write(name, text)
+            with self.subTest(name), self.assertRaisesRegex(ValueError, f"{name}: no time series: .*{told}") as raised:
+                nscdd.read_series(path)
+            self.assertNotIn("\n", str(raised.exception))
+
     def test_what_a_state_does_not_have_is_told(self):
         path = self.folder / "state.h5"
         with warnings.catch_warnings():
@@ -531,6 +583,7 @@ class Errors(unittest.TestCase):
             (dict(obstacles=[nscdd.Obstacle(stl=3)]), "obstacle 'obstacle 0': stl must be the name of a file, found 3"),
             *((dict(threads=bad), r"threads must be a whole number in \[1, 2147483647\], found ") for bad in ("auto", 1.5, np.nan, True, 10**20, 0)),
             (dict(tables={"obstakle": [{}]}), "unknown key 'obstakle'"),
+            (dict(tables={"packing": {"file": "none.h5"}}), "tables: .packing. is of scene files"),
             *((dict(box=bad), "Simulation: box: row 0 must be (> 0|finite), found ") for bad in ((-1, 1, 1), (np.nan, 1, 1), (0, 0, 0))),
             *((dict(imbalance=bad, subdomains=2), r"imbalance must be a number in \[1, 1000000\], found ") for bad in (np.nan, 0.5)),
             *(
@@ -562,6 +615,10 @@ class Errors(unittest.TestCase):
                 simulation.step()
         self.assertEqual({raised.exception.i, raised.exception.j}, {0, 1})
         self.assertIsInstance(raised.exception, RuntimeError)
+        fast = heap(3)
+        fast.velocities = np.full((3, 3), 1e308)
+        with self.assertRaisesRegex(nscdd.StepRefused, "^step 1: .*no longer finite"):
+            fast.step()
 
     def test_walls_refuse_what_does_not_move_them(self):
         simulation = nscdd.Simulation(PAIR, 0.5, walls=[FLOOR], **GLASS)
@@ -589,6 +646,13 @@ class Errors(unittest.TestCase):
         for bad in (0, -1, 1.5, 10**20):
             with self.assertRaisesRegex(ValueError, f"record: every must be a whole number .*, found {bad!r}$"), simulation.record(every=bad):
                 pass
+        with self.assertRaisesRegex(ValueError, "run: give a number of steps"):
+            simulation.run()
+        for twice in (dict(frames="a.h5"), dict(frames="./a.h5")):
+            with self.assertRaisesRegex(ValueError, "record: .*a.h5 is given twice"), simulation.record("a.h5", **twice):
+                pass
+        with self.assertRaisesRegex(ValueError, "read: adopt is of a state to go on from: give state"):
+            nscdd.read("scene.toml", adopt=True)
 
     def test_it_says_no_to_pickle_and_copy(self):
         simulation = heap(3)
@@ -645,6 +709,9 @@ class Threads(unittest.TestCase):
     def test_a_stop_of_scene_files_ends_a_run(self):
         simulation = heap(10, stop={"time": 0.02})
         simulation.run(100)
+        self.assertEqual((simulation.steps, simulation.stopped_by), (4, "time"))
+        simulation = heap(10, stop={"time": 0.02})
+        simulation.run()
         self.assertEqual((simulation.steps, simulation.stopped_by), (4, "time"))
         self.assertIsNone(heap(10).stopped_by)
 

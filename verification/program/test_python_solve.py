@@ -142,6 +142,24 @@ class Matrices(ProgramTest):
             with self.subTest(told), self.assertRaisesRegex(ValueError, told):
                 nscdd.solve(**given)
 
+    def test_what_is_given_is_left_as_it_was(self):
+        """Also of entries that are no doubles, are not in order, or given twice."""
+        for number in ("f4", "f8", "i8"):
+            data = np.array([2, 10, 2, 10, 4, 30], number)
+            w = scipy.sparse.csc_matrix((data, np.array([1, 0, 0, 1, 1, 2], "i4"), np.array([0, 2, 5, 6], "i4")), shape=(3, 3))
+            before = w.toarray()
+            first, second = (nscdd.solve(w, [-1.0, 0.3, 0], [0.2]).impulses for _ in range(2))
+            self.assertTrue(np.array_equal(w.toarray(), before) and np.array_equal(first, second), number)
+            self.assertTrue(np.array_equal(first, nscdd.solve(before, [-1.0, 0.3, 0], [0.2]).impulses))
+
+    def test_no_contacts(self):
+        for shape in ((0, 0), (2, 0)):
+            n = shape[0]
+            found = nscdd.solve(M=np.eye(n), H=np.zeros(shape), f=np.ones(n), w=[], mu=[])
+            self.assertEqual((found.impulses.shape, list(found.velocities)), ((0, 3), [1] * n))
+        with self.assertRaisesRegex(ValueError, "W_NN is 0"):
+            nscdd.solve(M=np.zeros((0, 0)), H=np.zeros((0, 3)), f=[], w=[0.0, 0, 0], mu=[0.2])
+
     def test_indices_that_lead_nowhere(self):
         for kind in (scipy.sparse.csc_matrix, scipy.sparse.csr_matrix, scipy.sparse.bsr_matrix, scipy.sparse.coo_matrix):
             for part, bad in (("indices", 10**8), ("indices", -1), ("indptr", 10**8), ("indptr", -1)):
@@ -201,9 +219,11 @@ class Detection(unittest.TestCase):
             (dict(wall_velocities=3), "wall_velocities must have shape"),
             *((dict([(key, bad)]), f"^{key} cannot be {bad!r}$") for key, bad in WRONG_OPTIONS),
             (dict(normals=[[1, 0]]), r"normals must have shape \(1, 3\), found \(1, 2\)"),
-            (dict(normals=[[2, 0, 0]]), "contact 0: the normal"),
+            (dict(normals=[[2, 0, 0]]), "normals: row 0 must be of length 1"),
+            (dict(i=[0, 1], j=[-1, 0], gaps=[0, 0], normals=[[1, 0, 0], [0, 0, 0]]), "normals: row 1 must be of length 1"),
+            (dict(positions=[[0, 0, 0], [0, 0, np.nan]]), "positions: row 1 must be finite"),
             (dict(masses=[1, 2, 3]), r"masses must have shape \(2,\)"),
-            (dict(mu=-1), "friction"),
+            (dict(mu=-1), "mu: row 0 must be >= 0"),
             (dict(h=0), "step"),
             (dict(tolerance=-1), "tolerance"),
             (dict(toleranec=1), "unknown option 'toleranec'"),

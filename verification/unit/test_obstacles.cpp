@@ -135,6 +135,62 @@ TEST_CASE("a disk falls onto an edge, and into a corner", "[obstacle]") {
     }
 }
 
+TEST_CASE("a grain that falls on an edge rests on it", "[obstacle]") {
+    const auto rests = [](auto settings, auto start, double height) {
+        using M =
+            std::conditional_t<std::is_same_v<decltype(start), scenes::Disks::Vec>, scenes::Disks, scenes::Spheres>;
+        for (const double h : {1e-3, 2.0818e-3, 3.7e-3}) {
+            settings.h = h;
+            double last = 0;
+            run<M>(settings, {make_grain<M>(0, 0.1, 1.0, start)}, static_cast<int>(0.4 / h),
+                   [&](const auto&, const auto& now) { last = now[0].position[M::dim - 1]; });
+            INFO("step " << h << " s");
+            CHECK(last == Approx(height).margin(1e-6));
+        }
+    };
+    SECTION("of two segments of one line") {
+        auto settings = settings_of<scenes::Disks>(0.5);
+        using Vec = scenes::Disks::Vec;
+        add<scenes::Disks>(settings, {{Vec(-1, 0), Vec(0, 0)}, {Vec(0, 0), Vec(1, 0)}});
+        rests(settings, Vec(0, 0.15), 0.1);
+    }
+    SECTION("of a ridge") {
+        auto settings = settings_of<scenes::Disks>(0.5);
+        using Vec = scenes::Disks::Vec;
+        add<scenes::Disks>(settings, {{Vec(-1, -1), Vec(0, 0)}, {Vec(0, 0), Vec(1, -1)}});
+        rests(settings, Vec(0, 0.15), 0.1);
+    }
+    SECTION("of two triangles of one square") {
+        auto settings = settings_of<scenes::Spheres>(0.5);
+        using Vec = scenes::Spheres::Vec;
+        const Vec a(-1, -1, 0), b(1, -1, 0), c(1, 1, 0), d(-1, 1, 0);
+        add<scenes::Spheres>(settings, {{a, b, c}, {a, d, c}});
+        rests(settings, Vec(0.2, 0.2, 0.15), 0.1);
+    }
+}
+
+TEST_CASE("a grain in a bore of hardly more than its size keeps its energy", "[obstacle]") {
+    using M = scenes::Disks;
+    struct Bore {
+        double radius, h;
+        M::Vec position, velocity;
+        double spin, friction;
+    };
+    for (const Bore& bore :
+         {Bore{0.9998, 3e-3, {1e-4, -1.7e-4}, {0, 0}, 0, 0}, Bore{0.999, 1e-2, {0, 0}, {3, 1}, 5, 0.3}}) {
+        auto settings = settings_of<M>(bore.friction);
+        settings.h = bore.h;
+        settings.obstacles.push_back({.surface = make_surface<M>(Cylinder<M>{.radius = 1})});
+        auto grain = make_grain<M>(0, bore.radius, 1.0, bore.position);
+        grain.velocity << bore.velocity, bore.spin;
+        const auto energy = [](const Grain<M>& g) {
+            return 0.5 * (g.mass * g.velocity.head<2>().squaredNorm() + g.inertia * g.velocity[2] * g.velocity[2]);
+        };
+        const double most = energy(grain) + 10 * grain.mass * 2 * (1 - bore.radius);
+        run<M>(settings, {grain}, 300, [&](const auto&, const auto& now) { CHECK(energy(now[0]) < 1.02 * most); });
+    }
+}
+
 TEST_CASE("a sphere rolls to and fro in a cylinder with its period", "[obstacle]") {
     using M = scenes::Spheres;
     auto settings = settings_of<M>(2.0);
