@@ -121,10 +121,10 @@ class Program(ProgramTest):
             made.save(self.folder / "begun.h5")
             made.write_scene(self.folder / "there/scene.toml")
             made.run(4)
-            options = ("--from", self.folder / "begun.h5", "--steps", 4, "--scheme", "dcs", "--subdomains", 2)
+            options = ("--from", self.folder / "begun.h5", "--adopt", "--steps", 4, "--scheme", "dcs", "--subdomains", 2)
             self.compare(self.state_of_run(self.folder / "there/scene.toml", *options), made)
         with self.assertRaisesRegex(ValueError, "the scene is in .*scene.toml already"):
-            nscdd.read(self.folder / "there/scene.toml", state=self.folder / "begun.h5").write_scene(self.folder / "again.toml")
+            nscdd.read(self.folder / "there/scene.toml", state=self.folder / "begun.h5", adopt=True).write_scene(self.folder / "again.toml")
 
     def test_a_state_has_fixed_grains_and_the_tilt_of_a_cell(self):
         fixed = dict(tables={"fix": [{"low": [-1, -1, 0], "high": [1, 1, 1]}]}, **GLASS)
@@ -150,7 +150,7 @@ class Program(ProgramTest):
         heap(3).save(self.folder / "state.h5")
         for name, text, told in (
             ("none.csv", None, "No such file"),
-            ("empty.csv", "", ""),
+            ("empty.csv", "", "it is empty"),
             ("short.csv", "step,time\n1\n", "line 2 has 1 numbers for 2 columns"),
             ("text.csv", "step,time\n1,a\n", "could not convert"),
             ("none.h5", None, ""),

@@ -104,6 +104,8 @@ def _columns(name: str) -> dict:
     """Of a .csv with a line of names."""
     with open(name) as file:
         names, rows = file.readline().strip().split(","), file.read().splitlines()
+    if names == [""]:
+        raise ValueError("it is empty")
     table = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         numbers = row.split(",")

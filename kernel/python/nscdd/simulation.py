@@ -454,7 +454,7 @@ class Simulation:
 
             sim.save("pile.h5"), sim.write_scene("pile.toml")
 
-        `nscdd run pile.toml --from pile.h5 --steps 100` goes on with the same bits as sim.run(100). Files of obstacles and
+        `nscdd run pile.toml --from pile.h5 --adopt --steps 100` goes on with the same bits as sim.run(100). Files of obstacles and
         motions are named from the folder of the scene. A scene that read() has read is in its file already.
         """
         name = name_of(path)
