@@ -255,6 +255,8 @@ run 1
             ("region r block 0 1 0 1 0 1 side out\nfix n all nscdd region r", "Fix nscdd region r: grains must be inside"),
             ("fix n all nscdd wall zplane 0.018 NULL\nrun 1", "Fix nscdd: step 1: grain 1 and wall 'zplane lo' overlap by 60 % of a radius"),
             ("fix n all nscdd\nfix m all nscdd\nrun 1", "Fix nscdd: there are two"),
+            ("fix n all nscdd\nminimize 0 0 1 1", "Fix nscdd: works without minimize"),
+            ("fix n all nscdd\nrun_style respa 1\nrun 1", "Fix nscdd: works without run_style respa"),
         ):
             with self.subTest(line=line):
                 self.assertIn(error, self.lammps(ONE_BALL + line + "\n", fails=True))
