@@ -312,6 +312,18 @@ class Packed(GrainsTest):
         np.testing.assert_array_equal(same["x"], state["x"])
         self.refused(HEAD + grain(0, 0.5, "fixed = true\nvelocity = [1, 0]\n") + step(1e-3, 5), "[[grain]] 0: velocity is that of a grain that is fixed")
 
+    def test_a_fixed_grain_of_a_packing_on_more_processes_than_grains(self):
+        with h5py.File(self.folder / "one.h5", "w") as file:
+            file["x"], file["radius"], file["box"], file["fixed"] = [[1.0, 1.0]], [0.5], [2.0, 2.0], [1]
+        scene = HEAD + '\n[packing]\nfile = "one.h5"\nmaterial = "glass"\n' + step(0.01, 10)
+        _, state, _ = self.run_scene(scene, "--scheme", "dcs", "-n", 2, ranks=2)
+        self.assertEqual((list(state["fixed"]), list(state["x"][0])), ([1], [1, 1]))
+        flows = scene + "\n[cell]\nperiodic = ['x', 'y']\ngradient = [[0, 0.1], [0, 0]]\n"
+        for ranks in (0, 2):
+            done = self.run_program("run", self.write("flows.toml", flows), "--scheme", "dcs", "-n", 2, ranks=ranks)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("a grain is fixed, which a [cell] with a gradient or a stress would move", done.stderr)
+
     def test_a_driven_wall_rests_on_a_fixed_grain(self):
         lid = '\n[[wall]]\nname = "lid"\nnormal = [0, -1]\nthrough = [0, 1.2]\nmaterial = "glass"\nmotion = "force"\nforce = 1\nmass = 1\n'
         scene = HEAD + grain(5, 0.45).replace("radius = 0.5", "radius = 0.45") + grain(0, 0.5, "fixed = true\n") + FLOOR + lid + step(1e-2, 150)

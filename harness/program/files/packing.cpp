@@ -65,7 +65,8 @@ Packing read_packing(const std::string& path, const Share& share) {
     }
     for (const int axis : packing.periodic)
         if (axis != 0 && axis != 1) throw file.error("periodic", fmt::format("must be 0 or 1, found {}", axis));
-    if (file.has("fixed")) packing.fixed = file.read<int>("fixed", {n}, rows);
+    packing.has_fixed = file.has("fixed");
+    if (packing.has_fixed) packing.fixed = file.read<int>("fixed", {n}, rows);
     if (!file.has("material")) return packing;
     packing.material = file.read<int>("material", {n}, rows);
     if (file.has("materials/name")) {

@@ -31,6 +31,7 @@ struct Packing {
     std::vector<double> tilt{};      // (dim, dim) [m] of that box, nscdd::Cell; a state has it
     std::vector<int> material{};     // (n) row of `materials`, or of the scene's materials where those are not named
     std::vector<std::string> materials{};  // names
+    bool has_fixed = false;                // says which grains are fixed: fixed, on a process that has some
     std::vector<int> fixed{};              // (n) 1 of grains that nothing moves
 
     std::size_t before = 0, after = 0;  // rows of the file that are not here

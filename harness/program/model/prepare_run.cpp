@@ -80,7 +80,7 @@ void check_partition(const RunRequest& request) {
 }
 
 bool may_have_fixed(const RunRequest& request) {
-    return !request.scene.fixed.empty() || request.from.has_fixed || !request.packing.fixed.empty() ||
+    return !request.scene.fixed.empty() || request.from.has_fixed || request.packing.has_fixed ||
            std::ranges::any_of(request.scene.grains, &SceneGrain::fixed);
 }
 
