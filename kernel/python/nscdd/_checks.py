@@ -40,7 +40,7 @@ def array(place: str, values: Any, shape: Optional[tuple], finite: bool = True, 
         given = np.asarray(values)
     except ValueError:  # lists of several lengths
         given = np.empty(0, dtype=object)
-    if given.dtype.kind not in "biuf":
+    if given.dtype.kind not in "iuf":
         told = "real" if given.dtype.kind == "c" else "a number" if shape == (1,) else "numbers"
         raise ValueError(f"{place} must be {told}, found {found(values)}")
     numbers = np.ascontiguousarray(given, dtype=np.float64)
@@ -77,8 +77,11 @@ def points(place: str, values: Any, least: int = 0, finite: bool = True) -> np.n
 
 def whole(place: str, values: Any, shape: tuple) -> np.ndarray:
     """As int32 of the shape; floats may be whole too."""
+    values = np.asarray(values)
+    if values.dtype.kind == "b":
+        values = values.astype(np.int32)
     numbers = array(place, values, shape)
-    require(place, (numbers == np.rint(numbers)) & (np.abs(numbers) < 2**31), "a whole number of 32 bits", np.ascontiguousarray(values))
+    require(place, (numbers == np.rint(numbers)) & (np.abs(numbers) < 2**31), "a whole number of 32 bits", values)
     return numbers.astype(np.int32)
 
 

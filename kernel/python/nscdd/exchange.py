@@ -18,7 +18,7 @@ import difflib
 import os
 import re
 import sys
-from typing import Any, Callable, Iterator, Optional, Sequence
+from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 
 import h5py
 import numpy as np
@@ -26,7 +26,7 @@ import numpy as np
 from ._checks import Path, array, axes, instance, number
 from ._checks import path as name_of
 from ._checks import points, require, whole
-from .files import Packing, State, load, read_packing
+from .files import Packing, State, aside, load, read_packing
 
 POINTS, SPHERES, SCENE, BOX = "VTKHDF/PointData", "ONDEM/Bodies/Sphere", "ONDEM/Scene", "ONDEM/ImposedConditions/periodic_box"
 WALLS, PLANES = "ONDEM/Bodies/Walls", "ONDEM/Bodies/Planes"  # along an axis, as YADE has them; and all others
@@ -59,7 +59,7 @@ def write_vtkhdf(
         state = dataclasses.replace(state, densities=np.full(kinds, density))
         if state.material is None:
             state = dataclasses.replace(state, material=np.zeros(n, dtype=np.int32))
-    with _aside(path) as part, h5py.File(part, "w") as file:
+    with aside(path) as part, h5py.File(part, "w") as file:
         file.attrs.update({"file_format": "ON-DEM VTKHDF", "file_format_version": "0.1-draft", "source_code": "nscdd"})
         _write_bodies(file, state, grid)
         scene = file.create_group(SCENE)
@@ -347,7 +347,7 @@ def write_csv(path: Path, grains: Packing) -> None:
         columns["fixed"] = state.fixed.tolist()
     above = {"box": state.box, "periodic": [state.periodic] if state.periodic else None, "tilt": state.tilt, "gradient": state.gradient}
     above.update(materials=labels or None, densities=state.densities)
-    with _aside(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
+    with aside(path) as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         for key, values in above.items():
             if values is not None:
@@ -473,7 +473,7 @@ def _write_h5(path: Path, grains: Packing) -> None:
     """The packing of `grains`, as manual page 16 has it."""
     state = _checked(grains, lambda field: f"{name_of(path)}: {field}")
     n, dim = state.positions.shape
-    with _aside(path) as part, h5py.File(part, "w") as file:
+    with aside(path) as part, h5py.File(part, "w") as file:
         file.attrs.update({"dim": dim, "source": "nscdd.exchange"})
         file["x"], file["radius"], file["box"] = state.positions, state.radii, state.box
         optional = {"velocity": state.velocities, "material": state.material, "fixed": state.fixed}
@@ -526,7 +526,12 @@ def _checked(grains: Packing, place: Place) -> State:
             raise ValueError(f"{place('contacts')}: must be an array with the fields i, j, {', '.join(fields)}")
         for field in fields:
             array(place(f"contacts: {field}:"), state.contacts[field], None)
+        i, j = (whole(place(f"contacts: {field}:"), state.contacts[field], (None,)) for field in "ij")
+        require(place("contacts: i:"), (i >= 0) & (i < n), f"a row of the {n} grains", i)
+        require(place("contacts: j:"), j < n, f"below {n}, the number of grains", j)
     for label, wall in (state.walls or {}).items():
+        if not isinstance(wall, Mapping) or not {"normal", "velocity", "offset"} <= set(wall):
+            raise ValueError(f"{place('walls')}: '{label}' must be a dictionary with normal, velocity and offset")
         array(place(f"wall '{label}':"), [*wall["normal"], *wall["velocity"], wall["offset"]], (2 * dim + 1,))
     number(f"{place('time')}:", state.time)
     axes(f"{place('periodic')}:", state.periodic, dim)
@@ -587,25 +592,6 @@ def _opened(name: str) -> h5py.File:
     if not os.path.isfile(name):
         raise ValueError(f"{name}: is a folder or no file" if os.path.exists(name) else f"{name}: there is no such file")
     return h5py.File(name, "r")
-
-
-@contextlib.contextmanager
-def _aside(path: Path) -> Iterator[str]:
-    """Name of a file beside `path`, which takes its place when all is written."""
-    name = name_of(path)
-    part = f"{name}.{os.getpid()}.part"
-    try:
-        if os.path.isdir(name):
-            raise IsADirectoryError(f"{name}: is a folder")
-        try:
-            open(part, "wb").close()  # tells what is wrong with the folder better than HDF5 does
-        except OSError as error:
-            raise type(error)(f"{name}: cannot be written: {error.strerror}") from None
-        yield part
-        os.replace(part, name)
-    finally:
-        with contextlib.suppress(OSError):
-            os.remove(part)
 
 
 ABOVE = ("box", "periodic", "tilt", "gradient", "materials", "densities")  # lines of a CSV file that begin with #

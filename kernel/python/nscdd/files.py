@@ -1,8 +1,10 @@
 """Files of the program: packings, states, time series, contact problems."""
 from __future__ import annotations
 
+import contextlib
+import os
 from dataclasses import dataclass
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Iterator, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -79,6 +81,25 @@ def structured(columns: Mapping[str, np.ndarray]) -> np.ndarray:
         rows[key] = column
     rows.setflags(write=False)
     return rows
+
+
+@contextlib.contextmanager
+def aside(path: Path) -> Iterator[str]:
+    """Name of a file beside `path`, which takes its place when all is written."""
+    name = name_of(path)
+    part = f"{name}.{os.getpid()}.part"
+    try:
+        if os.path.isdir(name):
+            raise IsADirectoryError(f"{name}: is a folder")
+        try:
+            open(part, "wb").close()  # tells what is wrong with the folder better than HDF5 does
+        except OSError as error:
+            raise type(error)(f"{name}: cannot be written: {error.strerror}") from None
+        yield part
+        os.replace(part, name)
+    finally:
+        with contextlib.suppress(OSError):
+            os.remove(part)
 
 
 def read_series(path: Path) -> dict:

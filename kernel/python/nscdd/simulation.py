@@ -15,22 +15,32 @@ from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 import numpy as np
 
 from . import _core
-from ._checks import Path, array, found, instance, integer
+from ._checks import Path, array, found, instance, integer, number
 from ._checks import path as name_of
 from ._checks import points, whole
-from .files import structured
+from .files import aside, structured
 from .scene import Cell, Obstacle, Pairs, Vector, Wall, checked_pairs, material_tables, pair_tables
 
 Callback = Callable[["Simulation", _core.StepReport], Any]
+PARTS = ("partition", "grid", "imbalance", "interface", "multiplicity")  # options of how subdomains are made and joined
 
 
-class LiveWall:
+class _Kept:
+    """What is of a simulation, and of no other process and no copy."""
+
+    __slots__ = ()
+
+    def __reduce__(self):
+        raise TypeError(f"a {type(self).__name__} cannot be pickled or copied: save() the simulation, and go on by Simulation(state=...)")
+
+
+class LiveWall(_Kept):
     """A wall of a simulation as it is now. Velocity, force and pressure may be set between two steps."""
 
-    __slots__ = ("_live", "_number", "__weakref__")
+    __slots__ = ("_live", "_number", "_unsaved", "__weakref__")
 
-    def __init__(self, live: _core.Live, number: int):
-        self._live, self._number = live, number
+    def __init__(self, live: _core.Live, number: int, unsaved: dict):
+        self._live, self._number, self._unsaved = live, number, unsaved
 
     @property
     def name(self) -> str:
@@ -59,7 +69,7 @@ class LiveWall:
 
     @velocity.setter
     def velocity(self, value: Vector) -> None:
-        self._live.set_wall_velocity(self._number, array(f"wall '{self.name}': velocity", value, (None,), finite=False))
+        self._set("velocity", self._live.set_wall_velocity, array(f"wall '{self.name}': velocity", value, (None,), finite=False))
 
     @property
     def force(self) -> float:
@@ -68,7 +78,7 @@ class LiveWall:
 
     @force.setter
     def force(self, value: float) -> None:
-        self._live.set_wall_force(self._number, value)
+        self._set("force", self._live.set_wall_force, number(f"wall '{self.name}': force", value, finite=False))
 
     @property
     def pressure(self) -> float:
@@ -77,19 +87,23 @@ class LiveWall:
 
     @pressure.setter
     def pressure(self, value: float) -> None:
-        self._live.set_wall_pressure(self._number, value)
+        self._set("pressure", self._live.set_wall_pressure, number(f"wall '{self.name}': pressure", value, finite=False))
+
+    def _set(self, what: str, setter: Callable, value: Any) -> None:
+        setter(self._number, value)
+        self._unsaved[f"the {what} that wall '{self.name}' was given"] = True
 
     def __repr__(self) -> str:
         return f"LiveWall({self.name!r}, offset={self.offset:.6g})"
 
 
-class Walls(AbstractSequence):
+class Walls(_Kept, AbstractSequence):
     """The walls of a simulation, by number or by name."""
 
     __slots__ = ("_walls", "__weakref__")
 
-    def __init__(self, live: _core.Live):
-        self._walls = [LiveWall(live, number) for number in range(live.wall_count())]
+    def __init__(self, live: _core.Live, unsaved: dict):
+        self._walls = [LiveWall(live, row, unsaved) for row in range(live.wall_count())]
 
     def __len__(self) -> int:
         return len(self._walls)
@@ -103,14 +117,15 @@ class Walls(AbstractSequence):
         raise KeyError(f"no wall '{key}' among {', '.join(wall.name for wall in self._walls) or 'none'}")
 
 
-class Simulation:
+class Simulation(_Kept):
     """Grains, walls and materials, and the steps of their motion by the scheme of Moreau and Jean.
 
     positions          (n, 2) centres of disks or (n, 3) of spheres [m]
     radii              (n), or one number [m]
     velocities, spins  (n, dim) [m/s]; (n) in 2D, (n, 3) in 3D [rad/s]; at rest unless given
     density            of all grains [kg/m^3], of disks [kg/m^2]; or materials, {name: density}
-    masses             (n) in the place of those by density [kg]; inertias follow. States do not have them: give them again
+    masses             (n) in the place of those by density [kg], infinite of a fixed grain; inertias follow. States do not have
+                       them: give them again
     material           (n) of each grain, by name or number in materials; the first unless given
     friction, restitution, cohesion [N], range [m], rolling [m], twisting [m]
                        of all contacts; of a pair of materials, what pairs say: {(name, name): {"friction": 0.5}}
@@ -143,7 +158,7 @@ class Simulation:
     One thread at a time may use a simulation; two simulations may be used by two threads. step() releases the GIL.
     """
 
-    __slots__ = ("_live", "_walls", "_comm", "_unsaved", "__weakref__")
+    __slots__ = ("_live", "_walls", "_comm", "_given", "_unsaved", "__weakref__")
 
     def __init__(
         self,
@@ -224,12 +239,12 @@ class Simulation:
         if masses is not None:
             more["masses"] = array("Simulation: masses", masses, (None if state is not None else len(r),), finite=False)
         options = _options(locals())
-        self._set(_core.from_arrays(scene, "Simulation", x, r, more, options, _over_mpi(comm, options)), comm)
+        self._set(_core.from_arrays(scene, "Simulation", x, r, more, options, _over_mpi(comm, options)), comm, options)
         self._unsaved["masses"] = masses is not None
 
-    def _set(self, live: _core.Live, comm: Any) -> None:
-        self._live, self._walls, self._comm = live, Walls(live), comm
+    def _set(self, live: _core.Live, comm: Any, options: Mapping[str, Any]) -> None:
         self._unsaved: dict = {}  # whether there is what states do not have
+        self._live, self._walls, self._comm, self._given = live, Walls(live, self._unsaved), comm, options
         if comm is not None:
             _over_processes.add(live)
 
@@ -396,7 +411,7 @@ class Simulation:
         when the next step begins, it keeps its memory and its values, and the simulation goes on in a copy of it.
         """
         ways = {"grains": self._live.grains_in_place, "contacts": self._live.contacts_in_place, "wall_contacts": self._live.wall_contacts_in_place}
-        if of not in ways:
+        if not isinstance(of, str) or of not in ways:
             raise ValueError(f"view: one of {', '.join(ways)}, not {of!r}")
         return ways[of]()
 
@@ -443,7 +458,8 @@ class Simulation:
         """Writes the state, as `nscdd run --state` does: HDF5, and an .xdmf beside it for ParaView.
 
         `Simulation(state=path, ...)`, `nscdd.read(scene, state=path)` and `nscdd run --from` go on from it to the last bit.
-        A state has neither `masses` that were given nor `forces` and `torques`: a warning says so where there are any.
+        A state has neither `masses` that were given, nor `forces` and `torques`, nor what walls were given between steps: a
+        warning says so where there is any of it.
         """
         self._live.save(name_of(path))
         if lost := [name for name, there in self._unsaved.items() if there]:
@@ -454,15 +470,27 @@ class Simulation:
 
             sim.save("pile.h5"), sim.write_scene("pile.toml")
 
-        `nscdd run pile.toml --from pile.h5 --adopt --steps 100` goes on with the same bits as sim.run(100). Files of obstacles and
-        motions are named from the folder of the scene. A scene that read() has read is in its file already.
+        `nscdd run pile.toml --from pile.h5 --adopt --steps 100`, with the scheme and the subdomains of this simulation, goes on
+        with the same bits as sim.run(100); the first line of the file is that command. Walls have the velocity, force or pressure
+        of now. Files of obstacles and motions are named from the folder of the scene. A scene that read() has read is in its
+        file already. What save() warns of is not there either, but for walls.
         """
-        name = name_of(path)
+        name, failure = name_of(path), None
         text = self._live.scene_text(os.path.dirname(name) or ".")
         if self._comm is None or self._comm.rank == 0:
-            with open(part := f"{name}.part", "w") as file:
-                file.write(text)
-            os.replace(part, name)
+            try:
+                with aside(name) as part, open(part, "w") as file:
+                    file.write(f"# goes on by: nscdd run {os.path.basename(name)} --from STATE --adopt{self._as_options()}\n{text}")
+            except OSError as error:
+                failure = error
+        if failure := self._everywhere(failure):
+            raise failure
+
+    def _as_options(self) -> str:
+        """Those of `nscdd run` that are not of the scene."""
+        given = {"scheme": self._live.scheme(), "subdomains": self._live.subdomains()}
+        given.update((name, self._given[name]) for name in PARTS if name in self._given)
+        return "".join(f" --{name} {'x'.join(map(str, value)) if name == 'grid' else value}" for name, value in given.items())
 
     @contextlib.contextmanager
     def record(self, *series: Path, frames: Optional[Path] = None, every: int = 1) -> Iterator["Simulation"]:
@@ -487,14 +515,6 @@ class Simulation:
 
     def __repr__(self) -> str:
         return f"<nscdd.Simulation '{self._live.name()}': {len(self)} grains in {self.dimension}D, {self._live.scheme()}, step {self.steps}>"
-
-    def __reduce__(self):
-        raise TypeError("a Simulation cannot be pickled: save() it to a file, and go on by Simulation(state=...)")
-
-    def __copy__(self):
-        raise TypeError("a Simulation cannot be copied: save() it to a file, and go on by Simulation(state=...)")
-
-    __deepcopy__ = lambda self, memo: self.__copy__()
 
 
 def read(
@@ -524,7 +544,7 @@ def read(
         raise ValueError("read: adopt is of a state to go on from: give state")
     options = _options(locals())
     simulation = Simulation.__new__(Simulation)
-    simulation._set(_core.from_file(name_of(scene), options, _over_mpi(comm, options)), comm)
+    simulation._set(_core.from_file(name_of(scene), options, _over_mpi(comm, options)), comm, options)
     return simulation
 
 
@@ -558,7 +578,7 @@ def _over_mpi(comm: Any, options: dict) -> Any:
 
 def _options(given: Mapping[str, Any]) -> dict:
     """What the extension is to know of how steps are solved."""
-    names = ("scheme", "subdomains", "threads", "partition", "grid", "imbalance", "interface", "multiplicity", "solver", "adopt")
+    names = ("scheme", "subdomains", "threads", *PARTS, "solver", "adopt")
     options = {name: given[name] for name in names if given.get(name) is not None}
     for name in ("subdomains", "threads"):
         integer(name, options.get(name, 1), 1)

@@ -151,7 +151,7 @@ def solve_contacts(
     """
     v = points("solve_contacts: velocities", velocities, finite=False)
     n, dim = v.shape
-    h = number("solve_contacts: h", h)
+    h = number("solve_contacts: h", h, positive=True)
     i = whole("solve_contacts: i", i, (None,))
     m = i.size
     j = whole("solve_contacts: j", j, (m,))
@@ -162,7 +162,7 @@ def solve_contacts(
 
     if m and not (0 <= i.min() and i.max() < n and j.max() < n):
         raise ValueError(f"solve_contacts: i and j must be below {n}, and i not negative")
-    radius, mass = shaped("radii", radii, (n,)), shaped("masses", masses, (n,), positive=True)
+    radius, mass = shaped("radii", radii, (n,), positive=inertias is None), shaped("masses", masses, (n,), positive=True)
     inertia = shaped("inertias", inertias, (n,), positive=True) if inertias is not None else mass * radius**2 * (0.5 if dim == 2 else 0.4)
     gap = shaped("gaps", gaps, (m,))
     walls = np.zeros((int(max(0, -j.min(initial=0))), dim))

@@ -1,4 +1,6 @@
 // nscdd._core: packings and states of the program, read and written.
+#include <algorithm>
+
 #include "files/state.hpp"
 #include "module.hpp"
 
@@ -6,8 +8,9 @@ namespace nscdd::python {
 
 namespace {
 
+// Without numbers where there should be some, the file does not have it.
 void set(py::dict& to, const char* name, auto numbers, std::vector<py::ssize_t> shape) {
-    if (!numbers.empty()) to[name] = owned(std::move(numbers), std::move(shape));
+    if (!numbers.empty() || std::ranges::count(shape, 0) > 0) to[name] = owned(std::move(numbers), std::move(shape));
 }
 
 std::string axes(const std::vector<int>& periodic) {

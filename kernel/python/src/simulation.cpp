@@ -1,7 +1,9 @@
 // nscdd._core.Live: a run whose caller makes the steps.
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <sstream>
 
@@ -20,22 +22,32 @@ namespace {
 void append(toml::array& array, py::handle value);
 toml::table to_table(py::handle dict);
 
+// A number of NumPy, and an array without axes, as Python has it; others as they are.
+py::object plain(py::handle value) {
+    const bool common = PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr()) || PyUnicode_Check(value.ptr());
+    if (!common && py::hasattr(value, "item") && py::hasattr(value, "ndim") && value.attr("ndim").equal(py::int_(0)))
+        return value.attr("item")();
+    return py::reinterpret_borrow<py::object>(value);
+}
+
 // visit(x), x what TOML calls this value.
-void visit_value(py::handle value, auto&& visit) {
+void visit_value(py::handle given, auto&& visit) {
+    const py::object value = plain(given);
     if (py::isinstance<py::bool_>(value)) return visit(value.cast<bool>());
     if (py::isinstance<py::str>(value)) return visit(value.cast<std::string>());
-    if (py::isinstance<py::dict>(value)) return visit(to_table(value));
+    if (PyDict_Check(value.ptr()) || py::isinstance(value, py::module_::import("collections.abc").attr("Mapping")))
+        return visit(to_table(py::dict(value)));
     if (PyFloat_Check(value.ptr())) return visit(value.cast<double>());
-    const bool many = py::isinstance<py::array>(value) && py::reinterpret_borrow<py::array>(value).ndim() > 0;
-    if (!many && PyIndex_Check(value.ptr()))
-        return visit(py::int_(py::reinterpret_borrow<py::object>(value)).cast<std::int64_t>());
+    // Arrays of one number have an index too.
+    if (!PySequence_Check(value.ptr()) && PyIndex_Check(value.ptr()))
+        return visit(py::int_(value).cast<std::int64_t>());
     if (PySequence_Check(value.ptr())) {
         toml::array array;
         // An object, not a handle: an array makes its items as they are asked for, and nobody else keeps them.
         for (const py::object item : py::reinterpret_borrow<py::sequence>(value)) append(array, item);
         return visit(std::move(array));
     }
-    visit(py::float_(py::reinterpret_borrow<py::object>(value)).cast<double>());  // TypeError where it is no number
+    visit(py::float_(value).cast<double>());  // TypeError where it is no number
 }
 
 void append(toml::array& array, py::handle value) {
@@ -51,6 +63,16 @@ toml::table to_table(py::handle dict) {
         converted(name, value, [&value, &insert] { visit_value(value, insert); });
     }
     return table;
+}
+
+// change(name), for each file that walls and obstacles of a scene are read from.
+void for_each_file(toml::table& scene, auto&& change) {
+    for (const char* kind : {"wall", "obstacle"})
+        if (toml::array* const things = scene[kind].as_array())
+            things->for_each([&change](toml::table& thing) {
+                for (const char* key : {"stl", "file"})
+                    if (toml::value<std::string>* const name = thing[key].as_string()) **name = change(**name);
+            });
 }
 
 template <class Value>
@@ -116,6 +138,7 @@ class Handle {
     // scene: that a simulation of arrays has, as in a scene file.
     Handle(RunRequest request, Place place, toml::table scene = {})
         : scene_(std::move(scene)), made_in_(getpid()), threads_(*request.threads) {
+        for_each_file(scene_, [](const std::string& name) { return std::filesystem::absolute(name).string(); });
         if (!place.comm) place.comm = std::make_unique<InProcess>(*request.subdomains, threads_);
         const py::gil_scoped_release release;
         live_ = make_live(std::move(request), std::move(place.comm));
@@ -207,19 +230,31 @@ class Handle {
         rows["subdomain"] = owned(std::move(found.subdomain), {n});
         return contacts_.emplace(std::move(rows));
     }
-    // The scene as text of a file in that folder.
+    void set_wall_velocity(std::size_t w, const std::vector<double>& velocity) {
+        live().set_wall_velocity(w, velocity);
+        toml::table* const wall = scene_["wall"][w].as_table();
+        if (wall == nullptr) return;
+        toml::array values;
+        for (const double v : velocity) values.push_back(v);
+        wall->insert_or_assign("velocity", std::move(values));
+        if ((*wall)["motion"] == "fixed") wall->insert_or_assign("motion", "velocity");
+    }
+    void set_wall_force(std::size_t w, double force) {
+        live().set_wall_force(w, force);
+        if (toml::table* const wall = scene_["wall"][w].as_table()) wall->insert_or_assign("force", force);
+    }
+    void set_wall_pressure(std::size_t w, double pressure) {
+        live().set_wall_pressure(w, pressure);
+        if (toml::table* const wall = scene_["wall"][w].as_table()) wall->insert_or_assign("pressure", pressure);
+    }
+
+    // The scene as text of a file in that folder, walls with what moves them now.
     std::string scene_text(const std::string& folder) {
         if (scene_.empty()) throw InputError("the scene is in " + live().request().scene.file + " already");
         toml::table scene = scene_;
-        for (const char* kind : {"wall", "obstacle"})
-            if (toml::array* const things = scene[kind].as_array())
-                things->for_each([&folder](toml::table& thing) {
-                    for (const char* key : {"stl", "file"})
-                        if (toml::value<std::string>* const name = thing[key].as_string())
-                            *name = std::filesystem::relative(std::filesystem::absolute(**name),
-                                                              std::filesystem::absolute(folder))
-                                        .string();
-                });
+        for_each_file(scene, [from = std::filesystem::absolute(folder)](const std::string& name) {
+            return std::filesystem::relative(name, from).string();
+        });
         std::ostringstream text;
         text << scene << '\n';
         return text.str();
@@ -299,6 +334,7 @@ std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& na
     if (!request.masses.empty()) {
         if (request.masses.size() != start.total())
             throw InputError("Simulation: masses must be as many as the grains");
+        if (std::ranges::count(request.masses, std::numeric_limits<double>::infinity()) > 0) request.has_fixed = true;
         const auto first = request.masses.begin() + static_cast<std::ptrdiff_t>(start.before);
         request.masses = {first, first + static_cast<std::ptrdiff_t>(start.size())};
     }
@@ -373,13 +409,10 @@ void add_simulation(py::module_& module) {
         .def("cell", [](Handle& h) { return as_dict(h.live().cell()); })
         .def("wall_count", [](Handle& h) { return h.live().wall_count(); })
         .def("wall", [](Handle& h, std::size_t w) { return as_dict(h.live().wall(w)); })
-        .def("set_wall_velocity",
-             [](Handle& h, std::size_t w, const std::vector<double>& v) { h.live().set_wall_velocity(w, v); })
         .def("wall_pressure", [scene](Handle& h, std::size_t w) { return scene(h).walls.at(w).pressure; })
-        .def("set_wall_force",
-             [](Handle& h, std::size_t w, py::handle f) { h.live().set_wall_force(w, to<double>("force", f)); })
-        .def("set_wall_pressure",
-             [](Handle& h, std::size_t w, py::handle p) { h.live().set_wall_pressure(w, to<double>("pressure", p)); })
+        .def("set_wall_velocity", &Handle::set_wall_velocity)
+        .def("set_wall_force", &Handle::set_wall_force)
+        .def("set_wall_pressure", &Handle::set_wall_pressure)
         .def("steps", [](Handle& h) { return h.live().steps(); })
         .def("stopped_by", [](Handle& h) { return h.live().stopped_by(); })
         .def("time", [](Handle& h) { return h.live().time(); })
