@@ -237,7 +237,7 @@ class Commands(ExchangeTest):
         told = self.convert("a.vtkhdf", "old.csv", code=1)
         self.assertEqual(told, f"nscdd.exchange: a.vtkhdf: dataset '{POINTS}/radius': row 3 must be > 0, found -1.0\n")
         self.assertEqual((self.folder / "old.csv").read_text(), "old")
-        with self.assertRaisesRegex(RuntimeError, "half"), exchange._aside(self.folder / "old.csv") as part:
+        with self.assertRaisesRegex(RuntimeError, "half"), exchange.aside(self.folder / "old.csv") as part:
             pathlib.Path(part).write_text("new, of which half")
             raise RuntimeError("half")
         self.assertEqual(((self.folder / "old.csv").read_text(), sorted(path.name for path in self.folder.iterdir())), ("old", ["a.vtkhdf", "old.csv"]))

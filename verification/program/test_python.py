@@ -133,7 +133,7 @@ class Program(ProgramTest):
         box = dict(box=(1, 1), density=1.0, h=0.01, tolerance=1e-8)
         sides = [nscdd.Wall(side=face) for face in ("x-", "x+", "y-")]
         for made, change in ((dict(force=2.0), dict(force=5.0)), (dict(pressure=2.0), dict(pressure=5.0)), ({}, dict(velocity=[0.0, -0.01]))):
-            pushed = nscdd.Simulation([[0.5, 0.5]], 0.5, walls=[*sides, nscdd.Wall(side="y+", name="top", **made)], **box)
+            pushed = nscdd.Simulation([[0.5, 0.45]], 0.4, walls=[*sides, nscdd.Wall(side="y+", name="top", **made)], **box)
             pushed.run(2)
             for key, value in change.items():
                 setattr(pushed.walls["top"], key, value)
@@ -144,7 +144,7 @@ class Program(ProgramTest):
             self.compare(self.state_of_run(self.folder / "pushed.toml", "--from", self.folder / "begun.h5", "--adopt", "--steps", 4), pushed)
 
     def test_a_written_scene_names_files_as_they_were_when_it_was_made(self):
-        self.write("path.txt", "0 0\n1 1\n")
+        self.write("path.txt", "0 0 0\n1 0 1\n")
         here = os.getcwd()
         try:
             os.chdir(self.folder)

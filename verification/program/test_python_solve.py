@@ -4,6 +4,7 @@ import subprocess
 import sys
 import types
 import unittest
+import warnings
 
 import h5py
 import numpy as np
@@ -224,12 +225,14 @@ class Detection(unittest.TestCase):
             (dict(positions=[[0, 0, 0], [0, 0, np.nan]]), "positions: row 1 must be finite"),
             (dict(masses=[1, 2, 3]), r"masses must have shape \(2,\)"),
             (dict(mu=-1), "mu: row 0 must be >= 0"),
-            (dict(h=0), "step"),
+            (dict(h=0), "h must be > 0"),
+            (dict(radii=0), "radii: row 0 must be > 0"),
             (dict(tolerance=-1), "tolerance"),
             (dict(toleranec=1), "unknown option 'toleranec'"),
             (dict(solver="magic"), "solver must be one of"),
         ):
-            with self.subTest(told), self.assertRaisesRegex(ValueError, told), np.errstate(divide="ignore", invalid="ignore"):
+            with self.subTest(told), self.assertRaisesRegex(ValueError, told), warnings.catch_warnings():
+                warnings.simplefilter("error")
                 nscdd.solve_contacts(**(good | change))
 
 

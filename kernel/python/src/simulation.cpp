@@ -25,7 +25,7 @@ toml::table to_table(py::handle dict);
 // A number of NumPy, and an array without axes, as Python has it; others as they are.
 py::object plain(py::handle value) {
     const bool common = PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr()) || PyUnicode_Check(value.ptr());
-    if (!common && py::hasattr(value, "item") && py::hasattr(value, "ndim") && value.attr("ndim").equal(py::int_(0)))
+    if (!common && py::hasattr(value, "item") && py::object(py::getattr(value, "ndim", py::none())).equal(py::int_(0)))
         return value.attr("item")();
     return py::reinterpret_borrow<py::object>(value);
 }
