@@ -106,9 +106,17 @@ class Program(ProgramTest):
         rest = nscdd.Simulation(state=self.folder / "half.h5", **walls)
         rest.run(3)
         self.assertTrue(same(whole.positions, rest.positions) and same(whole.contacts, rest.contacts))
-        for given in (dict(positions=PAIR, radii=0.5), dict(material=["grains"] * 2)):
-            with self.assertRaisesRegex(ValueError, "material come from the state"):
+        for given in (dict(positions=PAIR, radii=0.5), dict(material=["grains"] * 2), dict(box=(1, 1, 1))):
+            with self.assertRaisesRegex(ValueError, "material and box come from the state"):
                 nscdd.Simulation(state=self.folder / "half.h5", **given, **walls)
+
+    def test_materials_of_a_state_go_by_their_names(self):
+        made = nscdd.Simulation(PAIR, 0.5, materials={"light": 1.0, "heavy": 100.0}, material=["light", "heavy"], h=0.01)
+        made.save(self.folder / "mixed.h5")
+        for names, masses in ((("heavy", "light"), made.masses), (("other", "light"), made.masses[::-1])):
+            materials = {name: {"light": 1.0}.get(name, 100.0) for name in names}
+            again = nscdd.Simulation(state=self.folder / "mixed.h5", materials=materials, h=0.01)
+            self.assertEqual(list(again.masses), list(masses))
 
     def test_a_scene_of_arrays_is_written_for_the_program(self):
         (self.folder / "there").mkdir()
@@ -116,8 +124,9 @@ class Program(ProgramTest):
         self.write("floor.stl", stl)
         for things in (dict(walls=[FLOOR]), dict(obstacles=[nscdd.Obstacle(stl=self.folder / "floor.stl", name="floor")])):
             made = nscdd.Simulation(
-                PAIR, 0.5, tolerance=1e-6, scheme="dcs", subdomains=2, tables={"fix": [{"low": [5] * 3, "high": [6] * 3}]}, **things, **GLASS
-            )
+                PAIR, 0.5, max_iterations=500, scheme="dcs", subdomains=2,
+                tables={"fix": [{"low": [5] * 3, "high": [6] * 3}], "solver": {"tolerance": 1e-6}}, **things, **GLASS
+            )  # fmt: skip
             made.run(2)
             made.save(self.folder / "begun.h5")
             made.write_scene(self.folder / "there/scene.toml")
@@ -155,6 +164,14 @@ class Program(ProgramTest):
         made.write_scene(self.folder / "there/scene.toml")
         self.assertRegex((self.folder / "there/scene.toml").read_text(), r"file = ['\"]\.\./path.txt['\"]")
         made.write_scene(self.folder / "there/scene.toml")  # where one is already
+        os.symlink(self.folder / "there/scene.toml", self.folder / "link.toml")
+        made.write_scene(self.folder / "link.toml")
+        self.assertTrue((self.folder / "link.toml").is_symlink())
+        os.remove(self.folder / "link.toml")
+        os.mkfifo(self.folder / "pipe")
+        with self.assertRaisesRegex(OSError, "pipe: is not a file that can be replaced"):
+            made.write_scene(self.folder / "pipe")
+        os.remove(self.folder / "pipe")
         for path, told in ((self.folder / "there", "there: is a folder"), (self.folder / "none/scene.toml", "scene.toml: cannot be written: No such")):
             with self.assertRaisesRegex(OSError, told):
                 made.write_scene(path)
@@ -179,6 +196,8 @@ class Program(ProgramTest):
         self.assertEqual(list(nscdd.load(self.folder / "fixed.h5").fixed), [1, 0])
         self.assertEqual(list(np.isinf(nscdd.Simulation(state=self.folder / "fixed.h5", **fixed).masses)), [True, False])
         sheared = nscdd.Cell((3, 3, 3), gradient=[[0, 1.0, 0], [0, 0, 0], [0, 0, 0]])
+        with self.assertRaisesRegex(ValueError, "grain 0: mass is not valid"):
+            nscdd.Simulation(PAIR, 0.5, masses=[-np.inf, 1], **GLASS)
         for how in (fixed, dict(masses=[np.inf, 1], **GLASS)):
             with self.assertRaisesRegex(ValueError, "a grain is fixed, which a .cell. with a gradient"):
                 nscdd.Simulation(PAIR, 0.5, cell=sheared, **how)
@@ -211,7 +230,9 @@ class Program(ProgramTest):
             heap(3).save(path)
         pushed = heap(3)
         pushed.forces, pushed.torques = np.ones((3, 3)), np.zeros((3, 3))
-        for simulation, lost in ((heap(3, masses=[1, 2, 3]), "masses"), (pushed, "forces")):
+        released = heap(3, tables={"grain": [{"position": [9, 9, 9], "radius": 0.5, "material": "grains", "force": [1, 0, 0]}]})
+        released.forces = np.zeros((4, 3))
+        for simulation, lost in ((heap(3, masses=[1, 2, 3]), "masses"), (pushed, "forces"), (released, "forces")):
             with self.assertWarnsRegex(UserWarning, f"a state does not have {lost}: give them again"):
                 simulation.save(path)
 
@@ -657,6 +678,8 @@ class Errors(unittest.TestCase):
             (dict(pairs={("a", "b"): 3}), r"pairs: \('a', 'b'\) must be a dictionary, found 3"),
             *((dict([(key, 3)]), f"Simulation: {key} must be a dictionary, found 3") for key in ("stop", "tables")),
             (dict(walls=[nscdd.Wall((0, 0, 1), motion=3)]), "wall 'wall 0': motion must be a dictionary, found 3"),
+            (dict(friction=np.array([0.3, 0.2])), "friction must be a number"),
+            (dict(state="a\0b.h5", positions=None, radii=None), r"a file: 'a.x00b.h5' is not a name in UTF-8"),
             (dict(walls=[nscdd.Wall((0, 0, 1), offset="a")]), "wall 'wall 0': offset must be a number, found 'a'"),
         ):
             given = {"positions": PAIR, "radii": 0.5, "walls": [FLOOR], **GLASS} | change
@@ -696,6 +719,7 @@ class Errors(unittest.TestCase):
 
     def test_counts_of_steps(self):
         simulation = heap(3)
+        simulation.run(np.array(1))
         for bad in (-1, 1.5, "a"):
             with self.assertRaisesRegex(ValueError, f"run: n must be a whole number .*, found {bad!r}$"):
                 simulation.run(bad)

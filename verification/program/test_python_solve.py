@@ -127,6 +127,7 @@ class Matrices(ProgramTest):
             (dict(W=scipy.sparse.eye(3) * 1j, q=q, mu=mu), "entries of W must be real, found"),
             (dict(W={"data": [1]}, q=q, mu=mu), "W must be numbers, found a dict"),
             (dict(M=w * 0, H=w, f=q, w=q, mu=mu), "M is singular"),
+            (dict(M=np.zeros((40, 40)), H=np.eye(40)[:, :3], f=np.ones(40), w=np.zeros(3), mu=[0.1]), "M is singular"),
             (dict(W=w, q=q, mu=["a"]), "mu must be a?.*number"),
             *((dict([("W", w), ("q", q), ("mu", mu), (key, bad)]), f"^{key} cannot be {bad!r}$") for key, bad in WRONG_OPTIONS),
             (dict(W=w, q=[1, 2, 3, 4], mu=mu), "4 components for 1 contacts"),
@@ -202,6 +203,10 @@ class Detection(unittest.TestCase):
         self.assertTrue(np.allclose(slid.impulses, [[-mu * normal, 0, normal]], atol=1e-9))
         self.assertTrue(np.allclose(slid.velocities, [[3 - mu * normal / 2, 0, 0]], atol=1e-9))
         self.assertTrue(np.allclose(slid.spins, [[0, mu * normal * 0.5 / (0.4 * 2 * 0.25), 0]], atol=1e-9))
+        turned = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+        rounded = nscdd.solve_contacts(v @ turned.T, **(contact | dict(normals=np.float32(turned[:, 2:].T), j=[-(2**31) + 1])))
+        self.assertTrue(rounded.converged)
+        self.assertTrue(np.allclose(rounded.velocities, slid.velocities @ turned.T, atol=1e-6))
         bounced = nscdd.solve_contacts(v, **contact, bias=[-e * 1.0])
         self.assertAlmostEqual(bounced.velocities[0, 2], 0.5, places=9)
         belt = nscdd.solve_contacts(v, **contact, wall_velocities=[[3.0, 0, 0]])
@@ -221,6 +226,7 @@ class Detection(unittest.TestCase):
             *((dict([(key, bad)]), f"^{key} cannot be {bad!r}$") for key, bad in WRONG_OPTIONS),
             (dict(normals=[[1, 0]]), r"normals must have shape \(1, 3\), found \(1, 2\)"),
             (dict(normals=[[2, 0, 0]]), "normals: row 0 must be of length 1"),
+            (dict(radii=0, inertias=1), "radii: row 0 must be > 0"),
             (dict(i=[0, 1], j=[-1, 0], gaps=[0, 0], normals=[[1, 0, 0], [0, 0, 0]]), "normals: row 1 must be of length 1"),
             (dict(positions=[[0, 0, 0], [0, 0, np.nan]]), "positions: row 1 must be finite"),
             (dict(masses=[1, 2, 3]), r"masses must have shape \(2,\)"),

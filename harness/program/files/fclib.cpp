@@ -137,8 +137,10 @@ GlobalProblem read_global(const hdf5::Reader& file, const Kind& kind) {
 class Masses {
   public:
     explicit Masses(const Sparse& m) {
-        lu_.compute(m);
-        if (lu_.info() != Eigen::Success) throw std::runtime_error("the mass matrix M is singular");
+        bool empty = false;  // SparseLU does not end with many of these
+        for (Eigen::Index column = 0; column < m.cols(); ++column) empty |= !Sparse::InnerIterator(m, column);
+        if (!empty) lu_.compute(m);
+        if (empty || lu_.info() != Eigen::Success) throw std::runtime_error("the mass matrix M is singular");
     }
     auto solve(const auto& right) { return lu_.solve(right); }
 

@@ -91,6 +91,7 @@ void read_start(RunRequest& request) {
     Share share = request.share;
     if (request.goes_on()) {
         request.from = read_state(*start.from, share);
+        if (start.adopt) take_materials_by_name(request.from, scene);
         require_fitting_state(request.from, *start.from, scene);
         if (!request.steps && request.from.steps_left > 0) scene.step.count = static_cast<int>(request.from.steps_left);
         share.dealt =

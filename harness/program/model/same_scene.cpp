@@ -113,6 +113,16 @@ void require_fitting_state(const State& state, const std::string& state_file, co
                fmt::format("has {}", m));
 }
 
+void take_materials_by_name(State& state, const Scene& scene) {
+    std::vector<int> of_scene;
+    for (const std::string& name : state.materials.name) {
+        const auto found = std::ranges::find(scene.materials, name, &SceneMaterial::name);
+        if (found == scene.materials.end()) return;
+        of_scene.push_back(static_cast<int>(found - scene.materials.begin()));
+    }
+    for (int& material : state.material) material = of_scene.at(static_cast<std::size_t>(material));
+}
+
 void require_same_scene(const State& state, const std::string& state_file, const Scene& scene, const Packing& packing) {
     Differences differences;
     differences.compare("the scene's name", state.scene, scene.name);

@@ -16,6 +16,9 @@ void fit_packing(Packing& packing, const std::string& packing_file, const Scene&
 // of walls or too few grains, or with materials that the scene lacks.
 void require_fitting_state(const State& state, const std::string& state_file, const Scene& scene);
 
+// Turns the materials of a state of another scene into those of the same names, where the scene has all of them.
+void take_materials_by_name(State& state, const Scene& scene);
+
 // Throws InputError, one line, for a state of another scene: names what differs, with the value of the state and that
 // of the scene. Compared are the names of the scene, its materials and walls, densities, normals, and the grains'
 // number, radii and materials; `packing` is that of the scene, empty where it is not known, and of the state's rows.

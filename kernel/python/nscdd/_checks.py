@@ -24,11 +24,15 @@ def instance(place: str, value: Any, kinds: Any, told: str) -> Any:
 
 def path(value: Path) -> str:
     """The name of a file."""
-    return os.fsdecode(instance("a file", value, (str, bytes, os.PathLike), "given by its name"))
+    name = os.fsdecode(instance("a file", value, (str, bytes, os.PathLike), "given by its name"))
+    if "\0" in name or any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise ValueError(f"a file: {name!a} is not a name in UTF-8")
+    return name
 
 
 def integer(place: str, value: Any, least: int, most: float = 2**31 - 1) -> int:
     """One whole number."""
+    value = value.item() if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0 else value
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= value <= most:
         raise ValueError(f"{place} must be a whole number in [{least}, {most}], found {found(value)}")
     return int(value)
@@ -88,6 +92,6 @@ def whole(place: str, values: Any, shape: tuple) -> np.ndarray:
 def axes(place: str, value: Any, dim: int) -> str:
     """Names of axes, such as "xy"."""
     known = "xyz"[:dim]
-    if not isinstance(value, str) or set(value) - set(known):
+    if not isinstance(value, str) or set(value) - set(known) or len(set(value)) < len(value):
         raise ValueError(f"{place} must be some of '{known}', found {found(value)}")
     return value

@@ -23,7 +23,7 @@ from typing import Any, Callable, Iterator, Mapping, Optional, Sequence
 import h5py
 import numpy as np
 
-from ._checks import Path, array, axes, instance, number
+from ._checks import Path, array, axes, instance, integer, number
 from ._checks import path as name_of
 from ._checks import points, require, whole
 from .files import Packing, State, aside, load, read_packing
@@ -532,8 +532,13 @@ def _checked(grains: Packing, place: Place) -> State:
     for label, wall in (state.walls or {}).items():
         if not isinstance(wall, Mapping) or not {"normal", "velocity", "offset"} <= set(wall):
             raise ValueError(f"{place('walls')}: '{label}' must be a dictionary with normal, velocity and offset")
-        array(place(f"wall '{label}':"), [*wall["normal"], *wall["velocity"], wall["offset"]], (2 * dim + 1,))
+        instance(f"{place('walls')}: each", label, str, "a name")
+        normal = array(place(f"wall '{label}': normal:"), wall["normal"], (dim,))
+        require(place(f"wall '{label}': normal:"), abs(np.linalg.norm(normal) - 1) <= 1e-6, "of length 1", normal)
+        array(place(f"wall '{label}': velocity:"), wall["velocity"], (dim,))
+        number(place(f"wall '{label}': offset:"), wall["offset"])
     number(f"{place('time')}:", state.time)
+    integer(f"{place('step')}:", state.step, 0, np.inf)
     axes(f"{place('periodic')}:", state.periodic, dim)
     return dataclasses.replace(state, **arrays)
 

@@ -14,7 +14,7 @@ from ._checks import path as name_of
 from ._checks import points
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Packing:
     """Grains in a box; what the file does not have is None.
 
@@ -37,7 +37,7 @@ class Packing:
     gradient: Optional[np.ndarray] = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State(Packing):
     """The state of a simulation at the end of a step: a Packing with its motion, and more.
 
@@ -86,11 +86,13 @@ def structured(columns: Mapping[str, np.ndarray]) -> np.ndarray:
 @contextlib.contextmanager
 def aside(path: Path) -> Iterator[str]:
     """Name of a file beside `path`, which takes its place when all is written."""
-    name = name_of(path)
+    name = os.path.realpath(name_of(path))  # a link stays one
     part = f"{name}.{os.getpid()}.part"
     try:
         if os.path.isdir(name):
             raise IsADirectoryError(f"{name}: is a folder")
+        if os.path.exists(name) and not os.path.isfile(name):
+            raise OSError(f"{name}: is not a file that can be replaced")
         try:
             open(part, "wb").close()  # tells what is wrong with the folder better than HDF5 does
         except OSError as error:

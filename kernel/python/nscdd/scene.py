@@ -12,7 +12,7 @@ from ._checks import array, instance, number
 Vector = Sequence[float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Wall:
     """A plane that bounds the sample, with one side that grains do not enter.
 
@@ -68,7 +68,7 @@ class Wall:
         }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Obstacle:
     """A line (2D), a mesh (3D) or a cylinder (a circle in 2D) that grains meet on both sides, at the closest point.
 
@@ -113,7 +113,7 @@ class Obstacle:
         return {**own, **{key: getattr(self, key) for key in plain}, **_motion(f"obstacle '{name}'", self.motion)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cell:
     """A box that repeats along some axes; it begins at 0.
 

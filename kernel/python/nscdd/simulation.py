@@ -136,7 +136,8 @@ class Simulation(_Kept):
     gravity            (dim) [m/s^2]
     h, theta           time step [s], or "auto", which chooses it as in a scene file (the attribute h has it); share of it
                        after the detection of contacts
-    state              file of save() to go on from, in the place of all that says where grains are
+    state              file of save() to go on from, in the place of all that says where grains are; materials go by their names,
+                       or by their order where a name is not among those given
     scheme             "nlgs", "newton", "spg", "apgd" on one subdomain, "dcs" or "ccs" on any number; "nlgs" on one and "dcs"
                        on more unless given
     subdomains, threads
@@ -203,8 +204,8 @@ class Simulation(_Kept):
         **solver: Any,
     ):
         if state is not None:
-            if any(given is not None for given in (positions, radii, velocities, spins, material)):
-                raise ValueError("Simulation: positions, radii, velocities, spins and material come from the state")
+            if any(given is not None for given in (positions, radii, velocities, spins, material, box)):
+                raise ValueError("Simulation: positions, radii, velocities, spins, material and box come from the state")
             dimension = _core.read_state(name_of(state))["dimension"]
             x, r, more = np.empty((0, dimension)), np.empty(0), {}
         else:
@@ -215,7 +216,13 @@ class Simulation(_Kept):
             instance("Simulation: cell", cell, Cell, "an nscdd.Cell")
         names = [table["name"] for table in substances]
         turns = more.get("spins") is not None and bool(np.any(more["spins"]))
-        others = {"friction": friction or None, "cohesion": cohesion, "range": range, "rolling": rolling, "twisting": twisting}
+        others = {
+            "friction": None if np.ndim(friction) == 0 and friction == 0 else friction,
+            "cohesion": cohesion,
+            "range": range,
+            "rolling": rolling,
+            "twisting": twisting,
+        }
         scene = {
             "name": name,
             "dimension": dimension,
@@ -343,7 +350,7 @@ class Simulation(_Kept):
     @forces.setter
     def forces(self, values: np.ndarray) -> None:
         self._live.set_loads(self._motion("forces", values, self._everywhere(self.torques)))
-        self._unsaved["forces"] = np.any(values)
+        self._unsaved["forces"] = np.any(values) or self._live.has_own_loads()
 
     @property
     def torques(self) -> np.ndarray:
@@ -356,7 +363,7 @@ class Simulation(_Kept):
     @torques.setter
     def torques(self, values: np.ndarray) -> None:
         self._live.set_loads(self._motion("torques", self._everywhere(self.forces), values))
-        self._unsaved["torques"] = np.any(values)
+        self._unsaved["torques"] = np.any(values) or self._live.has_own_loads()
 
     def _everywhere(self, rows: np.ndarray) -> np.ndarray:
         """What the first process has."""

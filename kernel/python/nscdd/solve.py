@@ -162,9 +162,11 @@ def solve_contacts(
 
     if m and not (0 <= i.min() and i.max() < n and j.max() < n):
         raise ValueError(f"solve_contacts: i and j must be below {n}, and i not negative")
-    radius, mass = shaped("radii", radii, (n,), positive=inertias is None), shaped("masses", masses, (n,), positive=True)
+    radius, mass = shaped("radii", radii, (n,), positive=True), shaped("masses", masses, (n,), positive=True)
     inertia = shaped("inertias", inertias, (n,), positive=True) if inertias is not None else mass * radius**2 * (0.5 if dim == 2 else 0.4)
     gap = shaped("gaps", gaps, (m,))
+    if wall_velocities is None:
+        j = np.maximum(j, -1)  # all rest, one stands for them
     walls = np.zeros((int(max(0, -j.min(initial=0))), dim))
     if wall_velocities is not None:
         walls = shaped("wall_velocities", wall_velocities, (max(np.shape(wall_velocities)[:1] + (len(walls),)), dim))
@@ -182,7 +184,9 @@ def solve_contacts(
         "wall_velocity": walls,
     }
     normal, friction = shaped("normals", normals, (m, dim)), shaped("mu", mu, (m,))
-    require("solve_contacts: normals", np.abs(np.einsum("ij,ij->i", normal, normal) - 1) <= 1e-6, "of length 1", normal)
+    length = np.linalg.norm(normal, axis=1)
+    require("solve_contacts: normals", np.abs(length - 1) <= 1e-6, "of length 1", normal)
+    normal = np.where(np.abs(length - 1)[:, None] > 1e-12, normal / np.where(length > 0, length, 1)[:, None], normal)  # of float32
     require("solve_contacts: mu", friction >= 0, ">= 0", friction)
     contacts = {
         "i": i,

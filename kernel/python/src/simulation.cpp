@@ -328,7 +328,8 @@ std::unique_ptr<Handle> from_arrays(const py::dict& scene, const std::string& na
     RunRequest request =
         prepare_run(arguments, scene_of(table, name), std::move(packing), place.share, place.comm != nullptr);
     if (const auto solver = find<py::dict>(options, "solver"))
-        if (toml::table given = to_table(*solver); !given.empty()) table.insert_or_assign("solver", std::move(given));
+        for (auto&& [key, value] : to_table(*solver))
+            table.insert("solver", toml::table()).first->second.as_table()->insert_or_assign(key, std::move(value));
     request.masses = take("masses");
     const Packing& start = request.goes_on() ? request.from.packing : request.packing;
     if (!request.masses.empty()) {
@@ -422,6 +423,12 @@ void add_simulation(py::module_& module) {
         .def("law", [scene](Handle& h) { return scene(h).law; })
         .def("h", [scene](Handle& h) { return scene(h).step.h; })
         .def("count", [scene](Handle& h) { return scene(h).step.count; })
+        .def("has_own_loads",
+             [scene](Handle& h) {
+                 return std::ranges::any_of(scene(h).grains, [](const SceneGrain& grain) {
+                     return !grain.force.isZero(0) || !grain.torque.isZero(0);
+                 });
+             })
         .def("may_stop", [scene](Handle& h) { return scene(h).stop.any(); })
         .def("material_names",
              [scene](Handle& h) {

@@ -87,7 +87,7 @@ template <class M>
 void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
         const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
-        const auto heavy = [&](double x) { return g.fixed() ? std::isinf(x) : positive(x); };
+        const auto heavy = [&](double x) { return x > 0 && std::isinf(x) == g.fixed(); };
         const char* what = !positive(g.radius)                              ? "radius"
                            : !heavy(g.mass)                                 ? "mass"
                            : M::friction && !heavy(g.inertia)               ? "inertia"
