@@ -28,7 +28,7 @@ struct Jacobi {
         nscdd::ConvergenceTest<Model> converged(problem, options);  // of the impulses that it begins with
         nscdd::SolveReport report;
         while (!converged(report)) {
-            for (int pass = 0; pass < options.check_every; ++pass) {
+            for (int pass = 0; pass < options.interval(); ++pass) {
                 std::vector<Model::Impulse> change;
                 solve(problem, problem.wall_contacts, nscdd::WithWall{}, step, change);
                 solve(problem, problem.contacts, nscdd::BetweenGrains{}, step, change);

@@ -422,7 +422,7 @@ TEST_CASE("what no solver would end with is refused", "[anderson]") {
     using M = FrictionSpheres;
     Random random(27);
     auto problem = cold_problem<M>(shaken_lattice<M>(random, 4), 4);
-    CHECK_THROWS_AS(nlgs(problem, {.check_every = 0}), std::invalid_argument);
+    CHECK_THROWS_AS(nlgs(problem, {.check_every = -1}), std::invalid_argument);
     CHECK_THROWS_AS(nlgs(problem, {.sweeps = 0}), std::invalid_argument);
     CHECK_THROWS_AS(nlgs(problem, {.relaxation = 2}), std::invalid_argument);
     CHECK_THROWS_AS(nlgs(problem, {.relaxation = std::nan("")}), std::invalid_argument);

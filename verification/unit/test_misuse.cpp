@@ -260,10 +260,8 @@ TEST_CASE("options without an end are refused", "[misuse]") {
         CHECK(lacks(by({.bounds = {.max_distance = bad}}), "distance") == "");
     }
     for (const double bad : {not_a_number, 0.0, -1.0, 2.0}) CHECK(lacks(by({.relaxation = bad}), "relaxation") == "");
-    for (const int bad : {0, -1}) {
-        CHECK(lacks(by({.check_every = bad}), "check_every") == "");
-        CHECK(lacks(by({.sweeps = bad}), "sweeps") == "");
-    }
+    for (const int bad : {0, -1}) CHECK(lacks(by({.sweeps = bad}), "sweeps") == "");
+    CHECK(lacks(by({.check_every = -1}), "check_every") == "");
     CHECK(lacks(by({.max_iterations = -1}), "max_iterations") == "");
     CHECK(lacks(by({.window = -1}), "window") == "");
     CHECK(lacks(by({.window = 1000}), "window") == "");

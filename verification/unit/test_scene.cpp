@@ -283,7 +283,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"tolerance = 1e-6", "distance = 1\nmax_distance = 1",
          "bad.toml:39: solver: distance is the earlier name of max_distance, which is given too"},
         {"tolerance = 1e-6", "relaxation = 2", "bad.toml:39: solver: relaxation must be in (0, 2), found 2"},
-        {"tolerance = 1e-6", "check_every = 0", "bad.toml:39: solver: check_every must be >= 1, found 0"},
+        {"tolerance = 1e-6", "check_every = -1", "bad.toml:39: solver: check_every must be >= 0, found -1"},
         {"tolerance = 1e-6", "sweep = 2",
          "bad.toml:39: solver: unknown key 'sweep' (known here: tolerance, max_velocity_error, "},
     };

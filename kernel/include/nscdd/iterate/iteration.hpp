@@ -2,6 +2,7 @@
 /// The outer loop that NLGS and NSCDD share: iterations, acceleration, and the test of convergence.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <limits>
@@ -72,6 +73,37 @@ class Stall {
     double last_ = std::numeric_limits<double>::infinity();
 };
 
+/// Foretells at which accelerated iteration a test may pass. The figures of a test fall as |f| does, the change by an
+/// iteration, which acceleration has summed over all contacts.
+class Foretold {
+  public:
+    /// An iteration with f.f = `square`.
+    void changed(double square) {
+        const bool first = !std::isfinite(change_);
+        change_ = std::sqrt(square);
+        if (first) rate();
+    }
+    /// A test: `figures` over their bounds. It was due() and failed, if it was due() and this is called.
+    void tested(double figures) {
+        wait_ = due(wait_ + 1) ? (std::min)(2 * wait_, 10) : 1;
+        figures_ = figures;
+        rate();
+    }
+    /// True if the figures may be below their bounds, `since` iterations after a test.
+    bool due(int since) const { return since > wait_ && figures() <= 1; }
+    /// The figures over their bounds, as foretold; infinite before a test and a change.
+    double figures() const { return change_ > 0 ? figures_per_change_ * change_ : 0; }
+    /// Iterations after which a test comes without being foretold, after so many of the step.
+    static int longest(int iterations) { return (std::clamp)(iterations, 20, 50); }
+
+  private:
+    static constexpr double unknown = std::numeric_limits<double>::infinity();
+    void rate() { figures_per_change_ = std::isfinite(change_) && change_ > 0 ? figures_ / change_ : unknown; }
+
+    double change_ = unknown, figures_ = unknown, figures_per_change_ = unknown;
+    int wait_ = 1;
+};
+
 /// Result of a test.
 struct TestResult {
     bool over;        ///< the step has converged, or the cap is reached
@@ -103,6 +135,7 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     SolveReport report;
     ResidualParts residual;
     Anderson anderson(options.window);
+    Foretold foretold;
     Marks marks;
     Stall stall;
     const bool bounded = std::isfinite(options.bounds.max_distance);
@@ -114,19 +147,27 @@ SolveReport iterate(System& system, const SolveOptions& options) {
     };
     for (TestResult test{false, false, 0}; !test.over;) {
         const bool accelerated = pays_to_accelerate(options, report, residual.contacts);
-        const int count = until_test(options, report);
-        // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
-        const bool kept = bounded && test.residual <= 10;
-        for (int k = 0; k < count; ++k) {
-            if (kept && k + 1 == count) system.keep();
-            const double* products = system.iterate(accelerated ? &anderson : nullptr, k + 1 == count);
-            if (accelerated) anderson.update(products);
+        const bool foretells = accelerated && options.check_every == 0;
+        const int most =
+            until_test(options, report, foretells ? Foretold::longest(report.iterations) : options.interval());
+        int count = 0;
+        bool kept = false;
+        for (bool last = false; !last;) {
+            last = ++count == most || (foretells && foretold.due(count));
+            // Keeping the last iterate but one costs a fifth of a sweep, and is left out where the next test will fail.
+            kept = last && bounded && (foretells ? foretold.figures() : test.residual) <= 10;
+            if (kept) system.keep();
+            const double* products = system.iterate(accelerated ? &anderson : nullptr, last);
+            if (!accelerated) continue;
+            anderson.update(products);
+            foretold.changed(products[0]);
         }
         report.iterations += count;
         renewed = false;
         test = tested(system, options, kept || !bounded, residual, report, renew);
         // Round-off that keeps the step from its end is not combined further.
         if (renewed && !test.near) anderson.forget();
+        foretold.tested(test.near ? error_over_bounds(report, options, system.least_radius()) : test.residual);
         const bool last = report.iterations >= options.max_iterations;
         if (report.converged || !(marks.due(report.iterations) || last)) continue;
         const bool stalled = stall.seen(error_over_bounds(report, options, system.least_radius()), report.iterations);

@@ -48,7 +48,7 @@ struct SolveOptions {
 
     double tolerance = 1e-4;     ///< on eta, ResidualParts::eta(); 0: all iterations are made, also where eta is 0
     Bounds bounds{};             ///< on the other figures, as eta does not see all errors
-    int check_every = 10;        ///< iterations between two tests
+    int check_every = 0;         ///< iterations between two tests; 0: where they pay (interval(), detail::Foretold)
     int max_iterations = 20000;  ///< cap; a solve that ends here is reported as not converged
     /// Largest component [contacts] that Newton's method solves where sweeps get nowhere, by_nlgs() and by_nscdd(). 0:
     /// none.
@@ -63,6 +63,8 @@ struct SolveOptions {
         options.window = 2;
         return options;
     }
+    /// Iterations between two tests where nothing foretells which of them pays.
+    int interval() const { return check_every > 0 ? check_every : 10; }
 };
 
 namespace detail {
@@ -122,11 +124,12 @@ inline constexpr double largest_int = (std::numeric_limits<int>::max)();
 
 /// All options but tolerance and bounds.
 inline constexpr std::tuple other_options{
-    SolveOption<int>{{"check_every",
-                      "iterations",
-                      "Interval of the tests of convergence; 1 for studies of counts",
-                      {1, largest_int}},
-                     &SolveOptions::check_every},
+    SolveOption<int>{
+        {"check_every",
+         "iterations",
+         "Interval of the tests of convergence; 1 for studies of counts; 0: 10 or, accelerated, as foretold",
+         {0, largest_int}},
+        &SolveOptions::check_every},
     SolveOption<int>{{"max_iterations",
                       "iterations",
                       "Cap of one solve; a step in which detection finds more contacts is solved again",

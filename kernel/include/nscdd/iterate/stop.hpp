@@ -13,8 +13,8 @@ namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
 /// Number of iterations to the next test of convergence: the last may come sooner, so that the cap is kept.
 template <class Options>
-int until_test(const Options& options, const SolveReport& report) {
-    return (std::max)(1, (std::min)(options.check_every, options.max_iterations - report.iterations));
+int until_test(const Options& options, const SolveReport& report, int interval) {
+    return (std::max)(1, (std::min)(interval, options.max_iterations - report.iterations));
 }
 
 /// Calls iterate() until measure() is at most the tolerance or the cap is reached, and tests it as the options say.
@@ -23,7 +23,7 @@ template <class Options>
 SolveReport iterate_until(const Options& options, auto&& iterate, auto&& measure) {
     SolveReport report;
     do {
-        const int count = until_test(options, report);
+        const int count = until_test(options, report, options.interval());
         for (int k = 0; k < count; ++k) iterate();
         report.iterations += count;
         report.residual = measure();

@@ -20,6 +20,7 @@ struct BlockOptions {
     int check_every = 10;         ///< sweeps between two tests; a test costs about one sweep
     int max_iterations = 200000;  ///< sweeps; the report says so when they end the solve
     int window = 0;               ///< earlier sweeps that acceleration combines, at most 8; 0: plain sweeps
+    int interval() const { return check_every; }  ///< iterations between two tests
 };
 
 namespace detail {

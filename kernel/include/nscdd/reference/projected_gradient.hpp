@@ -265,7 +265,7 @@ SolveReport projected_gradient(ContactProblem<M>& problem, const SolveOptions& o
     detail::BodyGradient<M> gradient(problem);
     detail::ProjectedGradient iteration(gradient, descent);
     do {
-        const int count = detail::until_test(options, report);
+        const int count = detail::until_test(options, report, options.interval());
         for (int k = 0; k < count; ++k) {
             if (k + 1 == count) over.keep();
             iteration.iterate();

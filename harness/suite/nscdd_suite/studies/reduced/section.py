@@ -24,8 +24,8 @@ def left_out(runs, scene):
 
 
 def interval(runs):
-    listed = " or ".join(str(k) for k in sorted({run["check_every"] for run in runs}))
-    return " Convergence was checked " + ("at every iteration." if listed == "1" else f"every {listed} iterations.")
+    names = {0: "where changes of iterations foretell it", 1: "at every iteration"}
+    return f" Convergence was checked {' or '.join(names.get(k, f'every {k} iterations') for k in sorted({run['check_every'] for run in runs}))}."
 
 
 def flat(by_scheme):
