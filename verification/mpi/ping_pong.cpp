@@ -103,14 +103,17 @@ Shared shared(nscdd::Mpi& comm, int bytes, double look) {
 // sends a message within the call that is told of it.
 void tell_platform(const std::map<int, double>& calls, const std::map<int, Shared>& shared, double look) {
     constexpr int small = 8, middle = 1 << 10, large = 1 << 14;
-    const auto slope = [](double at_large, double at_small, int bytes) { return (at_large - at_small) / bytes; };
+    // On a busy machine a short message may seem to take longer.
+    const auto slope = [](double at_large, double at_small, int bytes) {
+        return std::max(at_large - at_small, 0.0) / bytes;
+    };
     const auto copy = [&shared](int bytes) { return shared.at(bytes).copy; };
     const double call = slope(calls.at(large), calls.at(middle), large - middle),
                  few = slope(copy(middle), copy(small), middle - small),
                  many = slope(copy(large), copy(middle), large - middle),
                  latency = std::max(shared.at(small).exchange - 2 * copy(small), 1e-8),
                  passed = slope(shared.at(large).exchange, shared.at(middle).exchange, large - middle),
-                 sent = std::max(passed - 2 * many, 0.01 * passed);
+                 sent = std::max({passed - 2 * many, 0.01 * passed, 1e-12});
     std::printf("platform: latency %.3gus bandwidth %.3gGBps call 0:%.3g:0;257:%.3g:%.3g", 1e6 * latency, 1e-9 / sent,
                 calls.at(small), calls.at(middle) - middle * call, call);
     std::printf(" shared 0:%.3g:%.3g;%d:%.3g:%.3g clock %.3g\n", copy(small), few, middle + 1,
