@@ -38,7 +38,10 @@ class Options(ProgramTest):
         self.assertEqual(in_manual(text), expected)
 
     def test_the_results_have_every_option(self):
-        given = {name: 7 if name == "window" else 0.0625 if default < 1 and name != "check_every" else 1.5 if name == "relaxation" else 11 for name, (default, _) in in_help().items()}
+        given = {
+            name: 7 if name == "window" else 0.0625 if default < 1 and name != "check_every" else 1.5 if name == "relaxation" else 11
+            for name, (default, _) in in_help().items()
+        }
         options = [word for name, value in given.items() for word in (f"--{name.replace('_', '-')}", value)]
         self.succeeds("run", self.write("pair.toml", SCENE), *options, "--json", self.folder / "run.json", "--quiet")
         run = json.loads((self.folder / "run.json").read_text())
