@@ -113,10 +113,27 @@ class Program(ProgramTest):
     def test_materials_of_a_state_go_by_their_names(self):
         made = nscdd.Simulation(PAIR, 0.5, materials={"light": 1.0, "heavy": 100.0}, material=["light", "heavy"], h=0.01)
         made.save(self.folder / "mixed.h5")
-        for names, masses in ((("heavy", "light"), made.masses), (("other", "light"), made.masses[::-1])):
-            materials = {name: {"light": 1.0}.get(name, 100.0) for name in names}
+        for names, masses in ((("heavy", "light"), made.masses), (("other", "one"), made.masses), (("light", "other"), made.masses)):
+            materials = dict(zip(names, (100.0, 1.0) if names[0] == "heavy" else (1.0, 100.0)))
             again = nscdd.Simulation(state=self.folder / "mixed.h5", materials=materials, h=0.01)
             self.assertEqual(list(again.masses), list(masses))
+        with self.assertRaisesRegex(ValueError, "mixed.h5: material 'light' is number 1, Simulation has it as number 2: give them in one order"):
+            nscdd.Simulation(state=self.folder / "mixed.h5", materials={"other": 1.0, "light": 100.0}, h=0.01)
+
+    def test_what_a_state_says_otherwise_is_refused(self):
+        side = nscdd.Wall(normal=(1, 0, 0), through=(-5, 0, 0), name="side")
+        nscdd.Simulation(PAIR, 0.5, walls=[FLOOR, side], spins=np.ones((2, 3)), **GLASS).save(self.folder / "two.h5")
+        again = dict(state=self.folder / "two.h5", density=1.0, h=0.001)
+        with self.assertRaisesRegex(ValueError, "two.h5: wall 'floor' is number 1, Simulation has it as number 2"):
+            nscdd.Simulation(walls=[side, FLOOR], **again)
+        with self.assertRaisesRegex(ValueError, "two.h5: wall 'side' has another normal than 'other' of Simulation"):
+            nscdd.Simulation(walls=[FLOOR, nscdd.Wall(normal=(0, 1, 0), through=(0, 0, 0), name="other")], **again)
+        with self.assertRaisesRegex(ValueError, "two.h5: grains turn, Simulation has the law .frictionless., which does not see it"):
+            nscdd.Simulation(walls=[FLOOR, side], law="frictionless", **again)
+        turning = nscdd.Simulation(walls=[FLOOR, side], **again)
+        self.assertTrue(same(turning.spins, np.ones((2, 3))))
+        with self.assertWarnsRegex(UserWarning, "no step was made since the state was read"):
+            turning.save(self.folder / "three.h5")
 
     def test_a_scene_of_arrays_is_written_for_the_program(self):
         (self.folder / "there").mkdir()
@@ -166,11 +183,17 @@ class Program(ProgramTest):
         made.write_scene(self.folder / "there/scene.toml")  # where one is already
         os.symlink(self.folder / "there/scene.toml", self.folder / "link.toml")
         made.write_scene(self.folder / "link.toml")
+        made.write_scene(self.folder / "two words\n.toml")
+        line = (self.folder / "two words\n.toml").read_text().splitlines()[0]
+        self.assertEqual(line, r"# goes on by: nscdd run 'two words\n.toml' --from STATE --adopt --scheme nlgs --subdomains 1")
+        os.remove(self.folder / "two words\n.toml")
         self.assertTrue((self.folder / "link.toml").is_symlink())
         os.remove(self.folder / "link.toml")
         os.mkfifo(self.folder / "pipe")
         with self.assertRaisesRegex(OSError, "pipe: is not a file that can be replaced"):
             made.write_scene(self.folder / "pipe")
+        with self.assertRaisesRegex(ValueError, "pipe: no time series: it is not a file"):
+            nscdd.read_series(self.folder / "pipe")
         os.remove(self.folder / "pipe")
         for path, told in ((self.folder / "there", "there: is a folder"), (self.folder / "none/scene.toml", "scene.toml: cannot be written: No such")):
             with self.assertRaisesRegex(OSError, told):
@@ -668,7 +691,7 @@ class Errors(unittest.TestCase):
                 for key, bad in (("scheme", 3), ("grid", "ab"), ("imbalance", "a"), ("max_iterations", 10**30))
             ),
             (dict(gravity=[None] * 3), r"gravity cannot be \[None, None, None\]"),
-            *((dict(radii=bad), "Simulation: radii must be numbers") for bad in ("a", True)),
+            *((dict(radii=bad), "Simulation: radii must be numbers") for bad in ("a", True, [[1], [1, 2]])),
             (dict(velocities=PAIR + 1j), "Simulation: velocities must be real"),
             (dict(cell={"size": (1, 1, 1)}), "cell must be an nscdd.Cell, found a dict"),
             (dict(cell=nscdd.Cell(stress=3)), "cell: stress must be a dictionary, found 3"),

@@ -91,7 +91,6 @@ void read_start(RunRequest& request) {
     Share share = request.share;
     if (request.goes_on()) {
         request.from = read_state(*start.from, share);
-        if (start.adopt) take_materials_by_name(request.from, scene);
         require_fitting_state(request.from, *start.from, scene);
         if (!request.steps && request.from.steps_left > 0) scene.step.count = static_cast<int>(request.from.steps_left);
         share.dealt =
@@ -109,7 +108,10 @@ void read_start(RunRequest& request) {
     }
     request.box = request.goes_on() ? request.from.packing.box : request.packing.box;
     if (!request.goes_on()) return;
-    if (!start.adopt) require_same_scene(request.from, *start.from, scene, request.packing);
+    if (start.adopt)
+        adopt_state(request.from, *start.from, scene);
+    else
+        require_same_scene(request.from, *start.from, scene, request.packing);
     request.packing = {};
     request.so_far = request.from.so_far;
     request.start_step = request.from.step;

@@ -91,6 +91,9 @@ void require_fitting_state(const State& state, const std::string& state_file, co
     std::vector<int> periodic(3);
     for (const int axis : scene.cell.axes) periodic[static_cast<std::size_t>(axis)] = 1;
     if (axes(state.cell.periodic) != axes(periodic)) refuse(axes(state.cell.periodic), "has " + axes(periodic));
+    if (!law_has_friction(scene.law) && std::ranges::any_of(state.spin, [](double spin) { return spin != 0; }))
+        refuse("grains turn",
+               fmt::format("has the law \"{}\", which does not see it: give law = \"coulomb\"", scene.law));
     const std::size_t n = state.packing.total(), w = state.walls.offset.size(), m = scene.materials.size();
     if (state.packing.dim != scene.dimension)
         refuse(fmt::format("{} dimensions", state.packing.dim), fmt::format("has {}", scene.dimension));
@@ -113,14 +116,37 @@ void require_fitting_state(const State& state, const std::string& state_file, co
                fmt::format("has {}", m));
 }
 
-void take_materials_by_name(State& state, const Scene& scene) {
-    std::vector<int> of_scene;
-    for (const std::string& name : state.materials.name) {
-        const auto found = std::ranges::find(scene.materials, name, &SceneMaterial::name);
-        if (found == scene.materials.end()) return;
-        of_scene.push_back(static_cast<int>(found - scene.materials.begin()));
+void adopt_state(State& state, const std::string& state_file, const Scene& scene) {
+    // For each name of the state its row in the scene, -1 where the scene has none of that name.
+    const auto rows_of = [](const std::vector<std::string>& names, const auto& things) {
+        std::vector<int> rows;
+        for (const std::string& name : names) {
+            const auto found = std::ranges::find(things, name, [](const auto& thing) { return thing.name; });
+            rows.push_back(found == things.end() ? -1 : static_cast<int>(found - things.begin()));
+        }
+        return rows;
+    };
+    const auto require_order = [&](const char* kind, const std::vector<int>& rows,
+                                   const std::vector<std::string>& names) {
+        for (std::size_t row = 0; row < rows.size(); ++row)
+            if (rows[row] >= 0 && rows[row] != static_cast<int>(row))
+                throw InputError(fmt::format("{}: {} '{}' is number {}, {} has it as number {}: give them in one order",
+                                             state_file, kind, names[row], row + 1, scene.file, rows[row] + 1));
+    };
+    const std::vector<int> materials = rows_of(state.materials.name, scene.materials);
+    if (std::ranges::find(materials, -1) == materials.end())
+        for (int& material : state.material) material = materials.at(static_cast<std::size_t>(material));
+    else
+        require_order("material", materials, state.materials.name);
+    require_order("wall", rows_of(state.walls.name, scene.walls), state.walls.name);
+    require_order("obstacle", rows_of(state.obstacles.name, scene.obstacles), state.obstacles.name);
+    const auto dim = static_cast<std::size_t>(scene.dimension);
+    for (std::size_t w = 0; w < scene.walls.size(); ++w) {
+        const Eigen::Map<const Eigen::VectorXd> normal(state.walls.normal.data() + w * dim, scene.dimension);
+        if ((normal - scene.walls[w].normal).norm() > 1e-9)
+            throw InputError(fmt::format("{}: wall '{}' has another normal than '{}' of {}", state_file,
+                                         state.walls.name[w], scene.walls[w].name, scene.file));
     }
-    for (int& material : state.material) material = of_scene.at(static_cast<std::size_t>(material));
 }
 
 void require_same_scene(const State& state, const std::string& state_file, const Scene& scene, const Packing& packing) {

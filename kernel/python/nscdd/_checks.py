@@ -30,6 +30,14 @@ def path(value: Path) -> str:
     return name
 
 
+def single(value: Any) -> bool:
+    """Whether it is one value, not a list or an array of some."""
+    try:
+        return np.ndim(value) == 0
+    except ValueError:  # lists of several lengths
+        return False
+
+
 def integer(place: str, value: Any, least: int, most: float = 2**31 - 1) -> int:
     """One whole number."""
     value = value.item() if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0 else value
@@ -79,13 +87,19 @@ def points(place: str, values: Any, least: int = 0, finite: bool = True) -> np.n
     return numbers
 
 
+def unit(place: str, vectors: np.ndarray) -> np.ndarray:
+    """Vectors of length 1; those that single precision has rounded are made so."""
+    length = np.linalg.norm(vectors, axis=-1)
+    require(place, np.abs(length - 1) <= 1e-6, "of length 1", vectors)
+    return np.where(np.abs(length - 1)[..., None] > 1e-12, vectors / length[..., None], vectors)
+
+
 def whole(place: str, values: Any, shape: tuple) -> np.ndarray:
     """As int32 of the shape; floats may be whole too."""
-    values = np.asarray(values)
-    if values.dtype.kind == "b":
+    if isinstance(values, np.ndarray) and values.dtype.kind == "b":
         values = values.astype(np.int32)
     numbers = array(place, values, shape)
-    require(place, (numbers == np.rint(numbers)) & (np.abs(numbers) < 2**31), "a whole number of 32 bits", values)
+    require(place, (numbers == np.rint(numbers)) & (np.abs(numbers) < 2**31), "a whole number of 32 bits", np.asarray(values))
     return numbers.astype(np.int32)
 
 

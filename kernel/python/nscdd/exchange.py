@@ -25,7 +25,7 @@ import numpy as np
 
 from ._checks import Path, array, axes, instance, integer, number
 from ._checks import path as name_of
-from ._checks import points, require, whole
+from ._checks import points, require, unit, whole
 from .files import Packing, State, aside, load, read_packing
 
 POINTS, SPHERES, SCENE, BOX = "VTKHDF/PointData", "ONDEM/Bodies/Sphere", "ONDEM/Scene", "ONDEM/ImposedConditions/periodic_box"
@@ -534,7 +534,7 @@ def _checked(grains: Packing, place: Place) -> State:
             raise ValueError(f"{place('walls')}: '{label}' must be a dictionary with normal, velocity and offset")
         instance(f"{place('walls')}: each", label, str, "a name")
         normal = array(place(f"wall '{label}': normal:"), wall["normal"], (dim,))
-        require(place(f"wall '{label}': normal:"), abs(np.linalg.norm(normal) - 1) <= 1e-6, "of length 1", normal)
+        unit(place(f"wall '{label}': normal"), normal)
         array(place(f"wall '{label}': velocity:"), wall["velocity"], (dim,))
         number(place(f"wall '{label}': offset:"), wall["offset"])
     number(f"{place('time')}:", state.time)

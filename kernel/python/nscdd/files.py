@@ -111,6 +111,8 @@ def read_series(path: Path) -> dict:
     """
     name = name_of(path)
     try:
+        if os.path.exists(name) and not os.path.isfile(name):
+            raise ValueError("it is not a file")
         if name.endswith(".csv"):
             return _columns(name)
         import h5py

@@ -7,7 +7,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
-from ._checks import array, instance, number
+from ._checks import array, instance, number, unit
 
 Vector = Sequence[float]
 
@@ -45,17 +45,19 @@ class Wall:
     def table(self, row: int, material: str) -> dict:
         """The wall as a table [[wall]] of a scene file."""
         name = self.name if self.name is not None else f"wall {row}"
-        through = self.through
+        normal, through = self.normal, self.through
+        if isinstance(normal, np.ndarray) and normal.dtype == np.float32:
+            normal = unit(f"wall '{name}': normal", array(f"wall '{name}': normal", normal, (None,)))
         if self.offset is not None:
             if through is not None or self.normal is None:
                 raise ValueError(f"wall '{name}': offset needs normal, and stands in the place of through")
-            through = number(f"wall '{name}': offset", self.offset) * array(f"wall '{name}': normal", self.normal, (None,))
+            through = number(f"wall '{name}': offset", self.offset) * array(f"wall '{name}': normal", normal, (None,))
         if self.force is not None and self.pressure is not None:
             raise ValueError(f"wall '{name}': a force or a pressure pushes it, not both")
         pushed = "force" if self.force is not None else "pressure" if self.pressure is not None else None
         return {
             "name": name,
-            "normal": self.normal,
+            "normal": normal,
             "through": through,
             "side": self.side,
             "material": self.material if self.material is not None else material,

@@ -6,6 +6,7 @@ import contextlib
 import itertools
 import math
 import os
+import shlex
 import warnings
 import weakref
 from collections.abc import Iterable
@@ -15,7 +16,7 @@ from typing import Any, Callable, Iterator, Mapping, Optional, Sequence, Union
 import numpy as np
 
 from . import _core
-from ._checks import Path, array, found, instance, integer, number
+from ._checks import Path, array, found, instance, integer, number, single
 from ._checks import path as name_of
 from ._checks import points, whole
 from .files import aside, structured
@@ -159,7 +160,7 @@ class Simulation(_Kept):
     One thread at a time may use a simulation; two simulations may be used by two threads. step() releases the GIL.
     """
 
-    __slots__ = ("_live", "_walls", "_comm", "_given", "_unsaved", "__weakref__")
+    __slots__ = ("_live", "_walls", "_comm", "_given", "_begun", "_unsaved", "__weakref__")
 
     def __init__(
         self,
@@ -206,8 +207,9 @@ class Simulation(_Kept):
         if state is not None:
             if any(given is not None for given in (positions, radii, velocities, spins, material, box)):
                 raise ValueError("Simulation: positions, radii, velocities, spins, material and box come from the state")
-            dimension = _core.read_state(name_of(state))["dimension"]
-            x, r, more = np.empty((0, dimension)), np.empty(0), {}
+            before = _core.read_state(name_of(state))
+            dimension = before["dimension"]
+            x, r, more = np.empty((0, dimension)), np.empty(0), {"spins": before["spins"]}
         else:
             x, r, more = _grains(positions, radii, velocities, spins)
             dimension = x.shape[1]
@@ -217,7 +219,7 @@ class Simulation(_Kept):
         names = [table["name"] for table in substances]
         turns = more.get("spins") is not None and bool(np.any(more["spins"]))
         others = {
-            "friction": None if np.ndim(friction) == 0 and friction == 0 else friction,
+            "friction": None if single(friction) and friction == 0 else friction,
             "cohesion": cohesion,
             "range": range,
             "rolling": rolling,
@@ -239,6 +241,8 @@ class Simulation(_Kept):
         }
         if "packing" in scene:
             raise ValueError("Simulation: tables: [packing] is of scene files, which read() reads; here grains are arrays")
+        if state is not None:
+            more = {}
         if material is not None:
             more["material"] = _material_rows(material, names, len(r))
         if box is not None:
@@ -252,6 +256,7 @@ class Simulation(_Kept):
     def _set(self, live: _core.Live, comm: Any, options: Mapping[str, Any]) -> None:
         self._unsaved: dict = {}  # whether there is what states do not have
         self._live, self._walls, self._comm, self._given = live, Walls(live, self._unsaved), comm, options
+        self._begun = live.steps()
         if comm is not None:
             _over_processes.add(live)
 
@@ -469,6 +474,8 @@ class Simulation(_Kept):
         warning says so where there is any of it.
         """
         self._live.save(name_of(path))
+        if "state" in self._given and self._live.steps() == self._begun:
+            warnings.warn("save: no step was made since the state was read, so its contacts are not in the new one: copy the file", stacklevel=2)
         if lost := [name for name, there in self._unsaved.items() if there]:
             warnings.warn(f"save: a state does not have {', '.join(lost)}: give them again to who goes on from {name_of(path)}", stacklevel=2)
 
@@ -487,17 +494,19 @@ class Simulation(_Kept):
         if self._comm is None or self._comm.rank == 0:
             try:
                 with aside(name) as part, open(part, "w") as file:
-                    file.write(f"# goes on by: nscdd run {os.path.basename(name)} --from STATE --adopt{self._as_options()}\n{text}")
+                    command = shlex.join(["nscdd", "run", os.path.basename(name), "--from", "STATE", "--adopt", *self._as_options()])
+                    file.write("# goes on by: " + command.replace("\n", "\\n") + f"\n{text}")
             except OSError as error:
                 failure = error
         if failure := self._everywhere(failure):
             raise failure
 
-    def _as_options(self) -> str:
+    def _as_options(self) -> list:
         """Those of `nscdd run` that are not of the scene."""
         given = {"scheme": self._live.scheme(), "subdomains": self._live.subdomains()}
         given.update((name, self._given[name]) for name in PARTS if name in self._given)
-        return "".join(f" --{name} {'x'.join(map(str, value)) if name == 'grid' else value}" for name, value in given.items())
+        texts = {name: "x".join(map(str, value)) if name == "grid" else str(value) for name, value in given.items()}
+        return [word for name, text in texts.items() for word in (f"--{name}", text)]
 
     @contextlib.contextmanager
     def record(self, *series: Path, frames: Optional[Path] = None, every: int = 1) -> Iterator["Simulation"]:
@@ -599,7 +608,7 @@ def _grains(positions, radii, velocities, spins):
     x = points("Simulation: positions", positions, finite=False)  # which the kernel sees to
     n, dimension = x.shape
     shapes = {"radii": (n,), "velocities": (n, dimension), "spins": (n,) if dimension == 2 else (n, 3)}
-    given = {"radii": np.full(n, radii) if np.ndim(radii) == 0 else radii, "velocities": velocities, "spins": spins}
+    given = {"radii": np.full(n, radii) if single(radii) else radii, "velocities": velocities, "spins": spins}
     more = {name: array(f"Simulation: {name}", rows, shapes[name], finite=False) for name, rows in given.items() if rows is not None}
     return x, more.pop("radii"), more
 

@@ -8,7 +8,7 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _core
-from ._checks import array, number, points, require, whole
+from ._checks import array, number, points, require, single, unit, whole
 from .files import read_problem
 
 
@@ -157,7 +157,7 @@ def solve_contacts(
     j = whole("solve_contacts: j", j, (m,))
 
     def shaped(name: str, values: Any, shape: tuple, positive: bool = False) -> np.ndarray:
-        rows = np.full(shape, values) if np.ndim(values) == 0 and len(shape) == 1 else values
+        rows = np.full(shape, values) if single(values) and len(shape) == 1 else values
         return array(f"solve_contacts: {name}", rows, shape, positive=positive)
 
     if m and not (0 <= i.min() and i.max() < n and j.max() < n):
@@ -169,7 +169,8 @@ def solve_contacts(
         j = np.maximum(j, -1)  # all rest, one stands for them
     walls = np.zeros((int(max(0, -j.min(initial=0))), dim))
     if wall_velocities is not None:
-        walls = shaped("wall_velocities", wall_velocities, (max(np.shape(wall_velocities)[:1] + (len(walls),)), dim))
+        least, walls = len(walls), shaped("wall_velocities", wall_velocities, (None, dim))
+        walls = shaped("wall_velocities", walls, (max(least, len(walls)), dim))
     spin = (n,) if dim == 2 else (n, 3)
     between = j >= 0
     lever_i = np.where(between, radius[i] + 0.5 * gap, radius[i])
@@ -184,9 +185,7 @@ def solve_contacts(
         "wall_velocity": walls,
     }
     normal, friction = shaped("normals", normals, (m, dim)), shaped("mu", mu, (m,))
-    length = np.linalg.norm(normal, axis=1)
-    require("solve_contacts: normals", np.abs(length - 1) <= 1e-6, "of length 1", normal)
-    normal = np.where(np.abs(length - 1)[:, None] > 1e-12, normal / np.where(length > 0, length, 1)[:, None], normal)  # of float32
+    normal = unit("solve_contacts: normals", normal)
     require("solve_contacts: mu", friction >= 0, ">= 0", friction)
     contacts = {
         "i": i,
@@ -207,7 +206,7 @@ def _vector(name: str, values: Any) -> np.ndarray:
 
 def _dimension(free: np.ndarray, mu: Any, mu_r: Any):
     """Of space, and the coefficients as arrays; those of rolling are empty where there are none."""
-    if np.ndim(mu) == 0:
+    if single(mu):
         raise ValueError("solve: mu needs a number for each contact, which says how many there are")
     friction, rolling = _vector("mu", mu), _vector("mu_r", [] if mu_r is None else mu_r)
     if mu_r is not None and rolling.shape != friction.shape:
