@@ -126,7 +126,7 @@ class Program(ProgramTest):
         again = dict(state=self.folder / "two.h5", density=1.0, h=0.001)
         with self.assertRaisesRegex(ValueError, "two.h5: wall 'floor' is number 1, Simulation has it as number 2"):
             nscdd.Simulation(walls=[side, FLOOR], **again)
-        with self.assertRaisesRegex(ValueError, "two.h5: wall 'side' has another normal than 'other' of Simulation"):
+        with self.assertRaisesRegex(ValueError, "Simulation: wall 'other' has another normal than 'side' of the state"):
             nscdd.Simulation(walls=[FLOOR, nscdd.Wall(normal=(0, 1, 0), through=(0, 0, 0), name="other")], **again)
         with self.assertRaisesRegex(ValueError, "two.h5: grains turn, Simulation has the law .frictionless., which does not see it"):
             nscdd.Simulation(walls=[FLOOR, side], law="frictionless", **again)

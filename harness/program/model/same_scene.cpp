@@ -140,13 +140,6 @@ void adopt_state(State& state, const std::string& state_file, const Scene& scene
         require_order("material", materials, state.materials.name);
     require_order("wall", rows_of(state.walls.name, scene.walls), state.walls.name);
     require_order("obstacle", rows_of(state.obstacles.name, scene.obstacles), state.obstacles.name);
-    const auto dim = static_cast<std::size_t>(scene.dimension);
-    for (std::size_t w = 0; w < scene.walls.size(); ++w) {
-        const Eigen::Map<const Eigen::VectorXd> normal(state.walls.normal.data() + w * dim, scene.dimension);
-        if ((normal - scene.walls[w].normal).norm() > 1e-9)
-            throw InputError(fmt::format("{}: wall '{}' has another normal than '{}' of {}", state_file,
-                                         state.walls.name[w], scene.walls[w].name, scene.file));
-    }
 }
 
 void require_same_scene(const State& state, const std::string& state_file, const Scene& scene, const Packing& packing) {

@@ -18,7 +18,7 @@ void require_fitting_state(const State& state, const std::string& state_file, co
 
 // Makes a fitting state of another scene one of this: its materials become those of the same names, or go by their order
 // where the scene has none of the names. Throws InputError, one line, where some names say one thing and the order
-// another, or where a wall has another normal.
+// another.
 void adopt_state(State& state, const std::string& state_file, const Scene& scene);
 
 // Throws InputError, one line, for a state of another scene: names what differs, with the value of the state and that

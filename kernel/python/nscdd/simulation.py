@@ -212,7 +212,7 @@ class Simulation(_Kept):
             x, r, more = np.empty((0, dimension)), np.empty(0), {"spins": before["spins"]}
         else:
             x, r, more = _grains(positions, radii, velocities, spins)
-            dimension = x.shape[1]
+            before, dimension = {"walls": {}}, x.shape[1]
         substances, pairs = material_tables(density, materials), checked_pairs(pairs)
         if cell is not None:
             instance("Simulation: cell", cell, Cell, "an nscdd.Cell")
@@ -252,6 +252,9 @@ class Simulation(_Kept):
         options = _options(locals())
         self._set(_core.from_arrays(scene, "Simulation", x, r, more, options, _over_mpi(comm, options)), comm, options)
         self._unsaved["masses"] = masses is not None
+        for wall, (name, was) in zip(self._walls, before["walls"].items()):
+            if np.abs(wall.normal - was["normal"]).max() > 1e-9:
+                raise ValueError(f"Simulation: wall '{wall.name}' has another normal than '{name}' of the state")
 
     def _set(self, live: _core.Live, comm: Any, options: Mapping[str, Any]) -> None:
         self._unsaved: dict = {}  # whether there is what states do not have
