@@ -16,9 +16,9 @@ void fit_packing(Packing& packing, const std::string& packing_file, const Scene&
 // of walls or too few grains, or with materials that the scene lacks.
 void require_fitting_state(const State& state, const std::string& state_file, const Scene& scene);
 
-// Makes a fitting state of another scene one of this: its materials become those of the same names, or go by their order
-// where the scene has none of the names. Throws InputError, one line, where some names say one thing and the order
-// another.
+// Makes a fitting state of another scene one of this: its materials become those of the same names, or go by their
+// order where the scene has none of the names. Throws InputError, one line, where some names say one thing and the
+// order another.
 void adopt_state(State& state, const std::string& state_file, const Scene& scene);
 
 // Throws InputError, one line, for a state of another scene: names what differs, with the value of the state and that

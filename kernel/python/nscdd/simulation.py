@@ -473,8 +473,8 @@ class Simulation(_Kept):
         """Writes the state, as `nscdd run --state` does: HDF5, and an .xdmf beside it for ParaView.
 
         `Simulation(state=path, ...)`, `nscdd.read(scene, state=path)` and `nscdd run --from` go on from it to the last bit.
-        A state has neither `masses` that were given, nor `forces` and `torques`, nor what walls were given between steps: a
-        warning says so where there is any of it.
+        A state has neither `masses` that were given, nor `forces` and `torques`, nor what walls were given between steps, nor
+        contacts before the first step after a state was read: a warning says so where there is any of it.
         """
         self._live.save(name_of(path))
         if "state" in self._given and self._live.steps() == self._begun:
