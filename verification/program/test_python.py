@@ -151,6 +151,7 @@ class Program(ProgramTest):
             options = ("--from", self.folder / "begun.h5", "--adopt", "--steps", 4, "--scheme", "dcs", "--subdomains", 2)
             self.compare(self.state_of_run(self.folder / "there/scene.toml", *options), made)
         lines = (self.folder / "there/scene.toml").read_text().splitlines()
+        self.assertLess({"tolerance", "max_iterations"}, {line.split(" = ")[0].strip() for line in lines})
         self.assertEqual(lines[0], "# goes on by: nscdd run scene.toml --from STATE --adopt --scheme dcs --subdomains 2")
         with self.assertRaisesRegex(ValueError, "the scene is in .*scene.toml already"):
             nscdd.read(self.folder / "there/scene.toml", state=self.folder / "begun.h5", adopt=True).write_scene(self.folder / "again.toml")
@@ -167,7 +168,11 @@ class Program(ProgramTest):
                 pushed.save(self.folder / "begun.h5")
             pushed.write_scene(self.folder / "pushed.toml")
             pushed.run(4)
-            self.compare(self.state_of_run(self.folder / "pushed.toml", "--from", self.folder / "begun.h5", "--adopt", "--steps", 4), pushed)
+            state = self.state_of_run(self.folder / "pushed.toml", "--from", self.folder / "begun.h5", "--adopt", "--steps", 4)
+            self.compare(state, pushed)
+            self.assertEqual(state.walls["top"]["offset"], pushed.walls["top"].offset)
+            self.assertTrue(same(state.walls["top"]["velocity"], pushed.walls["top"].velocity))
+            self.assertNotEqual(state.walls["top"]["offset"], 1)
 
     def test_a_written_scene_names_files_as_they_were_when_it_was_made(self):
         self.write("path.txt", "0 0 0\n1 0 1\n")
@@ -565,10 +570,10 @@ class Motion(unittest.TestCase):
             nscdd.Simulation([[0, 0, 0.5]], 0.5, density=1.0, obstacles=[nscdd.Obstacle(points=[[0, 0, 0]])], h=0.01)
 
     def test_numbers_of_numpy_are_numbers(self):
-        def end(kind, mapping=dict, **more):
+        def end(kind, mapping=dict):
             simulation = nscdd.Simulation(
                 PAIR, 0.5, density=kind(2500.5), friction=kind(0.3), h=kind(0.0015), walls=[FLOOR], gravity=(kind(0.5), 0, kind(-9.5)),
-                tables=mapping({"stop": mapping({"time": kind(0.5)})}), **more,
+                tables=mapping({"stop": mapping({"time": kind(0.5)})}),
             )  # fmt: skip
             simulation.run(30)
             return simulation.positions
