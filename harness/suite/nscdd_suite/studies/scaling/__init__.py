@@ -52,9 +52,10 @@ class Scaling(Study):
         cases = TABLES["states"][name].get("cases", "reduced")
         if plan.quick:
             grains, steps = QUICK_GRAINS, QUICK_STEPS
+        full = TABLES["states"][name].get("packing")
         packing = plan.pack(
-            f"cases/packings/{scene if cases == 'reduced' else f'{cases}-{scene}'}.toml",
-            grains=grains,
+            f"cases/packings/{full or (scene if cases == 'reduced' else f'{cases}-{scene}')}.toml",
+            grains=0 if full and not plan.quick else grains,
             cost=grains / 500,
             generator="own" if plan.quick else (),
         )
