@@ -5,7 +5,7 @@ import re
 import shutil
 from pathlib import Path
 
-from .program import NSCDD, Failed, call, made, python
+from .program import COMPARED, NSCDD, Failed, call, made, python
 from .times import believed, cores_of, least
 
 ANY = 1e30  # velocity error: eta alone stops a run, so that costs are at equal eta
@@ -78,7 +78,7 @@ def clear_impulses(state):
 def distance(reference, json_file):
     """Of the velocities from the reference, |V - V_ref|_M / |V_free|_M."""
     table = Path(json_file).with_suffix(".compare.json")
-    rows = made([NSCDD, "compare", reference, json_file, "--json", table], table, fine=(0, 2), seconds=Budget.seconds)["rows"]
+    rows = made([NSCDD, "compare", reference, json_file, "--json", table], table, fine=COMPARED, seconds=Budget.seconds)["rows"]
     return next(row["value"] for row in rows if row["quantity"].startswith("velocities"))
 
 

@@ -15,6 +15,7 @@ SIMULATED = f"{NSCDD}_simulated"
 PLATFORMS = "cases/platforms"
 COSTS = {2: f"{PLATFORMS}/costs-2d-coulomb.json", 3: f"{PLATFORMS}/costs-3d-coulomb.json"}
 CAP = 3  # exit code: a step hit the cap of iterations, which the row says
+COMPARED = (0, 2, 5)  # exit codes of compare: the runs agree, they do not, it is another answer
 
 
 class Failed(Exception):

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from ...program import COSTS, NSCDD, ROOT, SIMULATED, python, shown, simulated
+from ...program import COMPARED, COSTS, NSCDD, ROOT, SIMULATED, python, shown, simulated
 from ...record import beside
 
 ITEMS = ("packings", "fig1", "table1", "table1-windows", "fig3", "fig4", "beyond", "larger", "variations", "interface", "chance", "choices")
@@ -170,7 +170,7 @@ class Asked:
         needed = self.add(item, f"step {alone.label()}", files, [step(alone, reference)], needs=[nlgs], cost=3, fine=(0,))
         files = [f"{ours}.compare.json", f"{ours}.json", f"{ours}.h5"]
         commands = [step(what, ours), [NSCDD, "compare", f"{reference}.json", f"{ours}.json", "--json", files[0]]]
-        key = self.add(item, f"step {what.label()}", files, commands, needs=[nlgs, needed], cost=4, fine=(0, 2))
+        key = self.add(item, f"step {what.label()}", files, commands, needs=[nlgs, needed], cost=4, fine=COMPARED)
         self.once(self.compared, key, what.row())
 
     def add_window(self, item, what, platform, slower, latency=1, bandwidth=1, noise=0):
