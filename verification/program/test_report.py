@@ -140,6 +140,7 @@ class Page(Case):
             self.assertIn("Fabricated CPU, 2 cores; commit fabricated.", caption)
         self.assertNotIn("Not in these results", page)
         self.assertNotIn("The paper, table by table", page)  # it has no record here: test_report_paper.py
+        self.assertIn("first are NLGS on 50 %, Siconos NSGS on 50 %. Beside other codes alone auto is first on 50 %.", page)
         self.assertIn("Left out: 4, 8 subdomains", page)
         self.assertEqual([row["subdomains"] for row in self.summary()["mpi_share"]], [1, 2])
 
