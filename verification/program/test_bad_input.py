@@ -126,8 +126,8 @@ class BadOptions(Refusals):
         scene = self.scene()
         for arguments, fragment in (
             (("--scheme", "dcs", "--subdomains", 2, "--threads", 3), "--threads"),
-            (("--threads", "many"), "--threads many: expected auto or a whole number"),
-            (("--threads", 0), "--threads 0: expected auto"),
+            (("--threads", "many"), "--threads 'many': expected auto or a whole number"),
+            (("--threads", 0), "--threads '0': expected auto"),
             (("--scheme", "dcs", "--subdomains", 4, "--grid", "3x1x1"), "--grid 3x1x1"),
             (("--scheme", "dcs", "--grid", "641x6700417x1"), "--grid 641x6700417x1: 4294967297 cells for 1"),
             (("--scheme", "dcs", "--grid", "65536x65536x65536"), "281474976710656 cells for 1"),

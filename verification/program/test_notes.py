@@ -59,6 +59,16 @@ class Notes(ProgramTest):
         self.assertEqual(self.notes(SCENE, "--scheme", "dcs", "-n", 2, "--threads", 1), [])
         (note,) = self.notes(SCENE, "--threads", cores + 1)
         self.assertIn(f"--threads {cores + 1}: this process may use {cores} core", note)
+        self.assertEqual(self.notes(SCENE, "--threads", "auto", ranks=2), ["--threads auto is one over MPI: give the number of threads of a process"])
+
+    def test_threads_of_a_process_that_has_one_core(self):
+        before = os.sched_getaffinity(0)
+        self.addCleanup(os.sched_setaffinity, 0, before)
+        os.sched_setaffinity(0, {min(before)})
+        (note,) = self.notes(SCENE, "--threads", 2)
+        self.assertIn("--threads 2: this process may use 1 core, and", note)
+        done = self.succeeds("run", self.write("scene.toml", SCENE), "--threads", "auto")
+        self.assertIn("nlgs on 1 subdomain:", done.stdout)
 
     def test_overlaps(self):
         for overlap, says in ((0.05, True), (0.02, False)):  # of a radius of 0.5

@@ -159,11 +159,13 @@ void write_results(const RunRequest& request, const RunResult& result, FileSet& 
 }
 
 void say_results(const RunRequest& request, const RunResult& result) {
+    const int processes = request.share.parts;
+    const std::string of_each = processes > 1 ? fmt::format("{} processes of ", processes) : "";
     if (!request.quiet)
         say("{}: {} grains{}, {} steps, {} on {} subdomain{}{}: {:.0f} iterations, {:.3g} s\n", request.scene.name,
             result.grains, result.so_far.came.empty() ? "" : " at the start", result.steps.size(), *request.scheme,
             result.ranks, result.ranks == 1 ? "" : "s",
-            *request.threads > 1 ? fmt::format(", {} threads", *request.threads) : "", result.iterations(),
+            *request.threads > 1 ? fmt::format(", {}{} threads", of_each, *request.threads) : "", result.iterations(),
             result.seconds());
     if (const State::SoFar& so_far = result.so_far; !so_far.came.empty() && !request.quiet)
         say("{}: {:.0f} grains inserted, {:.0f} removed, {} left\n", request.scene.name, so_far.came[0], so_far.left[0],

@@ -12,7 +12,7 @@ void read_threads(const std::string& text, RunArguments& run) {
     const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), threads);
     if (fault != std::errc() || end != text.data() + text.size() || threads < 1 || threads > largest_subdomains)
         throw InputError(
-            fmt::format("--threads {}: expected auto or a whole number from 1 to {}", text, largest_subdomains));
+            fmt::format("--threads '{}': expected auto or a whole number from 1 to {}", text, largest_subdomains));
     run.threads = threads;
 }
 
@@ -61,9 +61,8 @@ void add_subdomain_options(CLI::App& command, RunArguments& run) {
                     "each process)")
         ->check(whole_number(1, largest_subdomains));
     add_text(command, "--threads",
-             "That share the subdomains of a process, a subdomain each unless -n says more; auto: one a core, of one "
-             "process "
-             "(default: 1)",
+             "That share the subdomains of a process, a subdomain each unless -n says more; auto: one a core that the "
+             "process may use, over MPI one (default: 1)",
              [&run](const std::string& text) { read_threads(text, run); });
     add_grid_option(command, run);
     command

@@ -1,12 +1,12 @@
 #include "files/load.hpp"
 
-#include <sched.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <fstream>
 
 #include "files/over_ranks.hpp"
+#include "nscdd/comm/allowed_cores.hpp"
 
 namespace nscdd {
 
@@ -25,11 +25,6 @@ double running_processes() {
     return file >> average >> average >> average >> running ? running : 0;
 }
 
-double allowed_cores() {
-    cpu_set_t set;
-    return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 0;
-}
-
 }  // namespace
 
 double cpu_seconds() {
@@ -44,7 +39,8 @@ LoadMeter::LoadMeter()
 std::vector<double> LoadMeter::row() const {
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - began_;
     const double cores = wall.count() > 0 ? (cpu_seconds() - cpu_) / wall.count() : 0;
-    return {cores, static_cast<double>(involuntary_switches() - switches_), running_processes(), allowed_cores()};
+    return {cores, static_cast<double>(involuntary_switches() - switches_), running_processes(),
+            static_cast<double>(detail::allowed_cores())};
 }
 
 nlohmann::json load_json(std::span<const double> rows, int threads) {

@@ -6,6 +6,8 @@
 #include <set>
 #include <thread>
 
+#include "nscdd/comm/allowed_cores.hpp"
+
 namespace nscdd {
 namespace {
 
@@ -73,10 +75,14 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
     if (request.undivided)
         lines.push_back(
             fmt::format("--scheme {} without -n: one subdomain, so nothing is decomposed", *request.scheme));
-    if (const int cores = int(std::thread::hardware_concurrency()); cores > 0 && request.threads.value_or(1) > cores)
+    if (const int cores = detail::allowed_cores(); cores > 0 && request.threads.value_or(1) > cores) {
+        const bool bound = request.over_mpi && cores < static_cast<int>(std::thread::hardware_concurrency());
         lines.push_back(fmt::format(
             "--threads {}: this process may use {} core{}, and more threads than cores are slower{}", *request.threads,
-            cores, cores == 1 ? "" : "s", request.over_mpi ? ": mpirun --bind-to none lets it use all" : ""));
+            cores, cores == 1 ? "" : "s", bound ? ": mpirun --bind-to none lets it use all" : ""));
+    }
+    if (request.thread_a_core && request.over_mpi)
+        lines.push_back("--threads auto is one over MPI: give the number of threads of a process");
     if (!Packet::fuses)
         lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
     return lines;

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <thread>
 
 #include "files/frames.hpp"
 #include "files/series.hpp"
 #include "model/same_scene.hpp"
+#include "nscdd/comm/allowed_cores.hpp"
 #include "registry/registry.hpp"
 
 namespace nscdd {
@@ -42,9 +42,10 @@ void deal_subdomains(RunRequest& request) {
     const int processes = request.share.parts;
     int threads = request.threads.value_or(1);
     if (request.thread_a_core) {
-        const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+        const int cores = std::max(1, detail::allowed_cores());
         threads = request.over_mpi ? 1 : std::min(cores, request.subdomains.value_or(cores));
     }
+    const bool by_threads = !request.subdomains && processes == 1;
     const int subdomains = request.subdomains.value_or(request.over_mpi ? processes * threads : threads);
     request.undivided = request.scheme && !sequential(*request.scheme) && !request.subdomains && subdomains == 1;
     if (!request.scheme) request.scheme = subdomains > 1 ? "dcs" : "nlgs";
@@ -57,8 +58,9 @@ void deal_subdomains(RunRequest& request) {
         throw InputError("--transport in-process runs in one process, not under mpirun");
     if (sequential(*request.scheme) && subdomains > 1)
         throw InputError(
-            fmt::format("--scheme {} is sequential: give {} for more than one subdomain", *request.scheme,
-                        fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or ")));
+            fmt::format("--scheme {} is sequential: give {} for more than one {}", *request.scheme,
+                        fmt::join(names_of(offered_schemes(), [](const auto& s) { return s.decomposed; }), " or "),
+                        by_threads ? "thread" : "subdomain"));
     if (processes * threads > subdomains)
         throw InputError(fmt::format("--threads {}: subdomains are dealt to them, and there {} {}{}", threads,
                                      subdomains == 1 ? "is" : "are", subdomains,

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "nscdd/comm/allowed_cores.hpp"
 #include "nscdd/core/abi.hpp"
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
@@ -20,8 +21,7 @@ class ThreadPool {
   public:
     /// Starts threads - 1 others; `threads`: at least 1. Throws std::system_error where they cannot be started.
     explicit ThreadPool(int threads)
-        : looks_(static_cast<unsigned>(threads) <= std::thread::hardware_concurrency() ? 50'000 : 0),
-          thrown_(static_cast<std::size_t>(threads)) {
+        : looks_(threads <= allowed_cores() ? 50'000 : 0), thrown_(static_cast<std::size_t>(threads)) {
         try {
             for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
         } catch (const std::system_error& error) {
