@@ -82,7 +82,7 @@ std::vector<std::string> notes(const RunRequest& request, const std::vector<doub
             cores, cores == 1 ? "" : "s", bound ? ": mpirun --bind-to none lets it use all" : ""));
     }
     if (request.thread_a_core && request.over_mpi)
-        lines.push_back("--threads auto is one over MPI: give the number of threads of a process");
+        lines.emplace_back("--threads auto is one over MPI: give the number of threads of a process");
     if (!Packet::fuses)
         lines.push_back("this program has no fused products: last digits and counts are not those of other machines");
     return lines;
