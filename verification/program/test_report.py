@@ -24,6 +24,7 @@ from nscdd_suite.studies.hard import section as hard_cases
 from nscdd_suite.studies.hard.made_up import hard
 from nscdd_suite.studies.peers import section as peers
 from nscdd_suite.studies.problems.made_up import problems
+from nscdd_suite.studies.problems.section import said
 from nscdd_suite.studies.reduced import section as of_runs
 from nscdd_suite.studies.reduced.made_up import compare, fabricate
 from nscdd_suite.studies.reduced.runs import Runs
@@ -151,6 +152,10 @@ class Page(Case):
         appendix = (self.out / "artifact.md").read_text()
         self.assertEqual(re.findall(r"^\| \[([^]]*)\]", appendix, re.M), labels)
         self.assertLessEqual({"network.svg", "spheres.png", "biaxial-reduced.svg", "histories.svg", "velocity-error.svg"}, names)
+
+    def test_nothing_is_first_beside_codes_that_took_no_part(self):
+        ours = [row for row in problems()["rows"] if not row["solver"].startswith("Siconos")]
+        self.assertEqual(said(ours, 1e-4), "At 0.0001 first are NLGS on 100 %.")
 
     def test_damaged_state_is_one_line(self):
         path = self.folder / "network-dcs-in-process-2.h5"

@@ -25,8 +25,10 @@ def first_on(rows, level, solvers=(*OURS, *OTHERS)):
 
 def said(rows, level):
     first = ", ".join(f"{solver} on {share:.0f} %" for solver, share in first_on(rows, level).items() if share)
-    beside = first_on(rows, level, ("auto", *OTHERS)).get("auto", 0)  # our other solvers left out
-    return f"At {level:g} first are {first}. Beside other codes alone auto is first on {beside:.0f} %."
+    said = f"At {level:g} first are {first}."
+    if any(row["solver"] in OTHERS for row in rows):  # our other solvers left out
+        said += f" Beside other codes alone auto is first on {first_on(rows, level, ('auto', *OTHERS)).get('auto', 0):.0f} %."
+    return said
 
 
 def parts(record, source, out):
