@@ -148,6 +148,21 @@ class Simulated(ProgramTest):
         self.assertEqual(noisy, seconds("--noise", 0.2, "--seed", 7))
         self.assertNotEqual(noisy, seconds("--noise", 0.2, "--seed", 8))
 
+    def test_threads_work_at_the_same_time_and_send_one_message(self):
+        one, apart = self.window(1, "--threads", 4, "--method", "paper"), self.window(4, "--method", "paper")
+        work = one["work_per_iteration"]
+        self.assertEqual((one["ranks"], work["message"]["largest"], work["shared_message"]["largest"]), (4, 0, 0))
+        by_one_thread = 1e-8 * sum(work[kind]["mean"] for kind in KINDS)
+        largest = 1e-8 * apart["work_per_iteration"]["sweep"]["largest"]  # of a rank, in the least that an iteration takes
+        self.assertGreaterEqual(one["seconds_per_iteration"], largest)
+        self.assertLess(one["seconds_per_iteration"], min(by_one_thread / 2, apart["seconds_per_iteration"]))
+        two = self.window(2, "--threads", 2, "--method", "paper")["work_per_iteration"]["shared_message"]
+        self.assertEqual(two["least"], two["largest"])
+        self.assertAlmostEqual(two["mean"], 2.2, delta=1e-9)  # a message each way, and every ten iterations the round of a test
+        self.assertGreater(apart["work_per_iteration"]["shared_message"]["mean"], 4)
+        done = self.simulate(1, "nscdd_simulated", "window", self.scene, "--packing", self.packing, "--costs", self.costs, "--threads", 49)
+        self.assertIn("--threads 49: a node of the platform has 48 cores", done.stderr)
+
     def test_simulated_ranks_give_the_bits_of_those_in_process(self):
         run = ["run", self.scene, "--packing", self.packing, "--steps", 2, "--quiet", "--partition", "bisection"]
         for scheme in ("ccs", "dcs"):

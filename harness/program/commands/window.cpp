@@ -32,6 +32,15 @@ void spend([[maybe_unused]] double seconds) {
 #endif
 }
 
+// Cores of a simulated machine's node; 0: it is a real one.
+int simulated_cores() {
+#ifdef NSCDD_SIMULATED
+    return sg_host_core_count(sg_host_self());
+#else
+    return 0;
+#endif
+}
+
 // What sending or receiving takes for a message of at least so many bytes, and for each of them [s].
 struct CallCost {
     double from, message, byte;
@@ -59,7 +68,7 @@ std::vector<CallCost> calls_of_host([[maybe_unused]] const char* property, [[may
     return costs;
 }
 
-// Counts the work of this rank, and on a simulated machine takes the time that it costs.
+// Counts the work of this process, and on a simulated machine takes the time that it costs.
 class WorkClock {
   public:
     WorkClock(const WindowArguments& arguments, int rank) : slower_(arguments.slower), noise_(arguments.noise) {
@@ -74,8 +83,14 @@ class WorkClock {
         if (!simulated || count == 0) return;
         // lognormal, of mean 1: work never takes less than no time
         const double factor = noise_ > 0 ? std::exp(noise_ * normal_(random_) - noise_ * noise_ / 2) : 1;
-        spend(slower_ * factor * seconds(kind, count, bytes));
+        const double time = slower_ * factor * seconds(kind, count, bytes);
+        if (thread_)
+            *thread_ += time;
+        else
+            spend(time);
     }
+    // Work costs time of this thread alone, until the next call; null: of the process. It must live as long.
+    void of_thread(double* seconds) { thread_ = seconds; }
     const WorkDone& done() const { return done_; }
     const Costs& costs() const { return costs_; }
 
@@ -94,6 +109,28 @@ class WorkClock {
     std::mt19937_64 random_;
     std::normal_distribution<double> normal_;
     WorkDone done_{};
+    double* thread_ = nullptr;
+};
+
+// Ranks of a process on a thread each, on a simulated machine: the slowest ends a loop, which costs no more than that.
+class SimulatedThreads final : public Mpi {
+  public:
+    SimulatedThreads(WorkClock& clock, int ranks, WithinNode within)
+        : Mpi(MPI_COMM_WORLD, std::ref(clock), ranks, within), clock_(clock), seconds_(this->ranks().size()) {}
+    void each_rank(const std::function<void(std::size_t)>& task) override {
+        if (seconds_.size() == 1) return Mpi::each_rank(task);
+        std::ranges::fill(seconds_, 0);
+        Mpi::each_rank([&](std::size_t k) {
+            clock_.of_thread(&seconds_[k]);
+            task(k);
+        });
+        clock_.of_thread(nullptr);
+        spend(std::ranges::max(seconds_));
+    }
+
+  private:
+    WorkClock& clock_;
+    std::vector<double> seconds_;
 };
 
 }  // namespace
@@ -119,6 +156,8 @@ CLI::App* add_window(CLI::App& app, WindowArguments& arguments) {
     command->add_option("--json", run.outputs.json, "Result to write")->check(file_name());
     command->add_flag("--quiet", run.quiet, "No summary");
     if (simulated) {
+        command->add_option("--threads", run.threads, "Subdomains of a process, each on a thread (default: 1)")
+            ->check(whole_number(1, largest_subdomains));
         command->add_option("--costs", arguments.costs, "What work costs: a file that `nscdd calibrate` wrote")
             ->required();
         command->add_option("--slower", arguments.slower, "Times as slow as the core that was calibrated")
@@ -149,6 +188,9 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
     if (!session.together([&] {
             request = prepare_run(arguments.run, provenance, {session.rank(), session.size()}, true);
             request.window = WindowRequest{arguments.skip, arguments.iterations, arguments.run.repeat, {}};
+            if (simulated && *request.threads > simulated_cores())
+                throw InputError(fmt::format("--threads {}: a node of the platform has {} cores", *request.threads,
+                                             simulated_cores()));
             meter.emplace(arguments, session.rank());
             const auto& driven = meter->costs().units[static_cast<std::size_t>(Work::driven)];
             if (simulated && driven.empty() && std::ranges::any_of(request.scene.walls, &SceneWall::driven))
@@ -162,7 +204,7 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
         return 1;
     request.window->done = [&meter] { return meter->done(); };
     if (!session.together([&] {
-            Mpi comm(MPI_COMM_WORLD, std::ref(*meter), 0, within_node(arguments.run.within_node));
+            SimulatedThreads comm(*meter, *request.subdomains, within_node(arguments.run.within_node));
             FileSet none;
             result = choose_model(request.scene)(request, comm, none);
             if (simulated && meter->costs().model != result.model)

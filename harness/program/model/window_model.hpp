@@ -12,7 +12,7 @@ namespace nscdd::run_detail {
 // Thrown by a step solver to end the step without an answer.
 struct StepAbandoned {};
 
-// What a rank has spent and done so far, as WindowResult has it.
+// What a process has spent and done so far, as WindowResult has it for each of its ranks.
 inline Buffer read_meters(const Communicator& comm, const PhaseSeconds& seconds, const WorkDone& done) {
     const Communicator::Seconds inside = comm.seconds();
     Buffer row{comm.now(), seconds.sweep.own + seconds.test.own, seconds.interface.own, inside.wait, inside.transfer};
@@ -39,7 +39,7 @@ WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window,
             const AnyStepSolver<M> solve = solver(options);
             std::ranges::copy(start, parts.begin());
             PhaseSeconds seconds;
-            comm.reduce(std::vector<Buffer>(1), 0);  // all begin together
+            comm.reduce(std::vector<Buffer>(comm.ranks().size()), 0);  // all begin together
             Buffer row = read_meters(comm, seconds, window.done());
             solve(parts, comm, seconds);
             const Buffer after = read_meters(comm, seconds, window.done());
@@ -63,7 +63,8 @@ WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window,
 
     // by the slowest rank's time, the same order on all ranks
     std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t r = 0; r < repeats.size(); ++r) order.emplace_back(comm.reduce({Buffer{repeats[r][0]}}, 0)[0], r);
+    const auto by_each = [&comm](const Buffer& row) { return std::vector<Buffer>(comm.ranks().size(), row); };
+    for (std::size_t r = 0; r < repeats.size(); ++r) order.emplace_back(comm.reduce(by_each({repeats[r][0]}), 0)[0], r);
     std::ranges::sort(order);
     if (order[(order.size() - 1) / 2].first <= 0)
         throw InputError("the iterations of a window take less than the clock can tell, choose a longer window");
@@ -72,7 +73,7 @@ WindowResult time_window(Simulation<M>& simulation, const WindowRequest& window,
     result.contacts = contacts;
     for (const auto& [seconds, r] : order) result.repeats.push_back(seconds);
     result.load = gather_load(load, comm);
-    result.rows = rows_of(comm.all_gather(std::vector<Buffer>{median}), median.size());
+    result.rows = rows_of(comm.all_gather(by_each(median)), median.size());
     return result;
 }
 

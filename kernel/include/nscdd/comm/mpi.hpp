@@ -34,7 +34,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 /// sender entered the call. Wait lies between our entry and that of the latest partner; the rest is transfer.
 ///
 /// Processes get ranks in contiguous ranges. All that the ranks of one process send to those of another is one message.
-class Mpi final : public Communicator {
+class Mpi : public Communicator {
   public:
     /// Works on a duplicate of `comm`. The caller initialises MPI before and finalises it after. Collective.
     ///
