@@ -115,7 +115,7 @@ void tell_platform(const std::map<int, double>& calls, const std::map<int, Share
                  passed = slope(shared.at(large).exchange, shared.at(middle).exchange, large - middle),
                  sent = std::max({passed - 2 * many, 0.01 * passed, 1e-12});
     std::printf("platform: latency %.3gus bandwidth %.3gGBps call 0:%.3g:0;257:%.3g:%.3g", 1e6 * latency, 1e-9 / sent,
-                calls.at(small), calls.at(middle) - middle * call, call);
+                calls.at(small), std::max(calls.at(middle) - middle * call, 0.0), call);
     std::printf(" shared 0:%.3g:%.3g;%d:%.3g:%.3g clock %.3g\n", copy(small), few, middle + 1,
                 std::max(copy(middle) - middle * many, 0.0), many, look);
 }
