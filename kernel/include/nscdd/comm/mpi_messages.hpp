@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -16,9 +17,10 @@
 
 namespace nscdd { inline namespace NSCDD_ABI { namespace detail {
 
-/// One message to each process that this one sends to, and one from each that it receives from. Every message ends
-/// with a stamp, the time at which its sender called start(). Requests are not persistent: with Open MPI 4.1.4 calls
-/// for a message of up to 256 bytes then take half the time, for others the same (reports/findings/two-cores.md).
+/// One message to each process that this one sends to, and one from each that it receives from. What its own ranks send
+/// each other is copied at finish(). Every message ends with a stamp, the time at which its sender called start().
+/// Requests are not persistent: with Open MPI 4.1.4 calls for a message of up to 256 bytes then take half the time, for
+/// others the same (reports/findings/two-cores.md).
 class MpiMessages final : public Communicator::Channel {
   public:
     MpiMessages(MpiProcess& mpi, const std::vector<Communicator::Links>& links)
@@ -26,6 +28,11 @@ class MpiMessages final : public Communicator::Channel {
         for (std::size_t k = 0; k < links.size(); ++k)
             for (const Communicator::Link& link : links[k])
                 if (link.peer != mpi.hosted().ranks()[k]) messages_ += 1, doubles_ += link.send;
+        own_ = {take_own(layout_.outgoing), take_own(layout_.incoming)};
+        if (own_.from.size() != own_.to.size())
+            throw std::logic_error("open: process " + std::to_string(mpi.hosted().process()) + " sends its own ranks " +
+                                   std::to_string(own_.from.size()) + " doubles, expected are " +
+                                   std::to_string(own_.to.size()));
         mailboxes_ = mpi.node().open(sizes(layout_.outgoing), sizes(layout_.incoming));
         requests_.assign(layout_.incoming.size() + layout_.outgoing.size(), MPI_REQUEST_NULL);
         statuses_.resize(requests_.size());
@@ -66,6 +73,8 @@ class MpiMessages final : public Communicator::Channel {
             if (code == MPI_SUCCESS) code = failed;
         }
         check_mpi(code, "finish");
+        std::ranges::copy(own_.from, own_.to.begin());
+        if (!own_.from.empty()) mpi_.charge_call(own_.from.size(), true);
         double latest = entry;
         for (std::size_t m = 0; m < layout_.incoming.size(); ++m) {
             const auto& [process, message] = layout_.incoming[m];
@@ -80,6 +89,14 @@ class MpiMessages final : public Communicator::Channel {
     }
 
   private:
+    /// Takes the message of this process to itself out of a list, if there is one, without its stamp.
+    std::span<double> take_own(std::vector<MessageLayout::Message>& messages) const {
+        const auto own = std::ranges::find(messages, mpi_.hosted().process(), &MessageLayout::Message::process);
+        if (own == messages.end()) return {};
+        const std::span<double> doubles = own->doubles.first(own->doubles.size() - 1);
+        messages.erase(own);
+        return doubles;
+    }
     static std::vector<NodeMemory::Message> sizes(const std::vector<MessageLayout::Message>& messages) {
         std::vector<NodeMemory::Message> sizes;
         for (const auto& [process, message] : messages) sizes.push_back({process, message.size()});
@@ -98,6 +115,9 @@ class MpiMessages final : public Communicator::Channel {
 
     MpiProcess& mpi_;
     MessageLayout layout_;
+    struct Copy {
+        std::span<double> from, to;
+    } own_;  ///< what ranks of this process send each other
     NodeMemory::Mailboxes mailboxes_;
     int tag_;
     std::vector<MPI_Request> requests_;  ///< of incoming messages, then of outgoing ones; null for those with a mailbox
