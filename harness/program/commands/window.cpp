@@ -223,8 +223,10 @@ int window(const WindowArguments& arguments, const Provenance& provenance, const
                                 {"bandwidth", arguments.bandwidth}, {"seed", arguments.seed}};
         if (request.outputs.json) write_json(*request.outputs.json, json);
         if (!arguments.run.quiet)
-            say("{}: {} on {} rank{}{}: {:.4g} us an iteration\n", request.scene.name, *request.scheme, session.size(),
-                session.size() == 1 ? "" : "s", simulated ? ", simulated" : "", 1e6 * result.window->median());
+            say("{}: {} on {} rank{}{}{}: {:.4g} us an iteration\n", request.scene.name, *request.scheme, result.ranks,
+                result.ranks == 1 ? "" : "s",
+                *request.threads > 1 ? fmt::format(", {} threads a process", *request.threads) : "",
+                simulated ? ", simulated" : "", 1e6 * result.window->median());
     })
                ? 0
                : 1;
