@@ -250,11 +250,13 @@ class Commands(ExchangeTest):
         self.write("text.vtkhdf", "text")
         self.succeeds("run", self.write("scene.toml", SCENE), "--state", self.folder / "state.h5")
         (self.folder / "folder.csv").mkdir()
+        os.mkfifo(self.folder / "pipe.csv")
         for arguments, says in (
             (("none.vtkhdf", "b.csv"), "none.vtkhdf: there is no such file"),
             (("none.h5", "b.csv"), "none.h5: there is no such file"),
-            (("none.csv", "b.h5"), "none.csv: cannot be read: .*No such file"),
-            (("folder.csv", "b.h5"), "folder.csv: cannot be read: .*Is a directory"),
+            (("none.csv", "b.h5"), "none.csv: there is no such file"),
+            (("folder.csv", "b.h5"), "folder.csv: is a folder or no file"),
+            (("pipe.csv", "b.h5"), "pipe.csv: is a folder or no file"),
             (("a.csv", "b.vtu"), "b.vtu: the ending must be one of .h5, .vtkhdf, .csv"),
             (("a.toml", "b.csv"), "a.toml: the ending must be one of"),
             (("cut.vtkhdf", "b.csv"), "cut.vtkhdf: cannot be read: .*truncated"),

@@ -228,6 +228,7 @@ class Detection(unittest.TestCase):
             (dict(normals=[[2, 0, 0]]), "normals: row 0 must be of length 1"),
             (dict(radii=0, inertias=1), "radii: row 0 must be > 0"),
             (dict(radii=[[1], [1, 2]]), "radii must be numbers"),
+            (dict(radii=np.ma.array([1.0, 1.0], mask=[False, True])), "radii must be numbers, some are masked"),
             (dict(i=[0, 1], j=[-1, 0], gaps=[0, 0], normals=[[1, 0, 0], [0, 0, 0]]), "normals: row 1 must be of length 1"),
             (dict(positions=[[0, 0, 0], [0, 0, np.nan]]), "positions: row 1 must be finite"),
             (dict(masses=[1, 2, 3]), r"masses must have shape \(2,\)"),

@@ -52,6 +52,8 @@ def array(place: str, values: Any, shape: Optional[tuple], finite: bool = True, 
         given = np.asarray(values)
     except ValueError:  # lists of several lengths
         given = np.empty(0, dtype=object)
+    if np.ma.is_masked(values):
+        raise ValueError(f"{place} must be numbers, some are masked")
     if given.dtype.kind not in "iuf":
         told = "real" if given.dtype.kind == "c" else "a number" if shape == (1,) else "numbers"
         raise ValueError(f"{place} must be {told}, found {found(values)}")

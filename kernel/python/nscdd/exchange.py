@@ -366,7 +366,7 @@ def read_csv(path: Path) -> State:
     """
     name = name_of(path)
     above, lines, rows = {}, [], []
-    with _reading(name), open(name, newline="", encoding="utf-8-sig") as file:
+    with _reading(name), open(_there(name), newline="", encoding="utf-8-sig") as file:
         reader = csv.reader(file)
         for row in reader:
             if row and row[0].lstrip().startswith("#"):
@@ -593,10 +593,15 @@ def _reading(name: str) -> Iterator[None]:
         raise ValueError(told if told.startswith(name) else f"{name}: cannot be read: {told}") from None
 
 
-def _opened(name: str) -> h5py.File:
+def _there(name: str) -> str:
+    """The name of a file that can be read to its end: none of a folder or a pipe."""
     if not os.path.isfile(name):
         raise ValueError(f"{name}: is a folder or no file" if os.path.exists(name) else f"{name}: there is no such file")
-    return h5py.File(name, "r")
+    return name
+
+
+def _opened(name: str) -> h5py.File:
+    return h5py.File(_there(name), "r")
 
 
 ABOVE = ("box", "periodic", "tilt", "gradient", "materials", "densities")  # lines of a CSV file that begin with #
