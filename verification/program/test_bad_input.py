@@ -85,6 +85,9 @@ class BadScene(Refusals):
     def test_a_path_with_control_characters_stays_on_one_line(self):
         self.refused(["no?where.toml"], "run", self.folder / "no\nwhere.toml")
 
+    def test_a_scene_is_no_specification(self):
+        self.refused(["scene.toml", "material is of a scene, which `nscdd run` reads"], "pack", self.scene(), "-o", self.folder / "out.h5")
+
     def test_a_specification_of_vast_grains(self):
         for radius in ("1e300", "1e-300"):
             spec = self.write("pack.toml", f"dimension = 3\ngrains = 10\nradius = {radius}\n")

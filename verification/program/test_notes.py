@@ -40,6 +40,8 @@ class Notes(ProgramTest):
         bare = SCENE.replace(PAIR, STEEL)
         self.assertEqual(self.notes(bare), says("'glass'-'glass'"))
         self.assertEqual(self.notes(bare, "--repeat", 3), says("'glass'-'glass'"))
+        for law in ("coulomb", "cohesive", "rolling"):
+            self.assertEqual(self.notes(f'law = "{law}"\n{bare}'), says("'glass'-'glass'"))
         self.assertEqual(self.notes(bare, "--scheme", "dcs", ranks=3), says("'glass'-'glass'"))
         steel_wall = SCENE.replace(WALL, WALL.replace("glass", "steel")).replace(PAIR, STEEL + PAIR)
         self.assertEqual(self.notes(steel_wall), says("'glass'-'steel'"))

@@ -224,7 +224,7 @@ class Program(ProgramTest):
         self.assertEqual(list(nscdd.load(self.folder / "fixed.h5").fixed), [1, 0])
         self.assertEqual(list(np.isinf(nscdd.Simulation(state=self.folder / "fixed.h5", **fixed).masses)), [True, False])
         sheared = nscdd.Cell((3, 3, 3), gradient=[[0, 1.0, 0], [0, 0, 0], [0, 0, 0]])
-        with self.assertRaisesRegex(ValueError, "grain 0: mass is not valid"):
+        with self.assertRaisesRegex(ValueError, "grain 0: mass must be positive"):
             nscdd.Simulation(PAIR, 0.5, masses=[-np.inf, 1], **GLASS)
         for how in (fixed, dict(masses=[np.inf, 1], **GLASS)):
             with self.assertRaisesRegex(ValueError, "a grain is fixed, which a .cell. with a gradient"):
@@ -651,7 +651,7 @@ class OverMpi(ProgramTest):
         done = subprocess.run([MPIRUN, "-np", "2", sys.executable, script, MODULE], capture_output=True, text=True, timeout=120)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertIn("the same bits", done.stdout)
-        self.assertEqual(done.stdout.count("grain 0: radius is not valid"), 2, done.stdout)
+        self.assertEqual(done.stdout.count("grain 0: radius must be positive and finite"), 2, done.stdout)
         self.assertEqual(done.stdout.count("comm: must be a communicator of mpi4py, of one group and not COMM_NULL, found "), 4, done.stdout)
 
     def test_what_is_no_communicator(self):
@@ -664,8 +664,8 @@ class Errors(unittest.TestCase):
         for change, told in (
             (dict(radii=[0.5]), r"Simulation: radii must have shape \(2,\), found \(1,\)"),
             (dict(positions=[[0, 0, 0, 0]]), r"positions must have shape \(n, 2\) or \(n, 3\), found \(1, 4\)"),
-            (dict(radii=[0.5, -1]), "grain 1: radius is not valid"),
-            (dict(positions=PAIR * np.nan), "grain 0: position is not valid"),
+            (dict(radii=[0.5, -1]), "grain 1: radius must be positive and finite"),
+            (dict(positions=PAIR * np.nan), "grain 0: position must be finite"),
             (dict(density=-1), "Simulation: material 'grains': density must be"),
             (dict(density=None), "give density, or materials"),
             (dict(friction=-0.1), "friction must be"),
@@ -675,10 +675,12 @@ class Errors(unittest.TestCase):
             (dict(scheme="nlgs", subdomains=2), "^scheme nlgs is sequential: give ccs or dcs"),
             (dict(threads=2, subdomains=1), "threads: subdomains are dealt to them|threads 2"),
             (dict(toleranec=1), "unknown key 'toleranec'"),
+            (dict(fricton=0.3), r"Simulation: unknown keyword 'fricton' \(did you mean 'friction'\?\)"),
+            (dict(radius=0.3), r"Simulation: unknown keyword 'radius' \(did you mean 'radii'\?\)"),
             (dict(tolerance=-1), "tolerance must be"),
             (dict(scheme="newton", window=1), "^window is of sweeps"),
             (dict(walls=[nscdd.Wall((0, 0, 2), (0, 0, 0))]), "wall 'wall 0': normal must have length 1, found 2"),
-            (dict(walls=[nscdd.Wall(side="x-")]), "wall 'wall 0': side 'x-' needs a 3D packing"),
+            (dict(walls=[nscdd.Wall(side="x-")]), "wall 'wall 0': side 'x-' needs the box of a 3D packing"),
             (dict(walls=[nscdd.Wall((0, 0, 1), (0, 0, 0), force=1, pressure=1)]), "a force or a pressure pushes it"),
             (dict(walls=["floor"]), "walls: each must be an nscdd.Wall, found 'floor'"),
             (dict(walls=nscdd.Wall(side="z-")), "walls must be a list of nscdd.Wall, found a Wall"),

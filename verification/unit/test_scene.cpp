@@ -191,7 +191,7 @@ velocity = [0, -1]
     CHECK(scene.walls[0].normal == Eigen::Vector2d(0, -1));
     CHECK(wall_point(scene, scene.walls[0], {2, 5}) == Eigen::Vector2d(0, 5));
     CHECK_THROWS_WITH(wall_point(scene, scene.walls[0], {}),
-                      Catch::Contains("wall 'top': side 'y+' needs a 2D packing, found none"));
+                      Catch::Contains("wall 'top': side 'y+' needs the box of a 2D packing, found none"));
 }
 
 TEST_CASE("a bad scene is refused in one line that names the place", "[scene][bad-input]") {
@@ -220,6 +220,8 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"gravity = [0, 0, -9.81]", "gravity = [0, -9.81]", "bad.toml:3: gravity must be 3 numbers, found 2"},
         {"-9.81]", "nan]", "bad.toml:3: gravity[2] must be finite, found nan"},
         {"-9.81]", "'x']", "bad.toml:3: gravity[2] must be a number, found 'x'"},
+        {"gravity", "grains",
+         "bad.toml:3: unknown key 'grains': it is of a specification, of which `nscdd pack` makes a packing"},
         {"gravity", "gravitiy", "bad.toml:3: unknown key 'gravitiy' (known here: name, dimension, gravity, "},
         {"[step]\nh = 1e-3\ncount = 50", "", "bad.toml:1: no [step]"},
         {"[step]", "[[step]]", "bad.toml:35: step must be a table, [step], found an array"},
@@ -232,7 +234,7 @@ TEST_CASE("a bad scene is refused in one line that names the place", "[scene][ba
         {"radius = 0.5", "radius = 9007199254740993",
          "bad.toml:9: [[grain]] 0: radius must be a number that a double holds, found 9007199254740993"},
         {"radius = 0.5", "radius = true", "bad.toml:9: [[grain]] 0: radius must be a number, found true"},
-        {"radius = 0.5", "raduis = 0.5", "bad.toml:7: [[grain]] 0: radius is missing"},
+        {"radius = 0.5", "raduis = 0.5", "bad.toml:9: [[grain]] 0: unknown key 'raduis' (did you mean 'radius'?)"},
         {"radius = 0.5", "radius = 1\nspin = 1", "bad.toml:10: [[grain]] 0: spin must be 3 numbers, found 1"},
         {"radius = 0.5", "radius = 1\ncolor = 1",
          "bad.toml:10: [[grain]] 0: unknown key 'color' (known here: fixed, position, "},

@@ -23,6 +23,9 @@ const std::vector<std::string> generators{"auto", "lammps", "own"};
 PackSpecification read_specification(const std::string& path, std::optional<std::string>& generator) {
     const toml::table root = parse_toml(path);
     TomlTable table(root, path, "");
+    for (const char* key : {"material", "step", "wall"})
+        if (root.contains(key))
+            table.fail(key, "is of a scene, which `nscdd run` reads; a specification has no such table");
     PackSpecification spec;
     spec.path = path;
     spec.dimension = table.integer("dimension", detail::OptionRange{2});

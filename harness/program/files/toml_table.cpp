@@ -112,7 +112,14 @@ const toml::node* TomlTable::find(std::string_view key) {
 
 const toml::node& TomlTable::require(std::string_view key) {
     const toml::node* node = find(key);
-    if (!node) fail_at(table_.source(), key, "is missing");
+    if (!node) {
+        for (const auto& [other, value] :
+             table_)  // a slip of two letters at most is named rather than what it left out
+            if (key.size() > 3 && std::ranges::find(asked_, other.str()) == asked_.end() &&
+                edit_distance(other.str(), key) <= 2)
+                fail_at(other.source(), "", fmt::format("unknown key '{}' (did you mean '{}'?)", other.str(), key));
+        fail_at(table_.source(), key, "is missing");
+    }
     return *node;
 }
 

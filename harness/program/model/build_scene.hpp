@@ -227,6 +227,7 @@ BuiltScene<M> build_scene(const RunRequest& request, Communicator& comm) {
     settings.broad_phase_every = scene.step.broad_phase_every;
     settings.gravity = scene.gravity;
     settings.materials = Materials<M>(static_cast<int>(scene.materials.size()));
+    if (scene.pairs.empty()) settings.materials.set(0, 0, make_pairing<typename M::Law>(0, {}));  // a note says so
     for (const auto& pair : scene.pairs)
         settings.materials.set(pair.a, pair.b, make_pairing<typename M::Law>(pair.restitution, pair.coefficients));
     settings.partition = choose_partition<M>(request.partition);

@@ -38,7 +38,10 @@ class SceneReader {
         for (const char* key : {"name", "dimension", "gravity", "law", "material", "pair", "packing", "grain", "fix",
                                 "insert", "remove", "cell", "wall", "obstacle", "step", "stop", "solver"})
             top_.has(key);
-        top_.finish();
+        top_.finish([](std::string_view key) {
+            const bool packs = key == "grains" || key == "radius" || key == "solid_fraction" || key == "generator";
+            return packs ? "a specification, of which `nscdd pack` makes a packing" : "";
+        });
         scene_.name = top_.text("name");
         dim_ = top_.integer("dimension", detail::OptionRange{2});
         if (dim_ > 3) top_.fail("dimension", fmt::format("must be 2 or 3, found {}", dim_));
@@ -378,8 +381,8 @@ Scene scene_of(toml::table table, const std::string& name) { return SceneReader(
 Eigen::VectorXd wall_point(const Scene& scene, const SceneWall& wall, const std::vector<double>& box) {
     if (!wall.side) return wall.through;
     if (box.size() != static_cast<std::size_t>(scene.dimension))
-        throw InputError(fmt::format("{}: wall '{}': side '{}' needs a {}D packing, found {}", scene.file, wall.name,
-                                     side_name(*wall.side), scene.dimension,
+        throw InputError(fmt::format("{}: wall '{}': side '{}' needs the box of a {}D packing, found {}", scene.file,
+                                     wall.name, side_name(*wall.side), scene.dimension,
                                      box.empty() ? "none" : fmt::format("one in {}D", box.size())));
     Eigen::VectorXd point = Eigen::VectorXd::Zero(scene.dimension);
     if (wall.side->upper) point[wall.side->axis] = box[static_cast<std::size_t>(wall.side->axis)];

@@ -36,8 +36,11 @@ class Packing:
     tilt: Optional[np.ndarray] = None
     gradient: Optional[np.ndarray] = None
 
+    def __repr__(self) -> str:
+        return f"<nscdd.{type(self).__name__}: {len(self.radii)} grains in {self.positions.shape[1]}D>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class State(Packing):
     """The state of a simulation at the end of a step: a Packing with its motion, and more.
 

@@ -3,6 +3,8 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import difflib
+import inspect
 import itertools
 import math
 import os
@@ -204,6 +206,7 @@ class Simulation(_Kept):
         multiplicity: Optional[str] = None,
         **solver: Any,
     ):
+        _refuse_slips(Simulation, solver)
         if state is not None:
             if any(given is not None for given in (positions, radii, velocities, spins, material, box)):
                 raise ValueError("Simulation: positions, radii, velocities, spins, material and box come from the state")
@@ -559,6 +562,7 @@ def read(
     state    file to go on from; with adopt=True one of another scene
     The other options are those of Simulation, and take the place of what the scene says.
     """
+    _refuse_slips(read, solver)
     if adopt and state is None:
         raise ValueError("read: adopt is of a state to go on from: give state")
     options = _options(locals())
@@ -603,6 +607,13 @@ def _options(given: Mapping[str, Any]) -> dict:
         integer(name, options.get(name, 1), 1)
     options.update({name: name_of(given[name]) for name in ("packing", "state") if given.get(name) is not None})
     return options
+
+
+def _refuse_slips(of: Callable, solver: Mapping[str, Any]) -> None:
+    """Of the keywords that are left for the solver, those that are nearly another of the arguments."""
+    for name in solver:
+        if near := difflib.get_close_matches(name, inspect.signature(of).parameters, n=1, cutoff=0.7):
+            raise ValueError(f"{of.__name__}: unknown keyword '{name}' (did you mean '{near[0]}'?)")
 
 
 def _grains(positions, radii, velocities, spins):

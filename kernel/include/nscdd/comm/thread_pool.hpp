@@ -21,7 +21,7 @@ class ThreadPool {
   public:
     /// Starts threads - 1 others; `threads`: at least 1. Throws std::system_error where they cannot be started.
     explicit ThreadPool(int threads)
-        : looks_(threads <= allowed_cores() ? 50'000 : 0), thrown_(static_cast<std::size_t>(threads)) {
+        : looks_(threads <= allowed_cores() ? 3000 : 0), thrown_(static_cast<std::size_t>(threads)) {
         try {
             for (std::size_t t = 1; t < thrown_.size(); ++t) others_.emplace_back([this, t] { work(t); });
         } catch (const std::system_error& error) {
@@ -64,10 +64,13 @@ class ThreadPool {
     }
     /// Waits for another value: first by polling, since a loop follows the last one within microseconds and waking a
     /// thread takes as long as a loop (std::barrier made 5,000 spheres on two threads slower than on one), then asleep.
-    /// Asleep at once where there are more threads than cores: the thread waited for may need this one's core.
+    /// After some microseconds each look first gives the core to others: the thread waited for may need it. Asleep at
+    /// once where there are more threads than cores.
     void await(const std::atomic<unsigned>& value, unsigned old) const {
-        for (int look = 0; look < looks_; ++look)
+        for (int look = 0; look < looks_; ++look) {
             if (value.load(std::memory_order_acquire) != old) return;
+            if (look > looks_before_yield) std::this_thread::yield();
+        }
         value.wait(old, std::memory_order_acquire);
     }
     void begin() {
@@ -91,6 +94,7 @@ class ThreadPool {
         }
     }
 
+    static constexpr int looks_before_yield = 1000;
     const int looks_;
     std::atomic<unsigned> loop_{0}, busy_{0};  ///< loops begun; threads that have not ended the current one
     std::size_t count_ = 0;

@@ -88,17 +88,17 @@ void check_grains(std::span<const Grain<M>> grains, int materials) {
     for (const auto& g : grains) {
         const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
         const auto heavy = [&](double x) { return x > 0 && std::isinf(x) == g.fixed(); };
-        const char* what = !positive(g.radius)                              ? "radius"
-                           : !heavy(g.mass)                                 ? "mass"
-                           : M::friction && !heavy(g.inertia)               ? "inertia"
-                           : g.fixed() && !g.velocity.isZero(0)             ? "velocity, of a fixed grain,"
-                           : g.fixed() && !g.load.isZero(0)                 ? "load, of a fixed grain,"
-                           : !std::isfinite(g.position.squaredNorm())       ? "position"
-                           : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity or load"
-                           : g.material < 0 || g.material >= materials      ? "material"
-                           : g.id < 0                                       ? "id"
+        const char* what = !positive(g.radius)                              ? "radius must be positive and finite"
+                           : !heavy(g.mass)                                 ? "mass must be positive"
+                           : M::friction && !heavy(g.inertia)               ? "inertia must be positive"
+                           : g.fixed() && !g.velocity.isZero(0)             ? "velocity of a fixed grain must be 0"
+                           : g.fixed() && !g.load.isZero(0)                 ? "load of a fixed grain must be 0"
+                           : !std::isfinite(g.position.squaredNorm())       ? "position must be finite"
+                           : !g.velocity.allFinite() || !g.load.allFinite() ? "velocity and load must be finite"
+                           : g.material < 0 || g.material >= materials      ? "material must be one that there is"
+                           : g.id < 0                                       ? "id must not be negative"
                                                                             : nullptr;
-        if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what + " is not valid");
+        if (what) throw std::invalid_argument("grain " + std::to_string(g.id) + ": " + what);
     }
 }
 
