@@ -51,6 +51,13 @@ class Counted(ProgramTest):
         self.assertIn("7 of 7 counted numbers are those of the record (reduced, hard)\n", said)
         self.assertEqual((told["same"], told["of"], told["differ"]), (7, 7, []))
 
+    def test_quick_results_have_no_number_of_the_record(self):
+        self.counted(True)
+        (self.results / "hard.json").unlink()
+        told = json.dumps({"schema": "nscdd.reduced/1", "date": "2000-01-01T00:00:00Z", "quick": True, "runs": {"other": RUN}})
+        (self.results / "reduced.json").write_text(told)
+        self.assertTrue(self.counted()[0].endswith("in these results; results of --quick have none of the record's\n"))
+
     def test_each_number_that_differs_is_named(self):
         self.counted(True)
         self.write_run(iterations=23, answer="00ab")

@@ -98,4 +98,5 @@ def compare(folder, keep=False):
         f"counted: {same} of {len(both)} counted numbers are those of the record ({', '.join(known) or 'none'})"
         + (f"; {unknown} more are not in it" if unknown else "")
         + (f"; {missing} of it are not in these results" if missing else "")
+        + ("; results of --quick have none of the record's" if not both and any(record.read(folder / f"{kind}.json").get("quick") for kind in known) else "")
     )
