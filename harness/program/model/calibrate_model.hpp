@@ -9,7 +9,7 @@
 #include "model/run_request.hpp"
 #include "model/window_model.hpp"
 #include "nscdd/nscdd.hpp"
-#include "registry/suitesparse.hpp"
+#include "registry/factors.hpp"
 
 namespace nscdd::run_detail {
 

@@ -8,7 +8,7 @@
 #include "nscdd/reference/newton.hpp"
 #include "nscdd/reference/projected_gradient.hpp"
 #include "registry/offered.hpp"
-#include "registry/suitesparse.hpp"
+#include "registry/factors.hpp"
 
 namespace nscdd {
 
@@ -42,7 +42,7 @@ struct LocalTask {
     NewtonReport newton(int cap = NewtonOptions().max_iterations) const
         requires WithoutCouples<Problem>
     {
-        return newton_solve<UmfPack>(problem, r, {.tolerance = options.tolerance, .max_iterations = cap},
+        return newton_solve<NewtonFactors>(problem, r, {.tolerance = options.tolerance, .max_iterations = cap},
                                      [this](const auto& now) { return measure(now); });
     }
     // Accelerated sweeps, until two doublings of them have not halved the error. Then Newton's method from there, and

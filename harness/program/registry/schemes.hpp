@@ -5,7 +5,7 @@
 #include "registry/choices.hpp"
 #include "registry/offered.hpp"
 #include "registry/registry.hpp"
-#include "registry/suitesparse.hpp"
+#include "registry/factors.hpp"
 
 namespace nscdd {
 
@@ -46,7 +46,7 @@ inline constexpr std::tuple schemes{
             }},
     Offered{SchemeInfo{"newton", "the same to high accuracy", false, false},
             []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {
-                return ChosenSolver<M>{by_newton<M, UmfPack>(registry_detail::newton_options(o))};
+                return ChosenSolver<M>{by_newton<M, NewtonFactors>(registry_detail::newton_options(o))};
             }},
     Offered{SchemeInfo{"spg", "spectral projected gradient", false, false},
             []<registry_detail::OnCone M>(registry_detail::Asked, const SolveOptions& o) {

@@ -73,7 +73,7 @@ SolveReport solve_by(const std::string& solver, ContactProblem<M>& problem, cons
     if (solver == "newton") {
         NewtonOptions newton{.tolerance = options.tolerance, .bounds = options.bounds};
         newton.max_iterations = std::min(options.max_iterations, newton.max_iterations);
-        return newton_solve<UmfPack>(problem, newton);
+        return newton_solve<NewtonFactors>(problem, newton);
     }
     if (solver == "spg") return projected_gradient(problem, options, Descent::spectral);
     if (solver == "apgd") return projected_gradient(problem, options, Descent::nesterov);

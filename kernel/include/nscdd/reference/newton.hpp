@@ -23,7 +23,7 @@ namespace nscdd { inline namespace NSCDD_ABI {
 
 namespace detail {
 
-/// Factorisation by default. The harness takes UMFPACK through Eigen's wrapper.
+/// Factorisation by default. The program takes UMFPACK for large matrices.
 using SparseLU = Eigen::SparseLU<Eigen::SparseMatrix<double>>;
 
 /// Judges impulses: notes their residual in the report and says whether to stop.

@@ -1,8 +1,8 @@
-#include "registry/suitesparse.hpp"
+#include "registry/factors.hpp"
 
 namespace nscdd {
 
-template class detail::FactorsBy<UmfPack>;
+template class detail::FactorsBy<NewtonFactors>;
 template class Factorised<Eigen::CholmodSimplicialLDLT<Eigen::SparseMatrix<double>>>;
 
 }  // namespace nscdd
