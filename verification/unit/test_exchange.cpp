@@ -275,6 +275,6 @@ TEST_CASE("a fixed grain has no motion and no load") {
         fix(grain);
         (moves ? grain.velocity : grain.load)[0] = 1;
         CHECK_THROWS_WITH(Simulation<M>(comm, settings, std::vector{grain}),
-                          Catch::Contains(moves ? "velocity, of a fixed grain" : "load, of a fixed grain"));
+                          Catch::Contains(moves ? "velocity of a fixed grain" : "load of a fixed grain"));
     }
 }
