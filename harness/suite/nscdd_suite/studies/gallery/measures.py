@@ -3,6 +3,7 @@
 `run` is the stem of the files of the scene's run, `packing` the file that it started from. Further runs of a scene have a name behind the stem."""
 import csv
 import math
+from statistics import linear_regression
 
 import h5py
 import numpy as np
@@ -88,9 +89,10 @@ def silo(run, packing):
     for width, stem in ((10, run), *((width, f"{run}-{width}") for width in (8, 12, 16))):
         told = series(stem)
         steady = (told["mass_removed"] > 0.05 * whole) & (told["mass_removed"] < 0.4 * whole)
-        rates[width] = np.polyfit(told["time"][steady], told["mass_removed"][steady], 1)[0] if steady.sum() > 1 else math.nan
+        rates[width] = linear_regression(told["time"][steady], told["mass_removed"][steady]).slope if steady.sum() > 1 else math.nan
     widths = sorted(rates)
-    power = np.polyfit(np.log([width - 1.4 for width in widths]), np.log([rates[width] for width in widths]), 1)[0]
+    logarithms = [(math.log(width - 1.4), math.log(rates[width])) for width in widths]
+    power = linear_regression(*zip(*logarithms)).slope
     note = "; ".join(f"{rates[width]:.1f} at {width}" for width in widths)
     return power, 1.35, 1.65, 1.5, f"mass a unit of time at widths in diameters: {note}"
 
@@ -110,7 +112,7 @@ def slopes(run):
         for name in sorted(name for name in file if name.startswith("step_")):
             grains, walls = file[name]["grains"], file[name]["walls/points"][()]
             mass, rim = grains["radius"][()] ** 2, (walls.min(0) + walls.max(0)) / 2
-            x, y, _ = mass @ (grains["x"][()] - rim) / mass.sum()
+            x, y, _ = (mass[:, None] * (grains["x"][()] - rim)).sum(0) / mass.sum()
             yield math.degrees(math.atan2(x, -y))
 
 

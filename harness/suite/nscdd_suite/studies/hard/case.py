@@ -9,7 +9,7 @@ import numpy as np
 
 from ... import record
 from ...program import NSCDD, Failed, Killed, call, shown
-from .exact import FAMILIES
+from .exact import FAMILIES, norm
 
 SCHEMES = {  # subdomains, options
     "nlgs": (1, "--scheme nlgs --method paper"),
@@ -42,7 +42,7 @@ class Result:
 
     def on_wall(self, wall):
         """The sizes of all impulses on it."""
-        return sum(np.linalg.norm(impulse) for impulse, j in zip(self.impulse, self.j) if j == -1 - wall)
+        return sum(norm(impulse) for impulse, j in zip(self.impulse, self.j) if j == -1 - wall)
 
 
 class Case:
@@ -50,7 +50,7 @@ class Case:
         self.path, self.scheme, self.folder, self.quick = path, scheme, folder, quick
         self.scene = record.toml(path)
         self.name, self.dimension, self.tolerance = self.scene["name"], self.scene["dimension"], self.scene["solver"]["tolerance"]
-        self.h, self.count, self.g = self.scene["step"]["h"], self.scene["step"]["count"], float(np.linalg.norm(self.scene["gravity"]))
+        self.h, self.count, self.g = self.scene["step"]["h"], self.scene["step"]["count"], math.hypot(*self.scene["gravity"])
         self.inertia_share = 0.4 if self.dimension == 3 else 0.5  # I / (m R^2)
         self.radii = self.of_grains("radius")[:, 0]
         density = {entry["name"]: entry["density"] for entry in self.scene["material"]}

@@ -13,6 +13,7 @@ may be as wrong as it is, for the run then ends with exit code 3; energy it must
 """
 import math
 import re
+from statistics import linear_regression
 
 import numpy as np
 
@@ -25,6 +26,15 @@ IMPULSES = "tolerance: eta / least eigenvalue"
 STEPS = (1, 2, 4, 8)  # times as many as in the scene: of an order
 ALLOWED = 1e-6  # gain over the largest energy so far: the bound that the project states
 PASSES = re.compile(r"nscdd: step (\d+): .* pass into or through each other")
+
+
+def dot(a, b):
+    """In one order on every machine; that of @ and of np.linalg is what BLAS takes for the processor."""
+    return float((a * b).sum())
+
+
+def norm(vector):
+    return math.sqrt(dot(vector, vector))
 
 
 def slip_ratio(case):
@@ -61,7 +71,7 @@ def column(case):
     found, owners = np.zeros(len(case.m)), [0] * len(case.m)
     for i, j, impulse, owner in zip(result.i, result.j, result.impulse, result.owner):
         k = 0 if j < 0 else max(i, j)
-        found[k], owners[k] = np.linalg.norm(impulse), owner
+        found[k], owners[k] = norm(impulse), owner
     bound, error = chain.impulse_bound(case.tolerance) + ROUND_OFF, chain.norm(found - exact) / chain.norm(exact)
     yield case.row("impulse on the floor; error: of all impulses, in the norm of D", exact[0], found[0], bound, IMPULSES, result, error=error)
     if case.gauss_seidel:
@@ -80,7 +90,7 @@ def crystal_square(case):
         below = -1 if j < 0 else min(height[i], height[j]) // size
         sideways = j >= 0 and abs(height[i] - height[j]) < 0.5 * size
         expected = 0 if sideways else (layers - 1 - below) * case.m[0] * case.g * case.h
-        worst += chain.diagonal[-1] * (np.linalg.norm(impulse) - expected) ** 2
+        worst += chain.diagonal[-1] * (norm(impulse) - expected) ** 2
         total += chain.diagonal[-1] * expected**2
     floor, bound = result.on_wall(0), chain.impulse_bound(case.tolerance) + ROUND_OFF
     exact, error = case.m.sum() * case.g * case.h, math.sqrt(worst / total)
@@ -103,9 +113,9 @@ def restitution(case):
     e = case.law("grain", "heavy").get("restitution", 0)
     before = case.of_grains("velocity")[:, 0]
     after = (result := case.run()).velocity[:, 0]
-    approach, momentum = before[0] - before[1], case.m @ before
+    approach, momentum = before[0] - before[1], dot(case.m, before)
     yield case.row("relative velocity after", -e * approach, after[0] - after[1], ROUND_OFF * abs(approach), "round-off: one contact", result)
-    yield case.row("momentum after", momentum, case.m @ after, ROUND_OFF * abs(momentum), "round-off", result)
+    yield case.row("momentum after", momentum, dot(case.m, after), ROUND_OFF * abs(momentum), "round-off", result)
 
 
 def cradle(case):
@@ -227,7 +237,7 @@ def wedge_squeezed(case):
     at both contacts, N1 = N2 (cos 2beta + mu sin 2beta), m u' = N2 q, and the driven side, of mass M, follows it."""
     result, mu, driven = case.run(), case.law("grain", "wall")["friction"], case.scene["wall"][1]
     opening = 2 * math.asin(-driven["normal"][-1])
-    speed, bound = float(np.linalg.norm(result.velocity[0])), rest_bound(case, result)
+    speed, bound = norm(result.velocity[0]), rest_bound(case, result)
     if mu >= math.tan(opening / 2):
         yield case.row("speed: holds", 0, speed, bound, REST, result)
         return
@@ -243,7 +253,7 @@ def wedge_locked(case):
     source = "round-off: no contact carries"
     yield case.row("speed from zero impulses: free fall", -falls, free.velocity[0, -1], ROUND_OFF * falls * case.count, source, free)
     result = case.run(start=case.sibling("wedge-squeezed-holds").run())
-    yield case.row("speed from the prestress: stays", 0, float(np.linalg.norm(result.velocity[0])), rest_bound(case, result), REST, result)
+    yield case.row("speed from the prestress: stays", 0, norm(result.velocity[0]), rest_bound(case, result), REST, result)
 
 
 def squeeze_fast(case):
@@ -281,14 +291,18 @@ def lid(case):
         yield case.row(f"impulses on the {name}", exact, result.on_wall(wall), bound, "tolerance: momentum left", result)
 
 
+def potential(case, x):
+    return -dot(case.m[:, None] * x, np.array(case.scene["gravity"]))
+
+
 def energy(case, result):
-    return result.json["final"]["kinetic_energy"] - float(case.m @ (result.x @ np.array(case.scene["gravity"])))
+    return result.json["final"]["kinetic_energy"] + potential(case, result.x)
 
 
 def large_step(case):
     """Gaps are convex in the displacement, so overlaps add up; at theta = 1/2 contacts and friction only take energy."""
     result = case.run()
-    start = -float(case.m @ (case.of_grains("position") @ np.array(case.scene["gravity"])))
+    start = potential(case, case.of_grains("position"))
     yield case.row("steps reported as unconverged", 0, result.json["unconverged_steps"], 0, "law", result)
     yield overlap(case, result)
     share, bound = (energy(case, result) - start) / start, case.tolerance * case.count
@@ -305,14 +319,14 @@ def settled(case):
     bound, radius = case.count * case.h * rest_bound(case, result), case.radii[0]
     creep = float(np.linalg.norm(result.x - before.x, axis=1).max())
     yield case.row(f"creep in {case.count} steps / R", 0, creep / radius, bound / radius, EVERY_STEP, result)
-    found = energy(case, result) + float(case.m @ (before.x @ np.array(case.scene["gravity"])))
+    found = energy(case, result) - potential(case, before.x)
     yield case.row("energy gained", 0, found, case.m.sum() * case.g * bound, "tolerance: the weight times that creep", result, relation="<=")
 
 
 def gas(case):
     """e = 1: v + v- = 0 wherever an impulse acts, so that no energy is lost, and none by the drift."""
     result = case.run()
-    start = 0.5 * float(case.m @ np.sum(np.square(case.of_grains("velocity")), axis=1))
+    start = 0.5 * dot(case.m[:, None], np.square(case.of_grains("velocity")))
     yield case.row("energy", start, result.json["final"]["kinetic_energy"], case.count * case.tolerance * start, "tolerance: at every step", result)
 
 
@@ -325,10 +339,10 @@ def clump(case):
     orbit = np.cross(x, m * v).reshape(len(m), -1)
     final = result.json["final"]
     for name, exact, found, scale in (
-        ("momentum", (m * v).sum(0), final["momentum"], case.m @ np.linalg.norm(v, axis=1)),
+        ("momentum", (m * v).sum(0), final["momentum"], dot(case.m, np.linalg.norm(v, axis=1))),
         ("angular momentum", (orbit + inertia * spins).sum(0), final["angular_momentum"], np.abs(orbit).sum() + np.abs(inertia * spins).sum()),
     ):
-        error, bound = float(np.linalg.norm(exact - found)), ROUND_OFF * case.count * scale
+        error, bound = norm(exact - found), ROUND_OFF * case.count * scale
         yield case.row(f"{name}, the last component; error: the whole", exact[-1], found[-1], bound, "round-off of every step", result, error=error)
     start = 0.5 * float((m * v**2).sum() + (inertia * spins**2).sum())
     yield case.row("energy at most", start, final["kinetic_energy"], case.tolerance * start, "tolerance", result, relation="<=")
@@ -350,7 +364,7 @@ def order_rows(case, error_of, impact=False, exact_at_half=False):
             continue
         # the next order of the expansion changes the slope by less than the largest step's share of the time
         name, share, source = f"order of the place, theta = {theta:g}", 1 / case.count, "O(h): the next order over the first"
-        order = float(np.polyfit(-np.log(STEPS), np.log(errors), 1)[0])
+        order = -linear_regression([*map(math.log, STEPS)], [*map(math.log, errors)]).slope
         row = case.row(name, 1, order, 4 * share, source, runs[-1], relation=">=")
         yield row | {"series": [[run.json["h"], error] for run, error in zip(runs, errors)]}
 
@@ -371,7 +385,7 @@ def order_impact(case):
 
 def order_packing(case):
     reference = {theta: refined(case, theta, 8 * STEPS[-1]) for theta in (0.5, 1.0)}
-    yield from order_rows(case, lambda run, theta: float(np.linalg.norm(run.x - reference[theta].x)))
+    yield from order_rows(case, lambda run, theta: norm(run.x - reference[theta].x))
 
 
 def long_run(case, may_be_refused=False):
@@ -389,7 +403,7 @@ def balance(case, result):
     """The largest gain of energy, beyond what gravity and walls put in, and the largest rise of the work of contacts, each
     over the largest energy until then. Heights are measured from where each grain would lie on the floor, z = 0."""
     e = {key: np.array(values, float) for key, values in result.json["energy"].items()}
-    start = e["before"][0] + case.g * float(case.m @ (case.of_grains("position")[:, -1] - case.radii))
+    start = e["before"][0] + case.g * dot(case.m, case.of_grains("position")[:, -1] - case.radii)
     gain = e["kinetic"] - e["before"][0] - np.cumsum(e["external"] + e["walls"])
     energy = start + gain + np.cumsum(e["walls"])
     largest = np.maximum.accumulate(np.maximum(start, energy))

@@ -2,12 +2,12 @@
 import csv
 import itertools
 import math
+from statistics import correlation, linear_regression  # in one order on every machine, unlike NumPy's fits by BLAS
 
 import h5py
 import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial import cKDTree
-from scipy.stats import linregress
 
 MARGIN = 2.0  # the core of a sample begins so many mean diameters from its walls
 GAP = 1e-3  # mean diameters: what is nearer is a contact of a packing, for the shrink that takes overlaps away opens all by up to 7e-4
@@ -58,8 +58,8 @@ def binned(told, name, edges):
 def slope(told, rows):
     """Rate of dilation, -d(volumetric) / d(axial), by a straight line; its standard error from the slopes of blocks."""
     x, y = told["axial"][rows], told["volumetric"][rows]
-    blocks = [-np.polyfit(a, b, 1)[0] for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS)) if len(a) > 1]
-    return float(-np.polyfit(x, y, 1)[0]), standard_error(blocks)
+    blocks = [-linear_regression(a, b).slope for a, b in zip(np.array_split(x, BLOCKS), np.array_split(y, BLOCKS)) if len(a) > 1]
+    return -linear_regression(x, y).slope, standard_error(blocks)
 
 
 def degrees(sine):
@@ -163,17 +163,19 @@ def tail(f, above=1.0, width=0.2, least=30):
     counts = counts[: np.argmax(counts < least) if (counts < least).any() else len(counts)]
     if len(counts) < 4:
         return {"beta": math.nan, "error": math.nan, "R2": math.nan, "start": math.nan}
-    line = linregress(width * (np.arange(len(counts)) + 0.5), np.log(counts / (width * len(f))))
-    fit = {"beta": float(-line.slope), "error": float(line.stderr), "R2": float(line.rvalue**2), "start": float(math.exp(line.intercept))}
+    x, y = width * (np.arange(len(counts)) + 0.5), [*map(math.log, counts / (width * len(f)))]
+    line, r2 = linear_regression(x, y), correlation(x, y) ** 2
+    error = abs(line.slope) * math.sqrt((1 / r2 - 1) / (len(y) - 2))
+    fit = {"beta": -line.slope, "error": error, "R2": r2, "start": math.exp(line.intercept)}
     return fit | {"end": float(above + width * len(counts))}
 
 
 def power(f, low=0.02, high=1.0, bins=12):
     """alpha of P(f) ~ f^alpha between two forces, by a line through the logarithms of a histogram."""
-    counts, edges = np.histogram(f, np.geomspace(low, high, bins + 1))
+    counts, edges = np.histogram(f, [low * (high / low) ** (k / bins) for k in range(bins)] + [high])
     some = counts > 0
-    middle = np.sqrt(edges[1:] * edges[:-1])
-    return float(np.polyfit(np.log(middle[some]), np.log((counts / np.diff(edges))[some]), 1)[0]) if some.sum() > 1 else math.nan
+    x, y = np.sqrt(edges[1:] * edges[:-1])[some], (counts / np.diff(edges))[some]
+    return linear_regression([*map(math.log, x)], [*map(math.log, y)]).slope if some.sum() > 1 else math.nan
 
 
 def packing(path):
