@@ -38,6 +38,13 @@ class Scenes(unittest.TestCase):
             self.assertRegex(path.read_text(), r"\A# \w", path.name)
 
 
+class LastDigits(unittest.TestCase):
+    def test_of_counted_numbers_are_no_matter_of_the_processor(self):
+        for file in ("hard/exact.py", "hard/case.py", "physics/granular.py", "gallery/measures.py"):
+            text = (ROOT / "harness/suite/nscdd_suite/studies" / file).read_text()
+            self.assertNotRegex(text, r" @ |polyfit|linregress|lstsq|np\.dot|np\.log\(", f"{file}: by BLAS, or by logarithms of the processor")
+
+
 class Judge(ProgramTest):
     """That rows fail when the answer is wrong."""
 

@@ -29,7 +29,7 @@ PASSES = re.compile(r"nscdd: step (\d+): .* pass into or through each other")
 
 
 def dot(a, b):
-    """In one order on every machine; that of @ and of np.linalg is what BLAS takes for the processor."""
+    """In one order on every machine. BLAS, by which NumPy makes matrix products, chooses one for the processor."""
     return float((a * b).sum())
 
 
