@@ -7,8 +7,8 @@
 #include "nscdd/reference/block_nlgs.hpp"
 #include "nscdd/reference/newton.hpp"
 #include "nscdd/reference/projected_gradient.hpp"
-#include "registry/offered.hpp"
 #include "registry/factors.hpp"
+#include "registry/offered.hpp"
 
 namespace nscdd {
 
@@ -43,7 +43,7 @@ struct LocalTask {
         requires WithoutCouples<Problem>
     {
         return newton_solve<NewtonFactors>(problem, r, {.tolerance = options.tolerance, .max_iterations = cap},
-                                     [this](const auto& now) { return measure(now); });
+                                           [this](const auto& now) { return measure(now); });
     }
     // Accelerated sweeps, until two doublings of them have not halved the error. Then Newton's method from there, and
     // from no impulses where that does not help; then sweeps go on from the best answer. Its steps are counted with the

@@ -3,9 +3,9 @@
 
 #include "nscdd/reference.hpp"
 #include "registry/choices.hpp"
+#include "registry/factors.hpp"
 #include "registry/offered.hpp"
 #include "registry/registry.hpp"
-#include "registry/factors.hpp"
 
 namespace nscdd {
 
